@@ -19,6 +19,7 @@ MOST_JOINTS, MOST_PLACES = 500, 3000
 STROKE = 0.1
 """Travel of a sliding input, whose stroke the files do not have, relative to the size of the mechanism."""
 GROUND_NAMES = ("0", "gnd", "grnd", "grond", "gound", "groud")
+NO_SPEED = "the speed of the input is zero in the file; the law is one revolution in 1 s"
 TYPES = ("R", "P", "RP", "G")
 
 
@@ -159,6 +160,8 @@ def _drive(draft: Draft, name: str, joint: PmksJoint, links: list[str], speed: P
         backwards = bool(speed.rpm and speed.rpm < 0.0)
         draft.rotary("motor", name, body, reference, law={"by": -360.0 if backwards else 360.0})
         draft.duration = 60.0 / abs(speed.rpm) if speed.rpm else None
+        if speed.rpm == 0.0:
+            draft.left_out.append(NO_SPEED)
         return
     travel = STROKE * _size(list(draft.joints.values()))
     backwards = bool(speed.linear and speed.linear < 0.0)

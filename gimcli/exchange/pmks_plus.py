@@ -12,6 +12,7 @@ from urllib.parse import unquote
 
 from gimcli.errors import ModelError
 from gimcli.exchange.draft import GROUND, BodyLoad, BodyMass, Draft, free_name
+from gimcli.exchange.pmks_joints import NO_SPEED
 from gimcli.exchange.pmks_plus_codec import HEAD, PlusDocument, PlusForce, PlusJoint, document_of
 from gimcli.exchange.pmks_plus_entries import apply_entries
 from gimcli.exchange.pmks_plus_links import PlusStructure
@@ -182,6 +183,8 @@ class PlusDraft:
         times = [abs(stroke / speed) for stroke, speed in travels.values()]
         fastest = max(map(abs, turns.values()), default=0.0)
         duration = min(times) if times else 60.0 / fastest if fastest else None
+        if turns and duration is None:
+            self.draft.left_out.append(NO_SPEED)
         single = len(turns) + len(travels) == 1
         for own, rpm in turns.items():
             by = 360.0 if duration is None else 6.0 * rpm * duration

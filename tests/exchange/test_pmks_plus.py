@@ -259,6 +259,12 @@ def test_what_cannot_be_read_is_refused_by_name(text, message):
         model_of(draft(text))
 
 
+def test_a_speed_of_zero_is_reported():
+    found = draft(edited(".K,0.", ".0,0.", "four_bar"))
+    assert found.turns[0].keys == {"law": {"by": 360}}
+    assert any("zero" in sentence for sentence in found.left_out)
+
+
 def test_numbers_with_all_digits_replace_those_in_thousandths():
     found = draft(edited(".N_", ".N_.PJA~0~-3.0821234,JA,KJB~d"))
     assert found.joints["A"] == complex(-3.0821234, -0.038)

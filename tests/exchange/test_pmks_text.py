@@ -172,6 +172,12 @@ def test_an_input_at_a_fixed_link_is_refused():
             model_of(draft(FIXED.format(*marks)))
 
 
+def test_a_speed_of_zero_is_reported():
+    found = draft("s=0\nground,a,R,0,0\na,b,R,1,0\nb,ground,R,2,1")
+    assert found.duration is None
+    assert any("zero" in sentence for sentence in found.left_out)
+
+
 def test_all_names_of_the_ground_are_the_ground():
     for name in ("0", "gnd", "Grnd", "grond", "gound", "groud", "GROUND", "ground_1"):
         assert model_of(draft(f"{name},a,R,0,0\na,b,R,1,0\nb,{name},R,2,1"))["ground"] == ["A", "C"]
