@@ -66,5 +66,5 @@ def format_of(path: Path | str, contents: tuple[str, ...] = ()) -> Format:
 
 
 def write(content: Any, path: Path | str) -> None:
-    """Write a table, arrays, a report, a picture or an animation in the format of the suffix of `path`."""
+    """Write a content, such as a table or a picture, in the format of the suffix of `path`."""
     format_of(path).write(content, Path(path))
