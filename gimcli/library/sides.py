@@ -146,7 +146,10 @@ def _coupled(mechanism: Mechanism) -> list[OpenChoice]:
     try:
         found = all_configurations(mechanism, mechanism.start_inputs).z
     except GimError as error:
-        text = f"has no coordinates, and lengths and inputs do not determine its position: {error}; or give rough ones"
+        text = (
+            "has no coordinates, and lengths and inputs do not determine its position; give rough coordinates [x, y],"
+        )
+        text += f" or correct this: {error}"
         raise _refused(mechanism, opened.coupled[:1], text) from None
     choices = []
     for k, z in enumerate(found):

@@ -107,7 +107,7 @@ def _checked_with_open_nodes(source: Source, model: Model, doubtful: set[Where])
     from gimcli.model.read_open_nodes import with_open_nodes  # imported late: few models have such nodes
 
     read = with_open_nodes(source, model)
-    check(References(source, read.model, {*doubtful, *(("nodes", name) for name in read.unplaced)}))
+    check(References(source, read.model, doubtful))
     for where, text in () if source.faults else read.faults:
         source.fault(where, text, key=True)
     return read.model

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from gimcli.model.pairs import used_nodes
-from gimcli.model.placing import SIDES, Blocked, Placing, place, with_positions, with_rough
+from gimcli.model.placing import SIDES, Blocked, Placement, Placing, place, with_positions, with_rough
 from gimcli.model.placing_data import PlacingData, named_nodes, placing_data, starts_by_value
 from gimcli.model.placing_steps import number
 from gimcli.model.schema import Link, Model, OpenNode, OpenNodes
@@ -22,10 +22,9 @@ class OpenNodeFault(NamedTuple):
 
 
 class ReadNodes(NamedTuple):
-    """A model whose nodes all have positions; without those of `unplaced`, for which `faults` has the reasons."""
+    """A model whose nodes all have positions; rough ones if `faults` has the reasons why they cannot be placed."""
 
     model: Model
-    unplaced: tuple[str, ...] = ()
     faults: tuple[OpenNodeFault, ...] = ()
 
 
@@ -42,8 +41,9 @@ def with_open_nodes(source: Source, model: Model) -> ReadNodes:
         rough = with_rough(model, placing.data, placing.found[0], coupled)
         model.open = model.open._replace(coupled=coupled)
         return ReadNodes(with_positions(model, rough, placing.undecided))
-    given = {name: xy for name, xy in model.nodes.items() if name not in model.open.parts}
-    return ReadNodes(model.with_value("nodes", lambda _: given), tuple(model.open.parts), tuple(faults))
+    given = {name: complex(*xy) for name, xy in model.nodes.items() if name not in model.open.parts}
+    rough = with_rough(model, placing.data, Placement(given, {}), tuple(model.open.parts))
+    return ReadNodes(with_positions(model, rough), tuple(faults))
 
 
 def placed_anew(source: Source, model: Model) -> ReadNodes:
@@ -51,7 +51,7 @@ def placed_anew(source: Source, model: Model) -> ReadNodes:
     old = model.open
     placing = place(model, source.folder, old.sides)
     if placing.blocked is not None:
-        return ReadNodes(model, (), (_impossible(source, model, placing.blocked),))
+        return ReadNodes(model, (_impossible(source, model, placing.blocked),))
     undecided = [name for name in placing.undecided if name in old.undecided or name not in old.sides]
     return ReadNodes(with_positions(model, placing.found[0], undecided))
 

@@ -197,7 +197,7 @@ _TEXTS: dict[str, Callable[[Where, Any, dict[str, Any]], str]] = {
 
 def _list(where: Where) -> str:
     return (
-        ("[0, 0], or {side: left}," if len(where) == 2 else "[0, 0]")
+        ("[0, 0] or {side: left}" if len(where) == 2 else "[0, 0]")
         if where[0] == "nodes" or where[-1] in ("at", "local", "centre", "force", "follower", "gravity")
         else "[A, B]"
     )

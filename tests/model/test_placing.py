@@ -626,12 +626,19 @@ def with_value(data, value, *path):
     return data
 
 
+def with_masses(data):
+    return {**data, "masses": {"B": {"mass": 1}}, "friction": {"B": 0.1}, "trace": ["B"]}
+
+
 ERRORS = {
     "a length is missing": (
         without(four_bar(), "links", "coupler", "length"), ["nodes.B", "the `length` of coupler", "coordinates"],
     ),
     "an input is missing": (without(four_bar(), "actuators"), ["nodes.A", "nothing drives nodes A, B", "actuator"]),
     "a ground node": (with_value(four_bar(), None, "nodes", "C"), ["nodes.C", "needs coordinates", "ground"]),
+    "a mass, a friction and a trace of a node that is not placed": (
+        without(with_masses(four_bar()), "links", "coupler", "length"), ["nodes.B", "the `length` of coupler"],
+    ),
     "an unused node": (with_value(four_bar(), None, "nodes", "X"), ["nodes.X", "belongs to no member"]),
     "too short": (four_bar(coupler=10.0, rocker=10.0, start=0.0), ["A and C are 60 apart", "reach only 20", "40 too"]),
     "too long": (four_bar(coupler=300.0, start=0.0), ["A and C are 60 apart", "at least 220", "160 more"]),
