@@ -35,13 +35,13 @@ def check_bearer(refs: References, where: Where, name: str, key: bool = False) -
         if node in model.nodes and node not in used_nodes(model) and refs.sure:
             refs.fault(where, f"node '{node}' belongs to no member or pair; add it to one", key)
         return node
-    if name in refs.every or name == "ground":
+    if name in refs.every or name == "ground" or ("nodes", name) in refs.doubtful:
         return None
     if pair is not None:
         ends = " or ".join(pair.nodes or [])
         refs.fault(where, f"'{name}' slides a member without rotation; name this member, or the node {ends}", key)
     elif near(name, refs.every) or not (hint := near(name, [*model.nodes, *model.prismatic])):
         refs.member(where, name, key)
-    elif ("nodes", name) not in refs.doubtful:
+    else:
         refs.fault(where, f"'{name}' is neither a member nor a node{hint}", key)
     return None

@@ -99,7 +99,7 @@ def as_actuator(gauge: Gauge) -> Actuator:
 
 def _check_pair(refs: References, name: str) -> None:
     model, where = refs.model, ("friction", name)
-    if name in model.prismatic or ("prismatic", name) in refs.doubtful:
+    if name in model.prismatic or not {("prismatic", name), ("nodes", name)}.isdisjoint(refs.doubtful):
         return
     if name not in model.nodes:
         known = [*model.prismatic, *model.nodes]

@@ -639,6 +639,9 @@ ERRORS = {
     "a mass, a friction and a trace of a node that is not placed": (
         without(with_masses(four_bar()), "links", "coupler", "length"), ["nodes.B", "the `length` of coupler"],
     ),
+    "a mass and a friction of a node with an error": (
+        with_value(with_masses(four_bar()), "left", "nodes", "B"), ["nodes.B", "{side: left}"],
+    ),
     "an unused node": (with_value(four_bar(), None, "nodes", "X"), ["nodes.X", "belongs to no member"]),
     "too short": (four_bar(coupler=10.0, rocker=10.0, start=0.0), ["A and C are 60 apart", "reach only 20", "40 too"]),
     "too long": (four_bar(coupler=300.0, start=0.0), ["A and C are 60 apart", "at least 220", "160 more"]),
