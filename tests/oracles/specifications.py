@@ -42,7 +42,7 @@ def numbers(value):
 
 @cache
 def read(name):
-    if name == "parallel_guide":  # no shipped model has an offset
+    if name == "parallel_guide":
         spec = copy.deepcopy(read("slider_crank"))
         del spec["nodes"]["G"]
         spec["nodes"]["H"] = [5.0, -0.4]
@@ -55,6 +55,9 @@ def read(name):
     for node, z in zip(placed.nodes, placed.to_file(placed.drawn), strict=True):
         if not isinstance(spec["nodes"][node], list):
             spec["nodes"][node] = [z.real, z.imag]  # without coordinates in the file
+    for actuator in spec["actuators"].values():  # what only simulations use
+        for key in ("free", "start", "speed", "effort"):
+            actuator.pop(key, None)
     for kind in ("links", "elements"):
         parts = spec.setdefault(kind, {})
         for part, value in parts.items():
