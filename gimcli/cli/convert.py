@@ -43,10 +43,12 @@ def command(
     """Convert a mechanism."""
     from gimcli.cli.arguments import changed
     from gimcli.cli.outputs import read
-    from gimcli.library.convert import MODEL_FILE, convert, target_of
+    from gimcli.library.convert import MODEL_FILE, convert, filed, target_of
     from gimcli.library.load import decided
 
     chosen = to or (MODEL_FILE if out is None else target_of(out))
+    if out is not None:
+        chosen = filed(chosen, out)
     mechanism = changed(read(model), changes)
     if assembly:
         from gimcli.library.assembled import assembled

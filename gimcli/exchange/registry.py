@@ -42,6 +42,7 @@ class ForeignFormat(NamedTuple):
     reads: bool = True
     writes: str = ""  # word of `gim convert --to`; empty: the format is not written
     suffix: str = ""  # of files that are written in this format
+    text_of: str = ""  # word of the format whose text it is a file of: `--to` this word writes such files, too
 
 
 FORMATS: tuple[ForeignFormat, ...] = (
@@ -50,7 +51,7 @@ FORMATS: tuple[ForeignFormat, ...] = (
     ForeignFormat("PMKS+ of 2020-2023", "pmks_plus_v0"),
     ForeignFormat("PMKS+", "pmks_plus"),
     ForeignFormat("PMKS+ address", "pmks_plus_writer", reads=False, writes="pmks+"),
-    ForeignFormat("PMKS+ file", "pmks_plus_file", reads=False, writes="pmks+file", suffix=".pmks"),
+    ForeignFormat("PMKS+ file", "pmks_plus_file", reads=False, writes="pmks+file", suffix=".pmks", text_of="pmks+"),
     ForeignFormat("Linkage", "linkage"),
     ForeignFormat("Pyslvs", "pyslvs"),
     ForeignFormat("pylinkage", "pylinkage"),

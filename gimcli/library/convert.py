@@ -33,6 +33,15 @@ def target_of(path: Path) -> str:
     return known[path.suffix.lower()]
 
 
+def filed(to: str, path: Path) -> str:
+    """Return the word for the format of a file: an address, for example, is written into a `.pmks` file as its text."""
+    from gimcli.exchange.registry import FORMATS
+
+    suffix = path.suffix.lower()
+    found = [form.writes for form in FORMATS if form.text_of == to and form.suffix == suffix]
+    return found[0] if to and found else to
+
+
 @dataclass(frozen=True)
 class Conversion:
     """The text of a mechanism in another format.

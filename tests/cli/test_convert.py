@@ -56,3 +56,13 @@ def test_an_address_without_a_mechanism_is_refused(command):
     done = gim(command, "https://example.org/?q=1")
     assert done.code == 3
     assert "address" in done.error
+
+
+def test_an_address_in_a_file_of_pmks_plus_is_the_text_that_the_program_opens(tmp_path):
+    address = gim("convert", MODELS / "crank_rocker.yaml", "--to", "pmks+").text.strip()
+    for words in (("--to", "pmks+"), ()):
+        out = tmp_path / "leg.pmks"
+        assert gim("convert", MODELS / "crank_rocker.yaml", *words, "-o", out).code == 0
+        assert address == "https://app.pmksplus.com/?" + out.read_text().strip()
+    assert gim("trace", out, "--steps", "2", "-o", tmp_path / "leg.csv").code == 0
+    assert gim("trace", address, "--steps", "2", "-o", tmp_path / "leg.csv").code == 0
