@@ -250,6 +250,20 @@ def drag_link(m):
     yield m.xy("M"), (m.xy("A") + m.xy("B")) / 2
 
 
+@law("wiper")
+def welded_arm(m):
+    b = meet(30 * ray(m.value["motor"]), 250, 240 + 40j, 60)
+    yield m.xy("B"), b
+    yield m.xy("T"), 240 + 40j + (b - 240 - 40j) / 60 * (-200 + 346.41j)
+
+
+@law("garage_door")
+def ladder_in_a_corner(m):
+    height = m.value["opener"]
+    yield m.xy("B"), 1j * height
+    yield m.xy("T"), np.sqrt(49 - (7 - height) ** 2) + 7j
+
+
 @law("gim_fig13a")
 def crank_rocker_from_integer_coordinates(m):
     b = abs(20 + 35j) * ray(m.value["motor"])
