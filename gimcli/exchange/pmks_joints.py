@@ -37,10 +37,13 @@ class PmksJoint:
 
 
 class PmksSpeed(NamedTuple):
-    """Speed of the input, if the file has one: in revolutions per minute for R, in lengths per second for P."""
+    """Speed of the input: in revolutions per minute for R, in lengths per second for P.
 
-    rpm: float | None = None
-    linear: float | None = None
+    Source: PMKS writes a speed only if it is not its default (DefaultSpeed of its class DisplayConstants).
+    """
+
+    rpm: float = 10.0
+    linear: float = 10.0
 
 
 def draft_of_joints(joints: list[PmksJoint], source: str, name: str, speed: PmksSpeed, left_out: list[str]) -> Draft:
@@ -157,14 +160,14 @@ def _driver(joints: list[PmksJoint]) -> int | None:
 def _drive(draft: Draft, name: str, joint: PmksJoint, links: list[str], speed: PmksSpeed) -> None:
     if joint.kind == "R":
         reference, body = (links[1], links[0]) if links[1] == GROUND else (links[0], links[1])
-        backwards = bool(speed.rpm and speed.rpm < 0.0)
+        backwards = speed.rpm < 0.0
         draft.rotary("motor", name, body, reference, law={"by": -360.0 if backwards else 360.0})
         draft.duration = 60.0 / abs(speed.rpm) if speed.rpm else None
         if speed.rpm == 0.0:
             draft.left_out.append(NO_SPEED)
         return
     travel = STROKE * _size(list(draft.joints.values()))
-    backwards = bool(speed.linear and speed.linear < 0.0)
+    backwards = speed.linear < 0.0
     draft.slider("motor", f"slide_{name}", law={"by": -travel if backwards else travel})
     draft.duration = travel / abs(speed.linear) if speed.linear else None
     draft.left_out.append(f"the stroke of the input at joint {name} is not in the file; the law moves it by {travel:g}")

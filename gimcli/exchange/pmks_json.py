@@ -1,7 +1,7 @@
 """PMKS: its JSON files (`.pmks`, 2019), with the joints, the driver and the speed of the input.
 
 Source: M. I. Campbell, PMKS file format version 1.0 (2019), and the reader of the PMKS library: angles of slots are in
-radians, the speed of the input is in radians or lengths per second.
+radians, the speed of the input is in revolutions per minute or lengths per second.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def read(text: str, source: str) -> Draft:
         raise ModelError(faults)
     speed = _number(data.get("InputSpeed"))
     name = data.get("Name")
-    rates = PmksSpeed() if speed is None else PmksSpeed(rpm=speed * 30.0 / math.pi, linear=speed)
+    rates = PmksSpeed() if speed is None else PmksSpeed(rpm=speed, linear=speed)
     left_out = ["the target shape is left out"] if data.get("TargetShape") else []
     return draft_of_joints(joints, source, name if isinstance(name, str) else "", rates, left_out)
 

@@ -24,7 +24,7 @@ NEWER = "pmks2:"
 CLOCKWISE, NO_GRAVITY = 0, 8
 """Flags of the settings."""
 LENGTHS, MASSES = ("in", "cm", "m"), ("lb", "g", "kg")
-POUND, INCH, GRAVITY, POUND_FORCE = 0.45359237, 0.0254, 9.81, 4.4482216152605
+POUND, INCH, GRAVITY, POUND_FORCE = 0.45359237, 0.0254, 9.80665, 4.4482216152605
 INERTIAS = (POUND * INCH**2, 1e-4, 1.0)
 """Units by the setting of lengths, the moment of inertia in kg m^2; those of forces follow from it, too."""
 LINEAR_SPEED = 5.0

@@ -23,6 +23,8 @@ ADDRESS = re.compile(r"https?://", re.IGNORECASE)
 JOINTS, LINKS = re.compile(r"[?&]j="), re.compile(r"&l=")
 UNITS = {"in": 0, "inch": 0, "cm": 1, "m": 2, "meter": 2, "metre": 2}
 """Units of length, by their number in newer versions."""
+EMPTY = ("", "Null")
+"""Fields of blocks, which have no mass in the versions of 2021."""
 TRUE, FALSE = ("t", "true"), ("f", "false")
 
 
@@ -97,7 +99,7 @@ class _Sections:
         joints = tuple(name for name in rest[4].split("|") if name)
         if not own or not joints:
             raise ValueError(own)
-        mass, inertia, x, y = (_number(text) if text else 0.0 for text in rest[:4])
+        mass, inertia, x, y = (_number(text) if text not in EMPTY else 0.0 for text in rest[:4])
         return PlusLink(
             own, own, block=kind == "P", mass=mass, inertia=inertia, centre=complex(x, y), joints=joints
         )  # fmt: skip

@@ -151,7 +151,7 @@ def _draft(lines: list[JointLine], source: str, header: Header) -> Draft:
         raise ModelError(faults)
     if header.driver is not None and 0 <= header.driver < len(joints):
         joints = [replace(joint, driver=k == header.driver) for k, joint in enumerate(joints)]
-    speed = PmksSpeed(rpm=header.speed, linear=header.speed)
+    speed = PmksSpeed() if header.speed is None else PmksSpeed(header.speed, header.speed)
     return draft_of_joints(joints, source, header.name, speed, header.left_out)
 
 

@@ -1,4 +1,4 @@
-"""PMKS JSON: the same mechanisms as text, with angles in radians and speeds per second."""
+"""PMKS JSON: the same mechanisms as text, with angles in radians and speeds in revolutions per minute."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ SLIDER_CRANK = {
     "Links": [{"Name": "crank"}, {"Name": "rod"}],
     "Name": "slider-crank",
     "DrivingIndex": 0,
-    "InputSpeed": -pi,
+    "InputSpeed": -30.0,
 }
 
 

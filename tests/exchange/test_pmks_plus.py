@@ -77,7 +77,7 @@ def test_the_four_bar_turns_clockwise_at_20_rpm():
         assert abs(c - b) == pytest.approx(abs(p["C"] - p["B"]), abs=1e-9)
         assert abs(c - p["D"]) == pytest.approx(abs(p["C"] - p["D"]), abs=1e-9)
     assert m.dynamics.inertias[0].mass == pytest.approx(1e-3)  # 1 g in drawings in cm
-    assert m.dynamics.gravity == -9.81j
+    assert m.dynamics.gravity == -9.80665j
 
 
 def test_the_slider_keeps_its_height():
@@ -168,7 +168,7 @@ def test_masses_are_in_grams_in_drawings_in_centimetres():
     assert data["units"] == {"length": "cm", "mass": "g"}
     assert data["masses"]["Crank"] == {"mass": 200, "inertia": pytest.approx(5e-4), "centre": [0.6, 0.0]}
     assert data["masses"]["C"] == {"mass": 600}
-    assert data["gravity"] == [0, -9.81]
+    assert data["gravity"] == [0, -9.80665]
     assert sum(inertia.mass for inertia in loaded("punch_press").dynamics.inertias) == pytest.approx(1.1)
 
 

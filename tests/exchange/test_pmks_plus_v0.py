@@ -52,7 +52,7 @@ def test_masses_and_forces_come_over():
     assert data["units"] == {"length": "cm", "mass": "g"}
     assert data["masses"]["AB"] == {"mass": 1, "inertia": pytest.approx(5e-5), "centre": [1, 0]}
     assert data["loads"]["F1"] == {"on": "BC", "at": [4, 1.5], "force": [0, -10]}
-    assert data["gravity"] == [0, -9.81]
+    assert data["gravity"] == [0, -9.80665]
 
 
 def test_settings_turn_it_clockwise_without_gravity_in_inches():
@@ -62,6 +62,23 @@ def test_settings_turn_it_clockwise_without_gravity_in_inches():
     assert data["units"] == {"length": "in", "mass": "lb"}
     assert "gravity" not in data
     assert data["loads"]["F1"]["force"] == [0, pytest.approx(-44.482216152605)]  # 10 lbf
+
+
+def test_blocks_of_2021_have_no_mass():
+    """The slider-crank of the program's templates of 2021: c stays at y = 0.15, rod of the distance of b and c."""
+    mechanism = gimcli.load(
+        "https://pmks.mech.website/?j=a,-1.76,-1.99,ab,R,t,Null,t%0Ab,0.52,1.95,ab%7Cbc,R,f,Null,f%0A"
+        "c,2.54,0.15,bc%7Ccd,R,f,Null,f%0Ad,2.54,0.15,cd,P,t,0,f%0A"
+        "&l=ab,R,1,1,-0.62,-0.020000000000000018,a%7Cb,,line,0.52,-1.99,0.52,1.95,-1.76,1.95,-1.76,-1.99%0A"
+        "bc,R,1,1,1.53,1.05,b%7Cc,,line,2.54,1.95,2.54,0.15,0.52,0.15,0.52,1.95%0A"
+        "cd,P,Null,Null,Null,Null,c%7Cd,,Null,Null,Null,Null,Null,Null,Null,Null,Null%0A&f=&s=10,false,false,cm"
+    )
+    assert mechanism.duration == pytest.approx(6)
+    start = mechanism.inputs_to_file(mechanism.drawn_inputs)["motor"]
+    crank = complex(-1.76, -1.99) + complex(2.28, 3.94) * complex(math.cos(0.1), math.sin(0.1))
+    along = math.sqrt(2.02**2 + 1.8**2 - (crank.imag - 0.15) ** 2)
+    found = gimcli.solve(mechanism, motor=start + math.degrees(0.1)).xy["c"]
+    assert found == pytest.approx((crank.real + along, 0.15), abs=1e-9)
 
 
 @pytest.mark.parametrize(

@@ -178,6 +178,12 @@ def test_a_speed_of_zero_is_reported():
     assert any("zero" in sentence for sentence in found.left_out)
 
 
+def test_a_file_without_a_speed_has_the_default_of_pmks():
+    """10 revolutions per minute; 10 lengths per second, here over a tenth of the size 5."""
+    assert draft("ground,a,R,0,0\na,b,R,1,0\nb,ground,R,2,1").duration == pytest.approx(6)
+    assert draft("a,ground,P,0,0\na,b,R,0,0\nb,ground,R,4,3").duration == pytest.approx(0.05)
+
+
 def test_all_names_of_the_ground_are_the_ground():
     for name in ("0", "gnd", "Grnd", "grond", "gound", "groud", "GROUND", "ground_1"):
         assert model_of(draft(f"{name},a,R,0,0\na,b,R,1,0\nb,{name},R,2,1"))["ground"] == ["A", "C"]

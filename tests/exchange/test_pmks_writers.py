@@ -180,7 +180,7 @@ def test_masses_forces_and_units_come_back():
     assert rod["inertia"] == pytest.approx(0.5)
     assert rod["centre"] == pytest.approx([0.3, 0.1])
     assert back["loads"] == {"push": {"on": "rod", "at": [0.5, 0.0], "follower": pytest.approx([0, 12])}}
-    assert back["gravity"] == [0, -9.81]
+    assert back["gravity"] == [0, -9.80665]
 
 
 def test_the_mass_of_a_slider_comes_back():
