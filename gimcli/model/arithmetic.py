@@ -6,6 +6,7 @@ import copy
 import math
 import re
 from collections.abc import Collection, Iterable, Mapping
+from contextlib import suppress
 from graphlib import CycleError, TopologicalSorter
 from typing import Any, NamedTuple
 
@@ -103,8 +104,11 @@ def _speed(data: dict[str, Any], where: Where) -> float | None:
     units = data["units"] if isinstance(data.get("units"), dict) else {}
     angle = units.get("angle", "deg")
     try:
-        own = _part(data, where[:2])
-        return speed(_part(data, where), "pivot" in own or "arm" in own, str(units.get("length", "m")), str(angle))
+        own, text, length = _part(data, where[:2]), _part(data, where), str(units.get("length", "m"))
+        if not {"pivot", "arm", "nodes", "node", "guide"} & set(own):  # an error of its own: both kinds are possible
+            with suppress(ValueError):
+                return speed(text, True, length, str(angle))
+        return speed(text, "pivot" in own or "arm" in own, length, str(angle))
     except ValueError as error:
         raise FormulaError(str(error)) from None
 

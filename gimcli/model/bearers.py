@@ -41,7 +41,7 @@ def check_bearer(refs: References, where: Where, name: str, key: bool = False) -
         ends = " or ".join(pair.nodes or [])
         refs.fault(where, f"'{name}' slides a member without rotation; name this member, or the node {ends}", key)
     elif near(name, refs.every) or not (hint := near(name, [*model.nodes, *model.prismatic])):
-        refs.member(where, name, key)
+        refs.member(where, name, key, nodes=True)
     else:
         refs.fault(where, f"'{name}' is neither a member nor a node{hint}", key)
     return None

@@ -150,6 +150,8 @@ def _check_times(refs: References, tables: list[Times], sound: set[str]) -> floa
         if (
             actuator.law is not None
             and actuator.law.rate is not None
+            and {"pivot", "arm", "nodes", "node", "guide"} & actuator.given
+            and not any(getattr(actuator.law, key) is not None for key in ENDS)
             and (not actuator.rotary or not actuator.law.rate)
         ):
             text = "a rate needs an end or a time: add `to` or `by` to the law, or `duration` to the file"
@@ -161,7 +163,9 @@ def _wrong_way(law: Law, seconds: float) -> str:
     key = next(key for key in ENDS if getattr(law, key) is not None)
     if seconds == 0.0:
         return f"the law does not move the input (`{key}`), so that a rate has no meaning; remove `rate`"
-    return f"the rate {law.rate:g} leads away from the end (`{key}`: {getattr(law, key):g}); change its sign"
+    return (
+        f"the rate {law.rate:g} leads away from the end (`{key}`: {getattr(law, key):g}); write it as a positive number"
+    )
 
 
 # -- values -----------------------------------------------------------------------------------

@@ -72,6 +72,7 @@ def run_times(model: Model, initial: Callable[[str, Actuator], Any | None], time
             start = initial(name, actuator) if law.from_ is None else law.from_
             change = None if start is None else law.to - start
         if key is not None and change is not None:
+            change = -change if nominal(change) < 0.0 < nominal(rate) else change  # a positive rate is a speed
             found.append(RunTime(name, change / rate, f"`{key}` at this `rate`"))
     if found or timed:
         return found

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 from typing import NamedTuple
 
+from gimcli.model.law_ends import ended
 from gimcli.model.pairs import used_nodes
 from gimcli.model.placing import SIDES, Blocked, Placement, Placing, place, with_positions, with_rough
 from gimcli.model.placing_data import PlacingData, named_nodes, placing_data, starts_by_value
@@ -93,7 +94,8 @@ def _open_laws(model: Model, placing: Placing) -> Iterator[OpenNodeFault]:
         law = actuator.law
         given = name in lengths or (actuator.pivot is not None and law is not None and starts_by_value(law))
         if not given and (open_ends := named_nodes(actuator) & placing.left):
-            text = f"the law of {name} needs `from` and `to`: the node {min(open_ends)} has no coordinates"
+            lacking = "`from`" if law is not None and ended(law) else "`from` and `to`"
+            text = f"the law of {name} needs {lacking}: the node {min(open_ends)} has no coordinates"
             yield OpenNodeFault(("actuators", name), text)
 
 

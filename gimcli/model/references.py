@@ -61,13 +61,19 @@ class References:
             return False
         return declared
 
-    def member(self, where: Where, name: str, key: bool = False) -> bool:
-        """Return whether a member or the ground has a name; record an error if none has."""
+    def member(self, where: Where, name: str, key: bool = False, nodes: bool = False) -> bool:
+        """Return whether a member or the ground has a name; record an error if none has.
+
+        `nodes`: whether a node is possible, too.
+        """
         if name in self.every or name == "ground":
             return True
         parts = {("links",), ("elements",), ("links", name), ("elements", name)}
         if not parts & set(self.doubtful):
-            hint = near(name, self.every) or f"; members: {', '.join(list(self.every)[:8])}"
+            hint = near(name, self.every)
+            if not hint:
+                hint = f"; members: {', '.join(list(self.every)[:8])}"
+                hint += f"; or a node: {', '.join(list(self.model.nodes)[:8])}" if nodes else ""
             self.fault(where, f"member '{name}' does not exist{hint}", key)
         return False
 

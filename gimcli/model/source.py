@@ -172,7 +172,8 @@ def _syntax(text: str, error: yaml.MarkedYAMLError) -> tuple[Spot, str]:
     row = lines[line - 1] if line <= len(lines) else ""
     if "\t" in row[: len(row) - len(row.lstrip())]:
         return (line, row.index("\t") + 1), "YAML does not allow tabs for indentation; use spaces"
-    return (line, column), f"not readable as YAML: {error.problem or error.context}; correct the line"
+    cure = "; a blank must follow the colon" if "unexpected ':'" in str(error.problem) else ""
+    return (line, column), f"not readable as YAML: {error.problem or error.context}{cure}; correct the line"
 
 
 class _Anchor(NamedTuple):

@@ -37,6 +37,7 @@ def speed(text: str, rotary: bool, length: str, angle: str) -> float | None:
     if match is None:
         return None
     number, unit = float(match[1]), "".join(match[2].split())
+    unit = unit if unit.startswith("Mm") else unit.lower()  # Mm is not mm
     top, _, bottom = {"rpm": "rev/min", "°/s": "deg/s", "rps": "rev/s"}.get(unit, unit).partition("/")
     turns = {"rev": 1.0, "deg": 1.0 / TURN["deg"], "rad": 1.0 / TURN["rad"]}
     if bottom not in SECONDS or top not in {**turns, **METRES}:

@@ -24,10 +24,15 @@ SYNONYMS = {
     "mass": "masses", "inertias": "masses", "tracers": "points", "markers": "points", "output": "trace",
     "outputs": "trace", "title": "name", "time": "duration",
     "speed": "rate", "velocity": "rate", "omega": "rate", "rpm": "rate", "revolutions": "turns", "cycles": "turns",
+    "speed_rpm": "rate", "rev": "turns", "stroke": "law", "k": "stiffness", "c": "damping",
     "rate": "law", "turns": "law", "by": "law", "from": "law", "to": "law", "profile": "law",
     "variables": "parameters", "params": "parameters", "constants": "parameters",
 }  # fmt: skip
 """Keys of other programs and of everyday use, and the key of the model file for each."""
+_ACTUATOR_HINTS = {
+    "rpm": "write `rate: 60 rpm`", "speed_rpm": "write `rate: 60 rpm`", "stroke": "write `law: {from: ..., to: ...}`",
+    "link": "a motor has a `pivot` and an `arm`, two nodes of the link",
+}  # fmt: skip
 
 
 def intended(where: Where) -> Where | None:
@@ -55,6 +60,7 @@ def record(source: Source, error: dict[str, Any], refused: Mapping[Where, str] =
             source.fault(written(source, where), text, key=True)
             return
         hint = f"did you mean '{guess[-1]}'?" if guess else f"known here: {', '.join(known_keys(where[:-1]))}"
+        hint = _ACTUATOR_HINTS.get(str(where[-1]).lower(), hint) if where[0] == "actuators" else hint
         source.fault(written(source, where), f"unknown key '{where[-1]}'; {hint}", key=True)
     elif kind == "missing":
         source.fault(written(source, where[:-1]), f"'{where[-1]}' is missing; {_missing(where)}")
@@ -176,6 +182,12 @@ def _other(where: Where, got: Any, limits: dict[str, Any]) -> str:
     return f"unexpected value {shown(got)}"
 
 
+def _items(where: Where, got: Any, limits: dict[str, Any]) -> str:
+    if len(where) == 2 and where[0] == "nodes" and got in ("left", "right"):
+        return f"expected [x, y] or {{side: {got}}}, got {shown(got)}"
+    return f"expected a list such as {_list(where)}, got {shown(got)}"
+
+
 _TEXTS: dict[str, Callable[[Where, Any, dict[str, Any]], str]] = {
     "float_type": _number,
     "float_parsing": _number,
@@ -187,7 +199,7 @@ _TEXTS: dict[str, Callable[[Where, Any, dict[str, Any]], str]] = {
     "literal_error": _choice,
     "too_short": _count,
     "too_long": _count,
-    "list_type": lambda where, got, limits: f"expected a list such as {_list(where)}, got {shown(got)}",
+    "list_type": _items,
     "dict_type": _form,
     "model_type": _form,
     "string_type": _name,

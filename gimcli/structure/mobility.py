@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from gimcli.errors import StructureError
-from gimcli.mechanism import ANGLE, FRAME, ComplexArray, FloatArray, Mechanism
+from gimcli.mechanism import ANGLE, FRAME, HEIGHT, ComplexArray, FloatArray, Input, Mechanism
 from gimcli.structure.derived import derived
 from gimcli.structure.gradients import gradient, measure
 from gimcli.structure.kinematic_nodes import carry, free_nodes, kinematic_nodes, loose_nodes
@@ -290,8 +290,36 @@ def check_driven(mechanism: Mechanism, found: Mobility) -> None:
     if found.undriven:
         raise StructureError(
             f"nothing drives nodes {', '.join(found.undriven)}: mobility {found.mobility},"
-            f" {count or 'no'} actuator{'s' * (count > 1)}; add an actuator for each freedom, or fix nodes in `ground`"
+            f" {count or 'no'} actuator{'s' * (count > 1)}; fix nodes in `ground`, or add an actuator for each freedom"
+            f"{_cure(mechanism, found)}"
         )
+
+
+def _guide(mechanism: Mechanism, one: Input) -> str:
+    """Return the names of the two nodes on the line of a travel."""
+    member = mechanism.members[one.guide]
+    rays = (member.shape - one.point) * np.conj(one.normal)
+    first = int(np.argmin(np.abs(rays)))
+    slopes = [np.inf if k == first else abs(ray.imag) / abs(ray) for k, ray in enumerate(rays)]
+    return ", ".join(mechanism.nodes[member.nodes[k]] for k in (first, int(np.argmin(slopes))))
+
+
+def _cure(mechanism: Mechanism, found: Mobility) -> str:
+    """Return the lines that a mechanism with freedoms may lack: an actuator, or the pair of a node on a guide."""
+    for one in mechanism.actuators:
+        node = mechanism.nodes[one.node]
+        held = any(one.node in row.nodes and row.guide == one.guide for row in mechanism.slides)
+        if one.kind == HEIGHT and not held and node in found.undriven:
+            text = f"; '{one.name}' measures the travel of node {node}, which is not held on the guide"
+            return f"{text}: add `prismatic: {{slide: {{node: {node}, guide: [{_guide(mechanism, one)}]}}}}`"
+    ground = set(mechanism.members[FRAME].nodes)
+    for member in () if found.actuators else mechanism.members[1:]:
+        pivots = [n for n in member.nodes if n in ground]
+        arms = [n for n in member.nodes if mechanism.nodes[n] in found.undriven]
+        if pivots and arms:
+            pivot, arm = mechanism.nodes[pivots[0]], mechanism.nodes[arms[0]]
+            return f", for example `actuators: {{motor: {{pivot: {pivot}, arm: {arm}}}}}`"
+    return ""
 
 
 def require_driven(mechanism: Mechanism) -> None:
