@@ -16,6 +16,8 @@ from gimcli.errors import ModelError
 
 GROUND = "ground"
 
+BARREL = 0.9
+"""Part of the distance to the mount of its barrel by which the piston of a cylinder moves when it retracts."""
 PARALLEL = 1e-9
 """Largest sine of the angle between a slot and a line through two joints that is its guide."""
 
@@ -140,6 +142,15 @@ class Draft:
     def slider(self, name: str, slot: str, **keys: Any) -> None:
         """Add a linear input that drives the travel of the joint of a slot, positive along its direction."""
         self.travels[free_name(name, self.travels)] = {"slot": slot, **keys}
+
+    def suggest_input(self) -> None:
+        """Name an input that could be added to a mechanism without one: a link on a fixed pin."""
+        for pivot in self.ground:
+            for joints in self.bodies.values():
+                if pivot in joints and (others := [name for name in joints if name not in self.ground]):
+                    own = f"`motor: {{type: rotary, pivot: {pivot}, arm: {others[0]}}}` in `actuators`"
+                    self.left_out.append(f"the file has no inputs; add one, such as {own}")
+                    return
 
     def size(self) -> float:
         """Return the diagonal of the joints; 1 where they coincide."""

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from gimcli.errors import ModelError
-from gimcli.exchange.draft import GROUND, free_name
+from gimcli.exchange.draft import BARREL, GROUND, free_name
 from gimcli.exchange.pose import DrawnPose
 from gimcli.mechanism import ANGLE, FRAME, HEIGHT, SPAN, Input, PairRow
 
@@ -184,7 +184,7 @@ class DrawnLinkage:
         length = abs(ray)
         law = actuator.law(np.array([0.0, 1.0])) * self.mechanism.scale
         change = float(law[1] - law[0])
-        inside = -change if change < 0.0 else 0.5 * length  # of the barrel, up to the piston
+        inside = -change / BARREL if change < 0.0 else 0.5 * length  # of the barrel, up to the piston
         end = inside + (change if change > 0.0 else 0.0 if change < 0.0 else 0.25 * length)
         unit = ray / length
         barrel = self.body(f"{actuator.name} barrel", a)

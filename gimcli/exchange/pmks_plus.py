@@ -11,7 +11,7 @@ import re
 from urllib.parse import unquote
 
 from gimcli.errors import ModelError
-from gimcli.exchange.draft import GROUND, BodyLoad, BodyMass, Draft, free_name
+from gimcli.exchange.draft import BARREL, GROUND, BodyLoad, BodyMass, Draft, free_name
 from gimcli.exchange.pmks_joints import NO_SPEED
 from gimcli.exchange.pmks_plus_codec import HEAD, PlusDocument, PlusForce, PlusJoint, document_of
 from gimcli.exchange.pmks_plus_entries import apply_entries
@@ -178,6 +178,8 @@ class PlusDraft:
     def _inputs(self) -> None:
         """Add the inputs: all move for one time, a revolution of the fastest or the shortest stroke."""
         driven = {own: joint for own, joint in self.structure.joints.items() if joint.driven}
+        if not driven:
+            self.draft.suggest_input()
         turns = {own: self._rpm(joint) for own, joint in driven.items() if not joint.slides}
         travels = {own: self._travel(joint) for own, joint in driven.items() if own in self.slots}
         times = [abs(stroke / speed) for stroke, speed in travels.values()]
@@ -214,10 +216,13 @@ class PlusDraft:
             return math.copysign(stroke, speed), speed
         a, b = (self._place(own) for own in self.structure.slot(joint))
         at = ((complex(joint.x, joint.y) - a) / (b - a)).real * abs(b - a)
-        ahead, behind = abs(b - a) - at, -at
+        ahead, behind = abs(b - a) - at, -at * (BARREL if joint.sealed else 1.0)
         stroke = ahead if speed > 0.0 else behind
         if abs(stroke) <= RESOLUTION:  # it stands at the end: back
             stroke = behind if speed > 0.0 else ahead
+        if joint.sealed:
+            text = f"the stroke of the cylinder at joint {joint.name or joint.id} is not in the file"
+            self.draft.left_out.append(f"{text}; the law moves it by {stroke:.3g}")
         return stroke or RESOLUTION, speed
 
     def _turn(self, name: str, own: str, by: float) -> None:

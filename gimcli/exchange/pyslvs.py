@@ -139,7 +139,7 @@ class _Pyslvs:
         for number, (base, driver) in enumerate(inputs):
             self._add_input(number, base, driver)
         if not inputs:
-            self._suggest_input()
+            self.draft.suggest_input()
 
     def _weld_blocks(self) -> None:
         """Make one body of the links that a P joint joins to its slot: none of them turns against it."""
@@ -214,15 +214,6 @@ class _Pyslvs:
         self.draft.rotary(name, self.names[base], body, arm=self.names[driver], law=law)
         if number:
             self.draft.left_out.append(f"{name} ({what}) is constant: Pyslvs stores no motion; change its law")
-
-    def _suggest_input(self) -> None:
-        """Name an input that the file may have meant: a link on a fixed pin."""
-        for pivot in self.draft.ground:
-            for joints in self.draft.bodies.values():
-                if pivot in joints and (others := [name for name in joints if name not in self.draft.ground]):
-                    own = f"`motor: {{type: rotary, pivot: {pivot}, arm: {others[0]}}}` in `actuators`"
-                    self.draft.left_out.append(f"the file has no inputs; add one, such as {own}")
-                    return
 
     def _pinned(self, number: int) -> tuple[str, ...]:
         """Return the links that a joint is a pin of."""
