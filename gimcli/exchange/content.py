@@ -5,8 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from gimcli.errors import ModelError
-
-MOST_BYTES = 4_000_000
+from gimcli.model.source import MOST_BYTES
 
 
 def content_of(path: Path) -> str:

@@ -83,9 +83,7 @@ def convert(mechanism: Mechanism, to: str = MODEL_FILE) -> Conversion:
     """
     refuse_choice("to", to, targets())
     if to == MODEL_FILE:
-        from gimcli.model.edited_text import written_with
-
-        return Conversion(mechanism, written_with(mechanism), to, mechanism.left_out)
+        return _model_file(mechanism)
     from gimcli.exchange.pose import DrawnPose
     from gimcli.exchange.registry import FORMATS, writer_of
 
@@ -93,6 +91,20 @@ def convert(mechanism: Mechanism, to: str = MODEL_FILE) -> Conversion:
     pose = DrawnPose(mechanism, mechanism.to_file(_start(mechanism)))
     text = writer_of(form).write(pose)
     return Conversion(mechanism, text, to, (*mechanism.left_out, *pose.left_out))
+
+
+def _model_file(mechanism: Mechanism) -> Conversion:
+    """Return the text of a model file; it has other coordinates if another assembly has been chosen."""
+    model = mechanism.written.model
+    given = np.array([complex(*model.nodes[name]) for name in mechanism.nodes])
+    if np.array_equal((given - mechanism.origin) / mechanism.scale, mechanism.drawn):
+        from gimcli.model.edited_text import written_with
+
+        return Conversion(mechanism, written_with(mechanism), MODEL_FILE, mechanism.left_out)
+    from gimcli.library.model_text import model_text
+
+    found = model_text(mechanism, mechanism.drawn)
+    return Conversion(mechanism, found.text, MODEL_FILE, (*mechanism.left_out, *found.remarks))
 
 
 def _start(mechanism: Mechanism) -> ComplexArray:

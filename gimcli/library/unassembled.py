@@ -105,9 +105,9 @@ class Unassembled:
         first, second = loci
         if isinstance(first, Circle) and isinstance(second, Circle):
             return self._of_circles(first, second)
-        if isinstance(first, Circle) != isinstance(second, Circle):
-            circle, line = (first, second) if isinstance(first, Circle) else (second, first)
-            return self._of_line(circle, line)  # type: ignore[arg-type]
+        for circle, line in (loci, loci[::-1]):
+            if isinstance(circle, Circle) and isinstance(line, Line):
+                return self._of_line(circle, line)
         return None
 
     def _of_circles(self, first: Circle, second: Circle) -> str | None:

@@ -2,6 +2,7 @@
 
 import json
 
+import numpy as np
 import pytest
 from bundled import MODELS
 from in_process import gim
@@ -66,3 +67,14 @@ def test_an_address_in_a_file_of_pmks_plus_is_the_text_that_the_program_opens(tm
         assert address == "https://app.pmksplus.com/?" + out.read_text().strip()
     assert gim("trace", out, "--steps", "2", "-o", tmp_path / "leg.csv").code == 0
     assert gim("trace", address, "--steps", "2", "-o", tmp_path / "leg.csv").code == 0
+
+
+def test_another_assembly_is_written_as_coordinates():
+    """The two assemblies of the four-bar are mirror images over the line from A to O4."""
+    texts = [gim("convert", "crank_rocker", "--assembly", k).text for k in (1, 2)]
+    a, b, o4 = (
+        np.array([gimcli.solve(gimcli.loads(t), motor=0).xy[n] for t in texts]) @ [1, 1j] for n in ("A", "B", "O4")
+    )
+    ratio = (b - a) / (o4 - a)
+    assert ratio[0] == pytest.approx(ratio[1].conjugate(), abs=1e-9)
+    assert abs(ratio[0].imag) > 0.1
