@@ -6,6 +6,7 @@ the length of its unit in m. A mechanism without such data has an empty `Dynamic
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -82,12 +83,24 @@ class DampingForce:
 
 @dataclass(frozen=True)
 class Friction:
-    """Viscous friction in the revolute pairs at a node [N m s/rad], or in a sliding pair [N s/m]."""
+    """Friction in the revolute pairs at a node, or in a sliding pair: viscous, and dry (Coulomb) if mu > 0.
+
+    The pin of a node is fixed to its first member; each other member turns on it. In a sliding pair with two nodes the
+    two contacts lie `length` apart on both sides of the middle of its nodes.
+    """
 
     name: str
-    damping: float
+    damping: float  # viscous [N m s/rad], or [N s/m] of a sliding pair
     node: int = -1
     slide: int = -1  # number in Mechanism.slides of the pair's first height
+    mu: float = 0.0  # coefficient of dry friction
+    radius: float = 0.0  # of the pin, normal frame
+    length: float = 0.0  # distance of the contacts of a sliding pair, normal frame; 0 for a pin in a slot
+
+    @property
+    def circle(self) -> float:
+        """The radius of the friction circle of a pin, r mu / sqrt(1 + mu^2) (normal frame)."""
+        return self.radius * self.mu / math.sqrt(1.0 + self.mu**2)
 
 
 @dataclass(frozen=True)

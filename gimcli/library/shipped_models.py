@@ -31,7 +31,7 @@ THEMES = {
     "Several inputs and platforms": ("five_bar", "gim_fig11", "platform_3rpr", "platform_3rrr", "floating_hexagon"),
     "Lifts": ("scissor_lift",),
     "Forces and dynamics: engines, presses and machine tools": (
-        "engine", "punch", "knuckle_press", "shaper", "pump_jack",
+        "engine", "punch", "knuckle_press", "crank_press", "shaper", "pump_jack",
     ),
     "Forces and dynamics: cylinders, springs and dampers": (
         "excavator", "lift_table", "suspension", "hatch", "garage_door", "toggle_clamp",

@@ -11,7 +11,7 @@ from gimcli.model.check_places import check_place
 from gimcli.model.nearest import near
 from gimcli.model.pairs import used_nodes
 from gimcli.model.references import References
-from gimcli.model.schema import Actuator, Damper, Effort, Gauge, Load, Mass, Spring
+from gimcli.model.schema import Actuator, Damper, Effort, Gauge, Load, Mass, PairFriction, Spring
 from gimcli.model.source import Where
 from gimcli.model.tables import read_table
 
@@ -26,8 +26,9 @@ def check_dynamics(refs: References) -> None:
         _check_gauge(refs, ("springs", name), spring, "spring")
     for name, damper in refs.model.dampers.items():
         _check_gauge(refs, ("dampers", name), damper, "damper")
-    for name in refs.model.friction:
+    for name, part in refs.model.friction.items():
         _check_pair(refs, name)
+        _check_friction(refs, ("friction", name), part)
     for name, actuator in refs.model.actuators.items():
         _check_free_input(refs, ("actuators", name), actuator)
 
@@ -108,6 +109,26 @@ def _check_pair(refs: References, name: str) -> None:
     elif refs.sure and len(refs.carriers(name)) < 2:
         text = f"node {name} is not a pair: fewer than two members have this node; name another"
         refs.fault(where, text, key=True)
+
+
+def _check_friction(refs: References, where: Where, part: PairFriction) -> None:
+    """Check the keys of dry friction: `radius` is of a node, `length` of a sliding pair with two nodes."""
+    name = str(where[1])
+    pair = refs.model.prismatic.get(name)
+    if not part.given:
+        refs.lack(where, ("mu", "viscous"), f"friction at '{name}' needs `mu` or `viscous`")
+    if ("prismatic", name) in refs.doubtful or (pair is None and name not in refs.model.nodes):
+        return
+    size = "radius" if pair is None else "length" if pair.nodes is not None else None
+    owners = {"radius": "a node", "length": "a sliding pair with two nodes"}
+    for key in (key for key in owners if key in part.given and key != size):
+        kind = "a node" if pair is None else "a pin in a slot" if size is None else "a sliding pair"
+        refs.fault((*where, key), f"`{key}` is of {owners[key]}, '{name}' is {kind}; remove `{key}`", key=True)
+    if part.mu is not None and size is not None and getattr(part, size) is None:
+        what = "the radius of the pin" if size == "radius" else "the distance of the two contacts in the guide"
+        refs.lack(where, (size,), f"`{size}` is missing: dry friction at '{name}' needs {what}")
+    if size in part.given and part.mu is None:
+        refs.lack(where, ("mu",), f"`mu` is missing: '{name}' has a `{size}`, but no coefficient of dry friction")
 
 
 # -- free inputs -------------------------------------------------------------------------------

@@ -47,7 +47,7 @@ class DynamicsCompiler:
             loads=tuple(self._load(name, load) for name, load in model.loads.items()),
             springs=tuple(self._spring(name, spring) for name, spring in model.springs.items()),
             dampers=tuple(DampingForce(n, self._gauge(n, d), d.damping) for n, d in model.dampers.items()),
-            frictions=tuple(self._friction(name, damping) for name, damping in model.friction.items()),
+            frictions=tuple(self._friction(name, part) for name, part in model.friction.items()),
             releases=tuple(self._release(k, name) for k, name in enumerate(model.actuators)),
         )
         return dynamics, tuple(self.gauges)
@@ -102,10 +102,12 @@ class DynamicsCompiler:
             name, k, spring.stiffness, gauge.drawn if spring.free is None else spring.free * self._unit(gauge)
         )
 
-    def _friction(self, name: str, damping: float) -> Friction:
-        if name in self.model.prismatic:
-            return Friction(name, damping, slide=[s.pair for s in self.slides].index(name))
-        return Friction(name, damping, node=self.nodes.index(name))
+    def _friction(self, name: str, part: schema.PairFriction) -> Friction:
+        sliding = name in self.model.prismatic
+        node = -1 if sliding else self.nodes.index(name)
+        slide = [s.pair for s in self.slides].index(name) if sliding else -1
+        radius, length = ((value or 0.0) / self.scale for value in (part.radius, part.length))
+        return Friction(name, part.viscous or 0.0, node, slide, part.mu or 0.0, radius, length)
 
     def _release(self, k: int, name: str) -> Release:
         actuator, unit = self.model.actuators[name], self._unit(self.actuators[k])

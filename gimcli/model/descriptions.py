@@ -23,7 +23,8 @@ FILE = {
     "loads": "Forces on members and nodes, and torques on members, by name",
     "springs": "Springs between two nodes, along a guide or about a pivot, by name",
     "dampers": "Viscous dampers between two nodes, along a guide or about a pivot, by name",
-    "friction": "Viscous friction of pairs, by node [N m s/rad] or sliding pair [N s/m]",
+    "friction": "Friction of pairs by node or sliding pair: a number is viscous [N m s/rad, or N s/m]; "
+    "{mu, radius} of a node and {mu, length} of a sliding pair are dry (Coulomb)",
     "parameters": "Numbers by name, for formulas such as 2*a + 3 in place of any number",
     "tolerances": "Tolerances (plus and minus, file's units) by dimension, such as crank, B.x, or a parameter",
 }
@@ -106,6 +107,13 @@ PARTS = {
         "free": "Length, travel or angle without force (file's unit); default: from the initial coordinates",
     },
     "Damper": {**GAUGE, "damping": "Damping coefficient [N s/m], or [N m s/rad] about a pivot"},
+    "PairFriction": {
+        "viscous": "Viscous friction [N m s/rad] of a node, or [N s/m] of a sliding pair; default 0",
+        "mu": "Coefficient of dry friction; default 0",
+        "radius": "Radius of the pin at a node (file's unit of length)",
+        "length": "Distance of the two contacts of a sliding pair with two nodes (file's unit of length); they lie on "
+        "both sides of the middle of its nodes",
+    },
     "Tracer": {
         "on": "Member to which the point is fixed",
         "member": "Another word for `on`",

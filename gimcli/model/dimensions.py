@@ -99,7 +99,7 @@ def name_of(where: Where) -> str:
     left_out = (*NAMELESS, "at", "local") if section == "points" else NAMELESS
     keys = [*keys[:1], *(key for key in keys[1:] if key not in left_out)]
     if section == "friction":
-        keys.append("friction")
+        keys = [*keys[:1], "friction", *(key for key in keys[1:] if key != "viscous")]
     if keys and isinstance(keys[-1], int) and len(keys) > 1 and keys[-2] not in ("polynomial", "nodes", "guide"):
         keys[-1] = AXES[keys[-1]]
     return ".".join(map(str, keys or where))
@@ -176,6 +176,8 @@ def _unit(model: Model, where: Sequence[Any]) -> str:
         return "mass" if last == "mass" else ""
     if section == "actuators" and "effort" not in where and last not in ("speed", "rate", "turns"):
         return "angle" if model.actuators[where[1]].rotary else "length"
+    if section == "friction" and last in ("radius", "length"):
+        return "length"
     if section == "springs" and last == "free":
         return "angle" if model.springs[where[1]].rotary else "length"
     return ""

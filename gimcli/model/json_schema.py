@@ -55,6 +55,8 @@ def json_schema() -> dict[str, Any]:
     parts["Actuator"]["properties"]["effort"] = {"anyOf": [{"type": ["number", "string"]}, {"$ref": "#/$defs/Effort"}]}
     mass = {"anyOf": [{"type": ["number", "string"]}, {"$ref": "#/$defs/Mass"}]}
     schema["properties"]["masses"]["additionalProperties"] = mass
+    friction = {"anyOf": [{"type": ["number", "string"]}, {"$ref": "#/$defs/PairFriction"}]}
+    schema["properties"]["friction"]["additionalProperties"] = friction
     for part in ("Tracer", "Load"):
         own = parts[part]
         own["properties"] = {"on": own["properties"]["on"], "member": own["properties"]["on"], **own["properties"]}

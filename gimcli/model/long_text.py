@@ -64,7 +64,8 @@ class _LongForm:
             "points": self._points(), "trace": list(mechanism.traced), "duration": mechanism.duration,
             "masses": self._masses(), "gravity": model.gravity, "loads": self._loads(), "springs": self._springs(),
             "dampers": {name: {**_gauge(one), "damping": one.damping} for name, one in model.dampers.items()},
-            "friction": model.friction, "tolerances": model.tolerances,
+            "friction": {name: _given(**vars(one)) for name, one in model.friction.items()},
+            "tolerances": model.tolerances,
         }  # fmt: skip
         return {key: value for key, value in found.items() if value not in ({}, [], "", None)}
 

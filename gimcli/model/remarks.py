@@ -100,8 +100,8 @@ def _dynamics(model: Model) -> Iterator[Remark]:
     for name, load in model.loads.items():
         yield from _load(model, name, load)
     yield from _dampers(model)
-    for name, damping in model.friction.items():
-        if damping == 0.0:
+    for name, part in model.friction.items():
+        if not part.viscous and not part.mu:
             yield Remark(("friction", name), f"friction at {name} is 0 and has no effect: remove it")
 
 

@@ -290,6 +290,20 @@ class Damper(Gauge):
     damping: float = POSITIVE
 
 
+class PairFriction(Part):
+    """Friction of the revolute pairs at a node, or of a sliding pair: viscous, dry (Coulomb), or both.
+
+    Dry friction needs `mu`, and at a node the `radius` of the pin (file's unit of length). In a sliding pair with two
+    nodes, `length` (file's unit) is the distance of the two contacts that bear its moment; they lie on both sides of
+    the middle of its nodes.
+    """
+
+    viscous: float | None = _optional(POSITIVE)
+    mu: float | None = _optional(POSITIVE)
+    radius: float | None = _optional(LENGTH)
+    length: float | None = _optional(LENGTH)
+
+
 class Model(Part):
     """A planar mechanism."""
 
@@ -310,7 +324,7 @@ class Model(Part):
     loads: dict[str, Load] = _section(Load.schema)
     springs: dict[str, Spring] = _section(Spring.schema)
     dampers: dict[str, Damper] = _section(Damper.schema)
-    friction: dict[str, float] = _section(POSITIVE)
+    friction: dict[str, PairFriction] = _section(PairFriction.schema)
     parameters: dict[str, float] = _section(NUMBER)
     tolerances: dict[str, float] = _section(LENGTH)
 
@@ -344,6 +358,9 @@ def long_form(data: dict[str, Any]) -> dict[str, Any]:
     if isinstance(result.get("masses"), dict):
         items = result["masses"].items()
         result["masses"] = {k: {"mass": v} if isinstance(v, int | float | str) else v for k, v in items}
+    if isinstance(result.get("friction"), dict):
+        items = result["friction"].items()
+        result["friction"] = {k: {"viscous": v} if isinstance(v, int | float | str) else v for k, v in items}
     for section in ("points", "loads"):
         if isinstance(result.get(section), dict):
             result[section] = {k: _long_carried(v) for k, v in result[section].items()}

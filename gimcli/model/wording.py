@@ -76,9 +76,10 @@ def expected(where: Where, kind: str, got: Any, limits: dict[str, Any]) -> str:
 
 
 def written(source: Source, where: Where) -> Where:
-    """Return the path of a part as it is in the file: short forms have no `nodes`, `profile`, `constant` and `mass`.
+    """Return the path of a part as it is in the file.
 
-    The key `on` has the word that the file uses for it.
+    Short forms have no `nodes`, `profile`, `constant`, `mass` and `viscous`. The key `on` has the word that the file
+    uses for it.
     """
     if not where or where in source.values:
         return where
@@ -86,7 +87,7 @@ def written(source: Source, where: Where) -> Where:
         words = (word for word in MEMBER_WORDS if (*where[:2], word) in source.values)
         return (*where[:2], next(words, "on"))
     for k, part in enumerate(where):
-        if part in ("nodes", "profile", "constant", "mass") and where[: k + 1] not in source.values:
+        if part in ("nodes", "profile", "constant", "mass", "viscous") and where[: k + 1] not in source.values:
             return written(source, (*where[:k], *where[k + 1 :]))
     return where
 
@@ -168,6 +169,8 @@ def _forms(where: Where) -> str:
         return "a list of nodes or {member: NAME}"
     if len(where) == 2 and where[0] == "masses":
         return "a number or a mapping such as {mass: ...}"
+    if len(where) == 2 and where[0] == "friction":
+        return "a number or a mapping such as {mu: ..., radius: ...}"
     if len(where) == 2 and where[0] in ("links", "elements"):
         return "a list of nodes such as [A, B] or a mapping of keys"
     return f"a mapping such as {{{known_keys(where)[0]}: ...}}" if known_keys(where) else "a mapping such as {A: ...}"

@@ -16,6 +16,7 @@ SECTIONS = {
     "Units": "units", "Ground": "ground", "Link": "links", "Element": "elements", "Prismatic": "prismatic",
     "Profile": "profiles", "Law": "law", "Actuator": "actuators", "Effort": "free inputs", "Tracer": "points",
     "Mass": "masses", "Load": "loads", "Spring": "springs", "Damper": "dampers",
+    "PairFriction": "friction",
 }  # fmt: skip
 """Heading under which a part of the schema is described."""
 

@@ -41,7 +41,7 @@ gravity: [0, -9.81]
 loads: {push: {on: rod, at: [90, 0], force: [-50, 0]}, screw: {on: crank, torque: 3}}
 springs: {coil: {pivot: O, arm: A, stiffness: 3, free: 20}}
 dampers: {shock: {nodes: [O, B], damping: 15}}
-friction: {A: 0.02}
+friction: {A: 0.02, B: {mu: 0.1, radius: 5}}
 tolerances: {rod: 0.1}
 """
 EDITS = {
@@ -62,6 +62,7 @@ EDITS = {
     "push.force.x": ("[-50", "[-51", -51), "screw.torque": ("torque: 3", "torque: 4", 4),
     "coil.stiffness": ("stiffness: 3", "stiffness: 4", 4), "coil.free": ("free: 20", "free: 21", 21),
     "shock.damping": ("damping: 15", "damping: 16", 16), "A.friction": ("0.02", "0.03", 0.03),
+    "B.friction.mu": ("mu: 0.1", "mu: 0.2", 0.2), "B.friction.radius": ("radius: 5", "radius: 6", 6),
 }  # fmt: skip
 """An edit of the text and the same value, by the name of the dimension."""
 

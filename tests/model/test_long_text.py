@@ -42,7 +42,7 @@ loads:
   tool: {on: plate, local: [1, 2], follower: [0, 7]}
 springs: {coil: {nodes: [O, B], stiffness: 200}, torsion: {pivot: A, arm: B, reference: O, stiffness: 3}}
 dampers: {shock: {node: B, guide: [O, G], damping: 15}}
-friction: {A: 0.02, slide: 5}
+friction: {A: 0.02, slide: {mu: 0.1, length: 20, viscous: 5}, B: {mu: r/100, radius: 2}}
 tolerances: {crank: 0.05, r: 0.1}
 """
 

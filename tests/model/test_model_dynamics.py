@@ -84,6 +84,23 @@ REFUSED = {
         ["node A is not a pair"],
     ),
     "negative friction": (FILE + "friction: {A: -1}\n", "6:15", ["at least 0"]),
+    "friction of two kinds of keys": (
+        FILE + "friction: {A: {mu: 0.1, length: 3, radius: 2}}\n", "6:25",
+        ["`length` is of a sliding pair", "'A' is a node"],
+    ),
+    "dry friction of a node without its radius": (FILE + "friction: {A: {mu: 0.1}}\n", "6:15", ["`radius` is missing"]),
+    "radius without a coefficient": (FILE + "friction: {A: {radius: 2}}\n", "6:15", ["`mu` is missing"]),
+    "dry friction without a value": (FILE + "friction: {A: {}}\n", "6:15", ["needs `mu` or `viscous`"]),
+    "negative coefficient": (FILE + "friction: {A: {mu: -1, radius: 2}}\n", "6:20", ["at least 0"]),
+    "radius of zero": (FILE + "friction: {A: {mu: 1, radius: 0}}\n", "6:31", ["above 0"]),
+    "friction, misspelt": (
+        FILE + "friction: {A: {mu: 1, radus: 3}}\n", "6:23", ["unknown key 'radus'", "did you mean 'radius'"],
+    ),
+    "friction as a list": (FILE + "friction: {A: [1]}\n", "6:15", ["a number or a mapping such as {mu: ..."]),
+    "length of a pin in a slot": (
+        FILE + "prismatic: {slot: {node: B, guide: [O, G]}}\nfriction: {slot: {mu: 1, length: 3}}\n", "7:26",
+        ["`length` is of a sliding pair with two nodes, 'slot' is a pin in a slot"],
+    ),
     "free, but not a boolean": (motor("free: maybe"), "5:49", ["expected true or false, got 'maybe'"]),
     "start too far away": (freed("start: 1e30"), "5:62", ["start reaches 1e+30"]),
     "start of an input that is not free": (motor("start: 45"), "5:43", ["`start`", "add `free: true`, or remove"]),
