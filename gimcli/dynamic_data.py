@@ -31,6 +31,10 @@ class LoadCurve(Protocol):
         """Return the values at times or inputs `at`."""
         ...
 
+    def slope(self, at: float) -> float:
+        """Return the derivative at a time or an input; 0 outside of the table."""
+        ...
+
 
 @dataclass(frozen=True)
 class Inertia:

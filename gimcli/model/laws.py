@@ -161,3 +161,7 @@ class Sampled:
     def __call__(self, at: FloatArray) -> FloatArray:
         """Return the interpolated value at each abscissa."""
         return np.asarray(self._curve(np.clip(at, self._at[0], self._at[-1])), dtype=float)
+
+    def slope(self, at: float) -> float:
+        """Return the derivative of the interpolated value; 0 before the first sample and after the last."""
+        return float(self._curve(at, 1)) if self._at[0] < at < self._at[-1] else 0.0
