@@ -23,6 +23,7 @@ from gimcli.errors import UsageError
 from gimcli.recording import nominal, scalar
 
 if TYPE_CHECKING:
+    from gimcli.coupling_data import Coupling, Gear
     from gimcli.dynamic_data import AppliedLoad, DampingForce, Friction, Inertia, Release, SpringForce
 
 FloatArray = NDArray[np.float64]
@@ -197,6 +198,8 @@ class Mechanism:
     floating: bool = False  # no node is fixed to the ground: member 0 is a member of the file, taken as frame
     dynamics: Dynamics = field(default=Dynamics(), repr=False)
     gauges: tuple[Input, ...] = field(default=(), repr=False)  # quantities that springs and dampers measure
+    couplings: tuple[Coupling, ...] = ()  # of actuators that follow others
+    gears: tuple[Gear, ...] = ()
     files: tuple[Path, ...] = field(default=(), repr=False, compare=False)  # its source files, never overwritten
     path: Path | None = field(default=None, repr=False, compare=False)  # of the model file, the first of `files`
     left_out: tuple[str, ...] = field(default=(), repr=False, compare=False)  # of another program's file: sentences
@@ -220,6 +223,29 @@ class Mechanism:
         """The shortest distance between a member's first node and its others: relative errors refer to it."""
         spans = [abs(z - m.shape[0]) for m in self.members[1:] for z in m.shape[1:]]
         return float(nominal(min(spans, default=self.size)))
+
+    @cached_property
+    def drivers(self) -> tuple[int, ...]:
+        """Numbers of the actuators that do not follow others: their inputs are independent."""
+        followers = {coupling.follower for coupling in self.couplings}
+        return tuple(k for k in range(len(self.actuators)) if k not in followers)
+
+    @cached_property
+    def following(self) -> FloatArray:
+        """The derivatives (actuators, drivers) of all inputs by those of the drivers."""
+        table = np.eye(len(self.actuators))
+        for coupling in self.couplings:
+            table[coupling.follower] = 0.0
+            for actuator, ratio in coupling.terms:
+                table[coupling.follower, actuator] = ratio
+        return table[:, list(self.drivers)]
+
+    def coupled(self, inputs: FloatArray) -> FloatArray:
+        """Return inputs (actuators, ...) in which the followers have the values that those of the drivers give."""
+        found = np.array(inputs, dtype=float)
+        for coupling in self.couplings:
+            found[coupling.follower] = coupling.phase + sum(ratio * found[k] for k, ratio in coupling.terms)
+        return found
 
     @property
     def drawn_inputs(self) -> FloatArray:

@@ -41,8 +41,18 @@ def inputs_of(
         text = f"at {name}={value}"
         if name not in names:
             raise UsageError(f"{text}: no actuator '{name}'{near(name, names)}")
+        refuse_follower(mechanism, names.index(name), text)
         values[names.index(name)] = _value(mechanism, names.index(name), text, value)
-    return values
+    return mechanism.coupled(values) if mechanism.couplings else values
+
+
+def refuse_follower(mechanism: Mechanism, actuator: int, text: str) -> None:
+    """Raise UsageError if an actuator follows others, so that its input cannot be chosen."""
+    if actuator in mechanism.drivers:
+        return
+    coupling = next(c for c in mechanism.couplings if c.follower == actuator)
+    leaders = " and ".join(f"'{mechanism.actuators[k].name}'" for k, _ in coupling.terms) or "no actuator"
+    raise UsageError(f"{text}: '{mechanism.actuators[actuator].name}' follows {leaders}; give the input of that one")
 
 
 def near(name: str, names: Iterable[str], what: str = "actuators") -> str:

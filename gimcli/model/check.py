@@ -21,9 +21,9 @@ from gimcli.model.references import CLOSEST, References
 from gimcli.model.schema import NO_FORMULAS, Element, Link, Model, OpenNode, long_form
 from gimcli.model.source import Source, Where
 
-SECTIONS = ("nodes", "links", "elements", *PAIRS, "actuators", "points", "masses", "loads",
+SECTIONS = ("nodes", "links", "elements", *PAIRS, "actuators", "gears", "points", "masses", "loads",
             "springs", "dampers", "friction", "parameters", "tolerances")  # fmt: skip
-CONSTRAINTS = ("links", "elements", *PAIRS, "actuators")
+CONSTRAINTS = ("links", "elements", *PAIRS, "actuators", "gears")
 FORMULA = ("=", "+", "-", "@")
 """First characters of a spreadsheet formula; names are used in the headers of CSV files."""
 COLUMNS = ("step", "time", "residual", "sweeps", "status")
@@ -133,6 +133,10 @@ def check(refs: References) -> None:
         for name in getattr(refs.model, section):
             kind.check(refs, name)
     check_inputs(refs)
+    if refs.model.gears:
+        from gimcli.model.check_gears import check_gears  # imported late: few models have gears
+
+        check_gears(refs)
     _check_points(refs)
     check_dynamics(refs)
     if refs.model.parameters or refs.model.tolerances:
@@ -158,7 +162,7 @@ def _check_names(refs: References) -> None:
                 line = refs.source.keys[(seen[name], name)][0]
                 text = f"'{name}' is given twice, first under `{seen[name]}:` in line {line}; rename one"
                 refs.fault((section, name), text, key=True)
-            elif name == "ground" or (section == "actuators" and name in COLUMNS):
+            elif name == "ground" or (section in ("actuators", "gears") and name in COLUMNS):
                 refs.fault((section, name), f"the name '{name}' is reserved; rename it", key=True)
             seen.setdefault(name, section)
 

@@ -5,19 +5,55 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from gimcli.model.check_laws import check_laws
+from gimcli.model.nearest import near
 from gimcli.model.references import References
 from gimcli.model.schema import Actuator
 from gimcli.model.source import Where
 
 ROTARY, LINEAR = ("pivot", "arm", "reference"), ("nodes", "node", "guide")
 KEYS = (*ROTARY, *LINEAR)
+FOLLOWING = {"follows", "ratio", "phase"}
+"""Keys of an actuator that follows another."""
+OWN = ("law", "free", "start", "speed", "effort")
+"""Keys of an actuator that follows no other."""
 
 
 def check_inputs(refs: References) -> None:
     """Record the errors in the actuators."""
     for name, actuator in refs.model.actuators.items():
         check_nodes(refs, ("actuators", name), actuator)
+        if FOLLOWING & actuator.given:
+            _check_following(refs, ("actuators", name), actuator)
     check_laws(refs)
+
+
+def _check_following(refs: References, where: Where, actuator: Actuator) -> None:
+    """Record the errors of an actuator that follows another."""
+    known, leader = refs.model.actuators, actuator.follows
+    if leader is None:
+        key = min(FOLLOWING & actuator.given)
+        refs.lack(where, ("follows",), f"`{key}` belongs to an actuator that follows another; add `follows: NAME`")
+    elif leader not in known:
+        if not {("actuators",), ("actuators", leader)} & set(refs.doubtful):
+            others = [name for name in known if name != where[1]]
+            hint = near(leader, others) or f"; actuators: {', '.join(others) or 'none'}"
+            refs.fault((*where, "follows"), f"no actuator '{leader}'{hint}")
+    elif _round(refs, str(where[1])):
+        refs.fault((*where, "follows"), f"'{where[1]}' follows itself; one actuator must have a law of its own")
+    elif own := [key for key in OWN if key in actuator.given]:
+        text = f"`{own[0]}` does not belong to an actuator that follows '{leader}'; remove it"
+        refs.fault((*where, own[0]), text, key=True)
+    elif actuator.ratio == 0.0:
+        refs.fault((*where, "ratio"), "the ratio 0 holds the input constant; use a `law` instead of `follows`")
+
+
+def _round(refs: References, name: str) -> bool:
+    """Return whether an actuator follows itself, possibly through others."""
+    known, at, passed = refs.model.actuators, name, set[str]()
+    while at in known and known[at].follows is not None and at not in passed:
+        passed.add(at)
+        at = str(known[at].follows)
+    return at == name and bool(passed)
 
 
 def check_span(refs: References, where: Where, guide: Sequence[str], sliding: Sequence[str]) -> None:

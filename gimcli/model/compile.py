@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from gimcli.mechanism import FRAME, Dynamics, Input, Mechanism, PairRow
 from gimcli.model import schema
 from gimcli.model.compile_geometry import GeometryCompiler
 from gimcli.model.compile_laws import LawCompiler
 from gimcli.model.pairs import PAIRS, used_nodes
+
+if TYPE_CHECKING:
+    from gimcli.coupling_data import Coupling, Gear
 
 
 def compile_model(model: schema.Model, folder: Path = Path(), frame: tuple[complex, float] | None = None) -> Mechanism:
@@ -28,15 +32,35 @@ def compile_model(model: schema.Model, folder: Path = Path(), frame: tuple[compl
         for row in kind.rows(own, name, pair)
     )
     driven = tuple(own.quantity(name, a) for name, a in model.actuators.items())
-    actuators, duration = LawCompiler(model, folder, own.scale).compile(driven)
+    laws = LawCompiler(model, folder, own.scale)
+    actuators, duration = laws.compile(driven)
+    actuators, couplings, gears = _coupled(own, laws, actuators)
     dynamics, gauges = _dynamics(own, pairs, actuators)
     return Mechanism(
         name=model.name or "mechanism", nodes=tuple(own.names), drawn=own.drawn, members=tuple(own.members),
-        pairs=pairs, actuators=actuators, dynamics=dynamics, gauges=gauges,
+        pairs=pairs, actuators=actuators, dynamics=dynamics, gauges=gauges, couplings=couplings, gears=gears,
         points=tuple(points), traced=tuple(traced), size=own.size / own.scale, scale=own.scale,
         origin=own.origin, length_unit=model.units.length, angle_unit=model.units.angle,
         duration=duration, floating=model.ground.member is not None,
     )  # fmt: skip
+
+
+def _coupled(
+    own: GeometryCompiler, laws: LawCompiler, actuators: tuple[Input, ...]
+) -> tuple[tuple[Input, ...], tuple[Coupling, ...], tuple[Gear, ...]]:
+    """Return the actuators with those that gears add, the couplings of their inputs, and the gears."""
+    model = own.model
+    gears: tuple[Gear, ...] = ()
+    if not model.gears and all(actuator.follows is None for actuator in model.actuators.values()):
+        return actuators, (), ()
+    from gimcli.model.compile_couplings import couplings_of, with_laws
+
+    couplings = couplings_of(model, actuators, laws.units)
+    if model.gears:
+        from gimcli.model.compile_gears import GearCompiler
+
+        actuators, couplings, gears = GearCompiler(own, actuators, couplings).compile()
+    return with_laws(actuators, couplings), couplings, gears
 
 
 def _dynamics(

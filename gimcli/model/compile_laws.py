@@ -25,7 +25,7 @@ class LawCompiler:
         self.units = {True: math.pi / 180.0 if model.units.angle == "deg" else 1.0, False: 1.0 / scale}
 
     def compile(self, inputs: tuple[Input, ...]) -> tuple[tuple[Input, ...], float]:
-        """Return the inputs with their laws, and the duration of the motion [s]."""
+        """Return the inputs with their laws, and the duration of the motion [s]; followers have no law of their own."""
         known, drawn = self._duration(), {one.name: one.drawn / self.units[one.rotary] for one in inputs}
         times = run_times(self.model, lambda name, _: drawn[name], known is not None)
         duration = known if known is not None else times[0].seconds if times else None
@@ -45,6 +45,8 @@ class LawCompiler:
 
     def _law(self, one: Input, actuator: Actuator, duration: Any | None) -> InputLaw:
         law, drawn, unit = actuator.law or Law(), one.drawn, self.units[one.rotary]
+        if actuator.follows is not None:
+            return one.law
         if law.profile.table is not None:
             return Scaled(TableLaw(*read_table(self.folder / law.profile.table)), unit)
         shape: InputLaw = PROFILES.get(law.profile.name, PROFILES["uniform"])

@@ -15,6 +15,7 @@ FILE = {
     "elements": "Rigid members of three or more nodes, by name: [A, B, C], or {nodes: [...], shape: {...}}",
     "prismatic": "Sliding pairs, by name",
     "actuators": "Inputs, by name; one per driven degree of freedom",
+    "gears": "Gears, belts, and racks with pinions, by name",
     "points": "Points fixed to a member, by name; they do not change the solution",
     "trace": "Points and nodes in the results; default: all points, or every moving node if there are no points",
     "duration": "Time of the whole motion [s]; default 1",
@@ -86,6 +87,9 @@ PARTS = {
         "node": "Linear: node whose travel along `guide` is driven",
         "guide": "Linear: two nodes; the travel is 0 at the first, positive towards the second",
         "law": "Value during the motion; default: a full turn from the initial angle, or the constant initial length",
+        "follows": "Name of the actuator that this one follows, with its input times `ratio` plus `phase`",
+        "ratio": "Input per input of the actuator that it follows (file's units); default 1",
+        "phase": "Input where that of the actuator that it follows is 0 (file's unit); default: as drawn",
         "free": "true: in `gim simulate` forces decide its motion; default false: it follows its law",
         "start": "Initial value of a free input in `gim simulate` (file's unit of angle or length); "
         "default: first value of the law",
@@ -126,6 +130,18 @@ PARTS = {
         "inertia": "Moment of inertia about the centre of mass [kg m^2]; default 0: a point mass",
         "centre": "Centre of mass [x, y] in the member's own frame (file's unit of length): origin at its first node, "
         "x towards its second node, y to the left; default: mean of its nodes",
+    },
+    "Gear": {
+        "type": "Teeth outside (external) or inside (internal) of one wheel, belt or crossed belt, or rack and pinion",
+        "members": "The two wheels; of a rack, the pinion and the rack",
+        "pivots": "The pivot of each wheel, a node of the wheel and of the carrier; of a rack, that of the pinion",
+        "carrier": "Member on which both wheels turn; default: the ground, or the member that has both pivots",
+        "ratio": "Turns of the second wheel per turn of the first, relative to the carrier, above 0; the type gives "
+        "the sense",
+        "teeth": "Numbers of teeth of the two wheels",
+        "radii": "Pitch radii (file's unit of length) of the two wheels; of a rack, that of the pinion",
+        "pitch": "Length of one tooth of a chain or toothed belt (file's unit); gives the radii of `teeth`",
+        "pressure_angle": "Pressure angle of the teeth (file's unit of angle); default 20 deg",
     },
     "Load": {
         "on": "Member or node on which the load acts; a node takes a `force` only",

@@ -151,8 +151,9 @@ def _actuators(model: Model) -> Iterator[tuple[Where, float, bool]]:
     turn = TURN[model.units.angle]
     for name, actuator in model.actuators.items():
         law = actuator.law
-        if law is None or not (
-            law.given & {"from_", "to", "by", "turns", "rate"} or law.profile.table or law.profile.polynomial
+        if actuator.follows is None and (
+            law is None
+            or not (law.given & {"from_", "to", "by", "turns", "rate"} or law.profile.table or law.profile.polynomial)
         ):
             yield ("actuators", name, "law", "by"), turn if actuator.rotary else 0.0, False
         for where, value, given in _in_part(actuator, ("actuators", name)):

@@ -23,6 +23,8 @@ REAL = 1e-6
 """Relative imaginary part below which a root may be a double real root; a false root costs one evaluation only."""
 
 TINY = float(np.finfo(float).tiny)
+SAMPLES = 1025
+"""Times between which the derivative of a sum of laws is searched for changes of its sign."""
 NEGLIGIBLE = 1e-60
 """Coefficient relative to the largest that is treated as 0: its roots are far from 0..1, its reciprocal overflows."""
 
@@ -165,3 +167,34 @@ class Sampled:
     def slope(self, at: float) -> float:
         """Return the derivative of the interpolated value; 0 before the first sample and after the last."""
         return float(self._curve(at, 1)) if self._at[0] < at < self._at[-1] else 0.0
+
+
+@dataclass(frozen=True)
+class SummedLaw:
+    """The law of an input that follows others: phase + sum of ratio times law."""
+
+    terms: tuple[tuple[float, InputLaw], ...]
+    phase: float
+
+    def __call__(self, time: FloatArray, order: int = 0) -> FloatArray:
+        """Return the value or a derivative by the normalised time."""
+        t = np.asarray(time, dtype=float)
+        total = np.full(t.shape, 0.0 if order else float(self.phase))
+        for ratio, law in self.terms:
+            total = total + ratio * law(t, order)
+        return np.asarray(total)
+
+    def stops(self) -> FloatArray:
+        """Return the times at which the law may reverse: those of its terms, and roots of its derivative between."""
+        found = [law.stops() for _, law in self.terms]
+        if len(self.terms) > 1:
+            found.append(self._roots(np.unique(np.concatenate([np.linspace(0.0, 1.0, SAMPLES), *found]))))
+        return np.unique(np.concatenate([np.empty(0), *found]))
+
+    def _roots(self, time: FloatArray) -> FloatArray:
+        """Return the times at which the derivative changes its sign between successive times (rows,)."""
+        from scipy.optimize import brentq  # imported late: few models have such laws
+
+        rate = self(time, 1)
+        changes = np.flatnonzero(rate[:-1] * rate[1:] < 0.0)
+        return np.array([brentq(lambda t: float(self(np.array(t), 1)), time[k], time[k + 1]) for k in changes])

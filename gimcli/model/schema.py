@@ -222,16 +222,44 @@ class Actuator(Gauge):
 
     The type may be given, too; it follows from the other keys.
 
+    An input that `follows` another has the value `ratio` (default 1) times the other's value plus `phase` (file's
+    units); without `phase` it agrees with the initial coordinates.
+
     `free`, `start`, `speed` and `effort` are for simulations, where a free input is moved by forces instead of its law:
     `start` is its initial value (file's unit of angle or length), `speed` its initial speed (that unit per second).
     """
 
     type: str | None = _optional(_choice("rotary", "linear"))
     law: Law | None = _optional(Law.schema)
+    follows: str | None = _optional(NAME)
+    ratio: float | None = _optional(NUMBER)
+    phase: float | None = _optional(NUMBER)
     free: bool = _default(core_schema.bool_schema(strict=True), False)
     start: float | None = _optional(NUMBER)
     speed: float = _default(NUMBER, 0.0)
     effort: Effort | None = _optional(Effort.schema)
+
+
+class Gear(Part):
+    """Two members that turn about pivots of one carrier and are coupled by teeth or a belt; or a rack and pinion.
+
+    `members` are the two wheels, `pivots` their nodes on the `carrier` (by default the ground, or the member that has
+    both pivots). The wheels are given by `teeth`, by their pitch `radii` (file's unit of length), or by `ratio`: turns
+    of the second member per turn of the first, relative to the carrier; its sense follows from `type`. `pitch` is the
+    length of one tooth of a chain or toothed belt along the pitch line. `rack`: the second member slides on the
+    carrier, `pivots` has the pinion's pivot, `radii` the pinion's radius. The wheels mesh as drawn.
+    `pressure_angle` is that of the teeth (file's unit of angle, by default 20 deg).
+    """
+
+    type: str = _default(_choice("external", "internal", "belt", "crossed", "rack"), "external")
+    members: list[str] = PAIR
+    pivots: list[str] = _list(NAME, 1, 2)
+    carrier: str | None = _optional(NAME)
+    ratio: float | None = _optional(LENGTH)
+    teeth: list[float] | None = _optional(_list(LENGTH, 2, 2))
+    radii: list[float] | None = _optional(_list(LENGTH, 1, 2))
+    pitch: float | None = _optional(LENGTH)
+    pressure_angle: float | None = _optional(NUMBER)
 
 
 class Tracer(Part):
@@ -316,6 +344,7 @@ class Model(Part):
     elements: dict[str, Element] = _section(Element.schema)
     prismatic: dict[str, Prismatic] = _section(Prismatic.schema)
     actuators: dict[str, Actuator] = _section(Actuator.schema)
+    gears: dict[str, Gear] = _section(Gear.schema)
     points: dict[str, Tracer] = _section(Tracer.schema)
     trace: list[str] = _default(NAMES, [])
     duration: float | None = _optional(SECONDS)

@@ -1,0 +1,65 @@
+"""Compiler of the actuators that follow others: their couplings and their laws."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from gimcli.coupling_data import Coupling
+from gimcli.mechanism import Input, InputLaw
+from gimcli.model.laws import RunLaw, SummedLaw
+from gimcli.model.schema import Actuator, Model
+
+
+def couplings_of(model: Model, inputs: Sequence[Input], units: Mapping[bool, Any]) -> tuple[Coupling, ...]:
+    """Return the couplings of the actuators that follow others, in the order of the file.
+
+    inputs: the actuators with their drawn values. units: one unit of the file in the normal frame, for rotary (True)
+    and linear inputs.
+    """
+    names, found = list(model.actuators), dict[str, Coupling]()
+
+    def coupling(name: str, actuator: Actuator) -> Coupling:
+        if name in found:
+            return found[name]
+        own, other = names.index(name), names.index(str(actuator.follows))
+        unit = units[inputs[own].rotary]
+        ratio = (1.0 if actuator.ratio is None else actuator.ratio) * (unit / units[inputs[other].rotary])
+        phase = inputs[own].drawn - ratio * inputs[other].drawn
+        if actuator.phase is not None:
+            phase = actuator.phase * unit
+        found[name] = Coupling(own, ((other, ratio),), phase)
+        leader = model.actuators[names[other]]
+        if leader.follows is not None:
+            found[name] = _through(found[name], coupling(names[other], leader))
+        return found[name]
+
+    return tuple(coupling(name, a) for name, a in model.actuators.items() if a.follows is not None)
+
+
+def _through(outer: Coupling, inner: Coupling) -> Coupling:
+    """Return the coupling to the leaders of the leader."""
+    ((_, ratio),) = outer.terms
+    terms = tuple((actuator, ratio * own) for actuator, own in inner.terms)
+    return Coupling(outer.follower, terms, ratio * inner.phase + outer.phase)
+
+
+def with_laws(inputs: Sequence[Input], couplings: Sequence[Coupling]) -> tuple[Input, ...]:
+    """Return the actuators; the laws of followers are those of their leaders, times the ratios."""
+    timed = list(inputs)
+    for coupling in couplings:
+        law = _law(coupling, [timed[k].law for k, _ in coupling.terms])
+        timed[coupling.follower] = replace(timed[coupling.follower], law=law)
+    return tuple(timed)
+
+
+def _law(coupling: Coupling, laws: Sequence[InputLaw]) -> InputLaw:
+    ratios = [ratio for _, ratio in coupling.terms]
+    if laws and all(isinstance(law, RunLaw) and law.profile == laws[0].profile for law in laws):  # type: ignore[attr-defined]
+        start, end = (
+            coupling.phase + sum(r * getattr(law, at) for r, law in zip(ratios, laws, strict=True))
+            for at in ("start", "end")
+        )
+        return RunLaw(start, end, laws[0].profile)  # type: ignore[attr-defined]
+    return SummedLaw(tuple(zip(ratios, laws, strict=True)), coupling.phase)

@@ -1,0 +1,294 @@
+"""Compiler of gears, belts, and racks with pinions: the inputs that follow from them.
+
+Angles of members and travels of racks are unknowns x. Rotary actuators, pairs without relative rotation and gears give
+linear equations between them and the inputs u of the actuators. The quantities that the gears determine become inputs
+that follow the others: each gear adds one, if other gears do not imply it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence, Set
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+from gimcli.coupling_data import CROSSED, EXTERNAL, INTERNAL, NO_PIVOT, RACK, Coupling, Gear
+from gimcli.errors import ModelError
+from gimcli.mechanism import ANGLE, FRAME, HEIGHT, Input
+from gimcli.model import schema
+from gimcli.model.compile_geometry import GeometryCompiler
+from gimcli.model.linear_relations import Relations, Row
+from gimcli.recording import nominal, phase, scalar
+
+OPPOSITE = (EXTERNAL, CROSSED)
+"""Types whose wheels turn in opposite senses."""
+PRESSURE_ANGLE = math.radians(20.0)
+"""Of standard involute teeth (ISO 53)."""
+
+MOST = 1000
+"""Numbers that a name may be given."""
+
+Unknown = tuple[str, int | str]
+"""The angle of a member (number), or the travel of the rack of a gear (name)."""
+
+
+class Candidate(NamedTuple):
+    """A quantity that may follow the inputs: a combination of unknowns, and how it is measured."""
+
+    row: Row
+    gear: Gear
+    members: tuple[int, int] | None  # of an angle; None: the travel of the gear's rack
+
+
+class GearCompiler:
+    """Compiles the gears of a validated model after its actuators."""
+
+    def __init__(self, own: GeometryCompiler, actuators: tuple[Input, ...], couplings: tuple[Coupling, ...]) -> None:
+        self.own, self.model, self.actuators, self.couplings = own, own.model, actuators, couplings
+        self.number = own.number | {"ground": FRAME}
+        self.travels: dict[str, Input] = {}
+        self.gears = [self._gear(name, part) for name, part in self.model.gears.items()]
+
+    def compile(self) -> tuple[tuple[Input, ...], tuple[Coupling, ...], tuple[Gear, ...]]:
+        """Return all actuators, all couplings, and the gears.
+
+        Raises ModelError if gears and actuators contradict each other.
+        """
+        driven = Relations(self._driven())
+        every = Relations(driven.rows)
+        for gear in self.gears:
+            first, second = self._quantities(gear)
+            if not every.add(second.minus(first, gear.ratio)) and every.contradicted:
+                raise ModelError([self._contradiction(gear)])
+        actuators, couplings = list(self.actuators), list(self.couplings)
+        for candidate in self._chosen(driven, every):
+            one = self._input(candidate, {other.name for other in actuators})
+            couplings.append(self._coupling(len(actuators), one, every.value(candidate.row)))
+            actuators.append(one)
+        return tuple(actuators), tuple(couplings), tuple(self.gears)
+
+    # -- one gear -------------------------------------------------------------------------------
+
+    def _gear(self, name: str, part: schema.Gear) -> Gear:
+        first, second = (self.number[member] for member in part.members)
+        carrier, pivots = self.number[carrier_of(self.model, part)], [self.own.index[n] for n in part.pivots]
+        angle = PRESSURE_ANGLE if part.pressure_angle is None else part.pressure_angle * self.own.turn
+        if part.type == RACK:
+            return self._rack(name, part, angle)
+        ratio = _ratio(part)
+        return Gear(
+            name, part.type, (first, second), carrier, (pivots[0], pivots[1]),
+            -ratio if part.type in OPPOSITE else ratio, self._radii(part, carrier, pivots, ratio), angle,
+        )  # fmt: skip
+
+    def _radii(self, part: schema.Gear, carrier: int, pivots: Sequence[int], ratio: Any) -> tuple[Any, Any] | None:
+        """Return the pitch radii: those of teeth follow from the distance of the pivots, which the carrier fixes."""
+        member = self.own.members[carrier]
+        apart = abs(scalar(member.local(pivots[1]) - member.local(pivots[0])))
+        if part.type == EXTERNAL:
+            return apart * ratio / (1.0 + ratio), apart / (1.0 + ratio)
+        if part.type == INTERNAL:
+            second = apart / abs(1.0 - ratio)
+            return ratio * second, second
+        if part.radii is not None:
+            return part.radii[0] / self.own.scale, part.radii[1] / self.own.scale
+        if part.teeth is not None and part.pitch is not None:
+            factor = part.pitch / (2.0 * math.pi * self.own.scale)
+            return part.teeth[0] * factor, part.teeth[1] * factor
+        return None
+
+    def _rack(self, name: str, part: schema.Gear, angle: Any) -> Gear:
+        pair = rack_pair(self.model, part)
+        assert pair is not None  # checked
+        slide = self.model.prismatic[pair]
+        nodes = slide.nodes or []
+        self.travels[name] = self.own.quantity(name, schema.Gauge(node=nodes[0], guide=slide.guide))
+        guide, carrier = self.travels[name].guide, self.number[carrier_of(self.model, part)]
+        pivot = self.own.index[part.pivots[0]]
+        radius = (part.radii or [0.0])[0] / self.own.scale
+        side = 1.0 if nominal(rack_height(self.model, part, slide)) > 0.0 else -1.0
+        ratio = -side * radius if guide == carrier else side * radius
+        first = next(n for n, row in enumerate(self._pair_rows()) if row == pair)
+        members = (self.number[part.members[0]], self.number[part.members[1]])
+        return Gear(name, RACK, members, carrier, (pivot, NO_PIVOT), ratio, (radius, 0.0), angle, first)
+
+    def _pair_rows(self) -> Iterator[str]:
+        """Yield the pair of each row of Mechanism.pairs."""
+        for name, pair in self.model.prismatic.items():
+            yield from [name] * (1 if pair.node is not None else 2)
+
+    # -- relations ---------------------------------------------------------------------------------
+
+    def _driven(self) -> list[Row]:
+        """Return the relations without gears: of rotary actuators, of pairs, and of travels that actuators drive."""
+        rows = []
+        for k, one in enumerate(self.actuators):
+            if one.kind == ANGLE:
+                rows.append(_relative(one.members[0], one.guide, {k: 1.0}))
+            elif one.kind == HEIGHT:
+                rows += self._driven_travels(k, one)
+        for pair in self.model.prismatic.values():
+            body, guide = sliding_members(self.model, pair)
+            if body is not None and guide is not None:
+                rows.append(_relative(self.number[body], self.number[guide], {}))
+        return rows
+
+    def _driven_travels(self, k: int, one: Input) -> Iterator[Row]:
+        for name, travel in self.travels.items():
+            along = scalar(one.normal.conjugate() * travel.normal)
+            if one.members == travel.members and abs(along.imag) < PARALLEL and self._same_body(one, travel):
+                yield Row({("rack", name): 1.0}, {k: math.copysign(1.0, along.real)})
+
+    def _same_body(self, one: Input, other: Input) -> bool:
+        both = {one.node, other.node}
+        return any(both <= set(member.nodes) for member in self.own.members)
+
+    def _chosen(self, driven: Relations, every: Relations) -> Iterator[Candidate]:
+        """Yield the quantities that follow, so that they and the actuators determine what the gears do."""
+        known = Relations(driven.rows)
+        for gear in self.gears:
+            if not all(every.determines(row) for row in self._quantities(gear)):
+                raise ModelError([self._undriven(gear)])
+        while open_ones := [gear for gear in self.gears if not self._known(gear, known)]:
+            for gear in open_ones:
+                new = (c for c in self._candidates(gear) if every.determines(c.row) and not known.determines(c.row))
+                if (candidate := next(new, None)) is not None:
+                    known.add(candidate.row)
+                    yield candidate
+
+    def _known(self, gear: Gear, known: Relations) -> bool:
+        return all(known.determines(row) for row in self._quantities(gear))
+
+    def _quantities(self, gear: Gear) -> tuple[Row, Row]:
+        """Return the first and the second quantity of a gear."""
+        first = _relative(gear.members[0], gear.carrier, {})
+        if gear.kind == RACK:
+            return first, Row({("rack", gear.name): 1.0}, {})
+        return first, _relative(gear.members[1], gear.carrier, {})
+
+    def _candidates(self, gear: Gear) -> Iterator[Candidate]:
+        """Yield the second and the first quantity of a gear, then the absolute angles of its members."""
+        quantities = self._quantities(gear)
+        for k in (1, 0):
+            if gear.kind == RACK and k == 1:
+                yield Candidate(quantities[1], gear, None)
+            elif gear.members[k] != FRAME:
+                yield Candidate(quantities[k], gear, (gear.members[k], gear.carrier))
+        for member in (gear.carrier, *gear.members):
+            if member != FRAME:
+                yield Candidate(_relative(member, FRAME, {}), gear, (member, FRAME))
+
+    def _input(self, candidate: Candidate, taken: Set[str]) -> Input:
+        """Return the quantity as an input; it is named after its gear, with a number if this name is taken."""
+        gear = candidate.gear
+        name = next(n for n in (gear.name, *(f"{gear.name} {k}" for k in range(2, MOST))) if n not in taken)
+        if candidate.members is None:
+            return replace(self.travels[gear.name], name=name)
+        arm, reference = candidate.members
+        pivot = gear.pivots[gear.members.index(arm)] if arm in gear.members else gear.pivots[0]
+        pivot = gear.pivots[0] if pivot == NO_PIVOT else pivot
+        (own, ray), (other, base) = (self._direction(member, pivot) for member in (arm, reference))
+        drawn = phase(ray / base + 0.0j)
+        return Input(name, ANGLE, (pivot,), (arm, reference), arm=own, reference=other, drawn=drawn)
+
+    def _direction(self, number: int, pivot: int) -> tuple[complex, complex]:
+        """Return the direction from the pivot to the farthest node of a member, in its own frame and as drawn."""
+        member, drawn = self.own.members[number], self.own.drawn
+        if number == FRAME:
+            return 1.0 + 0.0j, 1.0 + 0.0j
+        start = pivot if pivot in member.nodes else member.nodes[0]
+        far = max(member.nodes, key=lambda n: nominal(abs(scalar(member.local(n) - member.local(start)))))
+        own, ray = scalar(member.local(far) - member.local(start)), scalar(drawn[far] - drawn[start])
+        return own / abs(own), ray / abs(ray)
+
+    def _coupling(self, number: int, one: Input, ratios: dict[int, Any]) -> Coupling:
+        """Return the coupling of a quantity that changes with the inputs by the given ratios; it is as drawn."""
+        followed = {coupling.follower: coupling for coupling in self.couplings}
+        value, terms = one.drawn, dict[int, Any]()
+        for k, ratio in ratios.items():
+            value = value - ratio * self.actuators[k].drawn
+            leaders = ((k, 1.0),) if k not in followed else followed[k].terms
+            value = value + (ratio * followed[k].phase if k in followed else 0.0)
+            for leader, own in leaders:
+                terms[leader] = terms.get(leader, 0.0) + ratio * own
+        return Coupling(number, tuple(terms.items()), value, geared=True)
+
+    # -- errors --------------------------------------------------------------------------------------
+
+    def _contradiction(self, gear: Gear) -> str:
+        return (
+            f"gears: '{gear.name}' contradicts the other gears and actuators: the mechanism is locked;"
+            " remove an actuator or a gear, or correct a ratio"
+        )
+
+    def _undriven(self, gear: Gear) -> str:
+        members = [self.own.members[m].name for m in gear.members]
+        return (
+            f"gears: '{gear.name}': neither '{members[0]}' nor '{members[1]}' is turned by an actuator or another gear;"
+            " put the actuator on one of them"
+        )
+
+
+PARALLEL = 1e-9
+"""Sine of the angle below which two guides are parallel."""
+
+
+def _relative(member: int, reference: int, inputs: dict[int, Any]) -> Row:
+    """Return the relation: angle of a member minus that of another = inputs."""
+    unknowns: dict[Unknown, Any] = {}
+    if member != FRAME:
+        unknowns["angle", member] = 1.0
+    if reference != FRAME:
+        unknowns["angle", reference] = -1.0
+    return Row(unknowns, inputs)
+
+
+def _ratio(part: schema.Gear) -> Any:
+    """Return the turns of the second wheel per turn of the first, without the sense."""
+    given = part.teeth or part.radii
+    return part.ratio if given is None else given[0] / given[1]
+
+
+def carrier_of(model: schema.Model, part: schema.Gear) -> str:
+    """Return the member on which both wheels of a gear turn: the given one, the ground, or that with both pivots."""
+    if part.carrier is not None:
+        return "ground" if part.carrier == model.ground.member else part.carrier
+    held = model.ground.member
+    ground = model.ground.nodes if held is None else model.members[held].nodes
+    if set(part.pivots) <= set(ground):
+        return "ground"
+    own = set(part.members)
+    found = [name for name, m in model.members.items() if set(part.pivots) <= set(m.nodes) and name not in own]
+    return found[0] if found else ""
+
+
+def sliding_members(model: schema.Model, pair: schema.Prismatic) -> tuple[str | None, str | None]:
+    """Return the sliding member and the guide of a prismatic pair without relative rotation."""
+    if pair.nodes is None:
+        return None, None
+    guide = _member_with(model, pair.guide, "")
+    return _member_with(model, pair.nodes, guide or ""), guide
+
+
+def _member_with(model: schema.Model, nodes: Sequence[str], but: str) -> str | None:
+    held = model.ground.member
+    ground = model.ground.nodes if held is None else model.members[held].nodes
+    names = [("ground", ground), *((n, m.nodes) for n, m in model.members.items() if n != held)]
+    return next((name for name, own in names if set(nodes) <= set(own) and name != but), None)
+
+
+def rack_pair(model: schema.Model, part: schema.Gear) -> str | None:
+    """Return the sliding pair between the rack and the carrier of a gear."""
+    wanted = {part.members[1], carrier_of(model, part)}
+    pairs = ((name, sliding_members(model, pair)) for name, pair in model.prismatic.items())
+    return next((name for name, both in pairs if set(both) == wanted), None)
+
+
+def rack_height(model: schema.Model, part: schema.Gear, slide: schema.Prismatic) -> Any:
+    """Return the height of the line of the rack over the pinion's pivot, to the left of the guide's direction."""
+    first, second = (complex(*map(float, map(nominal, model.nodes[n]))) for n in slide.guide)
+    pivot = complex(*map(float, map(nominal, model.nodes[part.pivots[0]])))
+    rack, line = part.members[1], (second - first) / abs(second - first)
+    on_rack = (slide.nodes or []) if sliding_members(model, slide)[0] == rack else slide.guide
+    place = complex(*map(float, map(nominal, model.nodes[on_rack[0]])))
+    return (line.conjugate() * (place - pivot)).imag

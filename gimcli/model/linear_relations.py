@@ -1,0 +1,80 @@
+"""Linear relations between unknowns and inputs, and what they determine; their numbers may be recorded ones."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from gimcli.recording import nominal
+
+ZERO = 1e-12
+"""A coefficient below this is a rounding error of 0; coefficients are about 1."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """The relation: sum of coefficient times unknown = sum of coefficient times input + a constant."""
+
+    unknowns: Mapping[Any, Any]
+    inputs: Mapping[int, Any]
+
+    def minus(self, other: Row, factor: Any) -> Row:
+        """Return this relation minus a multiple of another one; coefficients that vanish are left out."""
+        return Row(_minus(self.unknowns, other.unknowns, factor), _minus(self.inputs, other.inputs, factor))
+
+    def over(self, unknown: Hashable) -> Row:
+        """Return the relation divided by the coefficient of an unknown."""
+        factor = self.unknowns[unknown]
+        return Row({k: v / factor for k, v in self.unknowns.items()}, {k: v / factor for k, v in self.inputs.items()})
+
+
+class Relations:
+    """Independent relations, each solved for one unknown that no other one contains (Gauss and Jordan)."""
+
+    def __init__(self, rows: Sequence[Row] = ()) -> None:
+        self._solved: dict[Any, Row] = {}
+        self.contradicted = False
+        """Whether the relation that was added last contradicts the others: it would fix a combination of inputs."""
+        for row in rows:
+            self.add(row)
+
+    @property
+    def rows(self) -> list[Row]:
+        """The independent relations."""
+        return list(self._solved.values())
+
+    def add(self, row: Row) -> bool:
+        """Add a relation; return whether it is independent of the others."""
+        rest = self._reduced(row)
+        self.contradicted = not rest.unknowns and bool(rest.inputs)
+        if not rest.unknowns:
+            return False
+        own = max(rest.unknowns, key=lambda k: abs(nominal(rest.unknowns[k])))
+        rest = rest.over(own)
+        for unknown, other in list(self._solved.items()):
+            if own in other.unknowns:
+                self._solved[unknown] = other.minus(rest, other.unknowns[own])
+        self._solved[own] = rest
+        return True
+
+    def determines(self, row: Row) -> bool:
+        """Return whether the inputs determine a combination of unknowns."""
+        return not self._reduced(row).unknowns
+
+    def value(self, row: Row) -> dict[int, Any]:
+        """Return the derivatives of a determined combination of unknowns by the inputs."""
+        return {k: -v for k, v in self._reduced(Row(row.unknowns, {})).inputs.items()}
+
+    def _reduced(self, row: Row) -> Row:
+        for unknown, solved in self._solved.items():
+            if unknown in row.unknowns:
+                row = row.minus(solved, row.unknowns[unknown])
+        return row
+
+
+def _minus(one: Mapping[Any, Any], other: Mapping[Any, Any], factor: Any) -> dict[Any, Any]:
+    result = dict(one)
+    for key, value in other.items():
+        result[key] = result.get(key, 0.0) - factor * value
+    return {key: value for key, value in result.items() if abs(nominal(value)) > ZERO}

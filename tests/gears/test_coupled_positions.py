@@ -1,0 +1,244 @@
+"""Positions of mechanisms whose inputs follow others, against closed forms of geared five-bars and gear trains."""
+
+import numpy as np
+import pytest
+
+import gimcli
+from gimcli.errors import GimError
+
+
+def five_bar(ratio, phase, *, d=3.0, a=(1.0, 1.2), b=(3.5, 3.0), drawn=(1.77, 3.41), law=None):
+    second = complex(np.exp(1j * np.radians(phase)) * a[1] + d)
+    return {
+        "units": {"length": "m", "angle": "deg"},
+        "nodes": {"O": [0, 0], "Q": [d, 0], "A": [a[0], 0], "B": [second.real, second.imag], "P": list(drawn)},
+        "ground": ["O", "Q"],
+        "links": {
+            "crank": {"nodes": ["O", "A"], "length": a[0]},
+            "other": {"nodes": ["Q", "B"], "length": a[1]},
+            "b1": {"nodes": ["A", "P"], "length": b[0]},
+            "b2": {"nodes": ["B", "P"], "length": b[1]},
+        },
+        "actuators": {
+            "motor": {"pivot": "O", "arm": "A", "law": law or {"from": 0, "to": 360}},
+            "second": {"pivot": "Q", "arm": "B", "follows": "motor", "ratio": ratio, "phase": phase},
+        },
+        "trace": ["P"],
+    }  # fmt: skip
+
+
+def apex(turn, ratio, phase, d=3.0, a=(1.0, 1.2), b=(3.5, 3.0)):
+    """Return P to the left of crank pin 1 -> crank pin 2."""
+    one = a[0] * np.exp(1j * turn)
+    two = d + a[1] * np.exp(1j * (ratio * turn + np.radians(phase)))
+    apart = abs(two - one)
+    along = (b[0] ** 2 - b[1] ** 2 + apart**2) / (2.0 * apart)
+    return one + (two - one) / apart * (along + 1j * np.sqrt(b[0] ** 2 - along**2))
+
+
+@pytest.mark.parametrize("ratio", [2.0, -1.0, 1.0, 0.5, -2.5])
+def test_a_five_bar_whose_second_crank_follows_the_first(ratio):
+    m = gimcli.load(five_bar(ratio, 60.0))
+    t = gimcli.trace(m, steps=72)
+    exact = apex(np.radians(t["motor"]), ratio, 60.0)
+    assert set(t.status) == {"ok"}
+    assert np.max(abs(t.xy["P"] @ [1, 1j] - exact)) < 1e-13
+    assert np.allclose(t["second"], ratio * t["motor"] + 60.0, atol=1e-12)
+
+
+def test_velocities_and_accelerations_of_a_following_crank():
+    m = gimcli.load(five_bar(2.0, 60.0))
+    t = gimcli.trace(m, steps=36, derivatives=2)
+    turn, h, w = np.radians(t["motor"]), 1e-4, 2.0 * np.pi
+    ahead, here, behind = (apex(turn + k * h, 2.0, 60.0) for k in (1, 0, -1))
+    assert np.allclose(t["P.vx"] + 1j * t["P.vy"], (ahead - behind) / (2.0 * h) * w, atol=1e-6)
+    assert np.allclose(t["P.ax"] + 1j * t["P.ay"], (ahead - 2.0 * here + behind) / h**2 * w**2, atol=1e-4)
+
+
+def test_equal_cranks_that_turn_oppositely_draw_a_straight_line():
+    data = five_bar(-1.0, 180.0, a=(1.0, 1.0), b=(3.0, 3.0), drawn=(1.5, 2.0))
+    data["nodes"]["P"] = [1.5, np.sqrt(9.0 - 0.25)]
+    t = gimcli.trace(gimcli.load(data), steps=720)
+    x, y = t.xy["P"].T
+    assert np.max(abs(x - 1.5)) < 1e-13
+    assert abs(y.min() - 1.3228756555322953) < 1e-4
+    assert abs(y.max() - 3.70809924354783147) < 1e-4
+
+
+def test_equal_cranks_that_turn_alike_draw_a_circle():
+    data = five_bar(1.0, 0.0, a=(1.0, 1.0), b=(3.0, 3.0), drawn=(2.5, 2.6))
+    t = gimcli.trace(gimcli.load(data), steps=72)
+    assert np.max(abs(abs(t.xy["P"] @ [1, 1j] - complex(1.5, np.sqrt(9.0 - 2.25))) - 1.0)) < 1e-13
+
+
+def test_an_actuator_follows_through_another():
+    data = five_bar(2.0, 60.0)
+    data["actuators"]["second"] |= {"follows": "middle", "ratio": -0.5, "phase": 75.0}
+    data["nodes"] |= {"R": [6, 0], "S": [6, 1]}
+    data["ground"] = ["O", "Q", "R"]
+    data["links"]["idler"] = ["R", "S"]
+    data["actuators"]["middle"] = {"pivot": "R", "arm": "S", "follows": "motor", "ratio": -4.0, "phase": 30.0}
+    t = gimcli.trace(gimcli.load(data), steps=24)
+    assert np.max(abs(t.xy["P"] @ [1, 1j] - apex(np.radians(t["motor"]), 2.0, 60.0))) < 1e-13
+
+
+@pytest.mark.parametrize("profile", ["uniform", "quintic", "harmonic"])
+def test_the_law_of_the_leader_decides(profile):
+    data = five_bar(2.0, 60.0, law={"from": 0, "to": 360, "profile": profile})
+    t = gimcli.trace(gimcli.load(data), steps=30)
+    assert np.allclose(t["second"], 2.0 * t["motor"] + 60.0, atol=1e-11)
+
+
+def test_designs_with_other_ratios():
+    m = gimcli.load(five_bar(2.0, 60.0))
+    own = m.with_({"second.ratio": -1.0, "second.phase": 50.0})
+    t = gimcli.trace(own, steps=12)
+    assert np.max(abs(t.xy["P"] @ [1, 1j] - apex(np.radians(t["motor"]), -1.0, 50.0))) < 1e-13
+
+
+def test_the_input_of_a_follower_cannot_be_given():
+    m = gimcli.load(five_bar(2.0, 60.0))
+    assert abs(gimcli.solve(m, motor=45).xy["P"] @ [1, 1j] - apex(np.pi / 4.0, 2.0, 60.0)) < 1e-13
+    with pytest.raises(GimError, match="'second' follows 'motor'"):
+        gimcli.solve(m, second=45)
+
+
+# --- gears ------------------------------------------------------------------------------------------
+
+
+def with_gears(data, gears, **nodes):
+    del data["actuators"]["second"]
+    return {**data, "gears": gears, "nodes": {**data["nodes"], **nodes}}
+
+
+@pytest.mark.parametrize(
+    ("kind", "ratio"), [("external", -0.5), ("internal", 0.5), ("belt", 0.5), ("crossed", -0.5)]
+)  # fmt: skip
+def test_wheels_turn_by_their_type(kind, ratio):
+    gear = {"members": ["crank", "other"], "pivots": ["O", "Q"], "type": kind, "ratio": 0.5}
+    t = gimcli.trace(gimcli.load(with_gears(five_bar(2.0, 60.0), {"mesh": gear})), steps=24)
+    assert np.max(abs(t.xy["P"] @ [1, 1j] - apex(np.radians(t["motor"]), ratio, 60.0))) < 1e-12
+    assert np.allclose(t["mesh"], 60.0 + ratio * t["motor"])
+
+
+PLANETARY = {
+    "units": {"length": "mm", "angle": "deg"},
+    "nodes": {"O": [0, 0], "S": [20, 0], "P": [35, 0], "T": [35, 12]},
+    "ground": ["O"],
+    "links": {"sun": ["O", "S"], "arm": ["O", "P"], "planet": ["P", "T"]},
+    "actuators": {"motor": {"pivot": "O", "arm": "S", "law": {"from": 0, "to": 360}}},
+    "gears": {
+        "inner": {"members": ["sun", "planet"], "pivots": ["O", "P"], "carrier": "arm", "teeth": [40, 30]},
+        "outer": {"type": "internal", "members": ["ground", "planet"], "pivots": ["O", "P"], "carrier": "arm",
+                  "teeth": [100, 30]},
+    },
+    "trace": ["P", "T"],
+}  # fmt: skip
+
+
+def test_a_planetary_train_turns_by_the_formula_of_willis():
+    t = gimcli.trace(gimcli.load(PLANETARY), steps=36)
+    arm = np.radians(t["motor"]) * 40.0 / 140.0
+    planet = arm + (0.0 - arm) * 100.0 / 30.0  # relative to the arm the ring turns by -arm
+    assert np.max(abs(t.xy["P"] @ [1, 1j] - 35.0 * np.exp(1j * arm))) < 1e-11
+    assert np.max(abs((t.xy["T"] - t.xy["P"]) @ [1, 1j] - 12j * np.exp(1j * planet))) < 1e-11
+
+
+def test_a_differential_adds_its_two_inputs():
+    data = {
+        **PLANETARY,
+        "nodes": {**PLANETARY["nodes"], "R": [0, 50]},
+        "links": {**PLANETARY["links"], "ring": ["O", "R"]},
+    }
+    data["gears"] = {**PLANETARY["gears"], "outer": {**PLANETARY["gears"]["outer"], "members": ["ring", "planet"]}}
+    data["actuators"] = {
+        "motor": {"pivot": "O", "arm": "S", "law": {"from": 0, "to": 360}},
+        "other": {"pivot": "O", "arm": "R", "law": {"from": 90, "to": -30}},
+    }
+    t = gimcli.trace(gimcli.load(data), steps=36)
+    arm = np.radians(40.0 * t["motor"] + 100.0 * (t["other"] - 90.0)) / 140.0
+    assert np.max(abs(t.xy["P"] @ [1, 1j] - 35.0 * np.exp(1j * arm))) < 1e-11
+
+
+@pytest.mark.parametrize("guided", ["carrier", "rack"])
+@pytest.mark.parametrize("height", [-20.0, 20.0])
+def test_a_pinion_moves_a_rack(guided, height):
+    frame, rack = ["G", "H"], ["U", "V"]
+    pair = {"nodes": rack, "guide": frame} if guided == "carrier" else {"nodes": frame, "guide": rack}
+    data = {
+        "units": {"length": "mm", "angle": "deg"},
+        "nodes": {
+            "O": [0, 0], "A": [20, 0], "G": [-100, height], "H": [100, height], "U": [0, height], "V": [30, height],
+        },
+        "ground": ["O", "G", "H"], "links": {"pinion": ["O", "A"], "bar": rack},
+        "prismatic": {"slide": pair},
+        "actuators": {"motor": {"pivot": "O", "arm": "A", "law": {"from": 0, "to": 360}}},
+        "gears": {"mesh": {"type": "rack", "members": ["pinion", "bar"], "pivots": ["O"], "radii": [20]}},
+        "trace": ["U"],
+    }  # fmt: skip
+    t = gimcli.trace(gimcli.load(data), steps=12)
+    assert np.allclose(t["U.x"], -height * np.radians(t["motor"]), atol=1e-11)
+    assert np.allclose(t["U.y"], height, atol=1e-11)
+
+
+def test_a_rack_that_an_actuator_moves_turns_its_pinion():
+    data = {
+        "units": {"length": "mm", "angle": "deg"},
+        "nodes": {"O": [0, 0], "A": [20, 0], "G": [-100, -20], "H": [100, -20], "U": [0, -20], "V": [30, -20]},
+        "ground": ["O", "G", "H"], "links": {"pinion": ["O", "A"], "bar": ["U", "V"]},
+        "prismatic": {"slide": {"nodes": ["U", "V"], "guide": ["G", "H"]}},
+        "actuators": {"cylinder": {"node": "U", "guide": ["H", "G"], "law": {"from": 100, "to": 40}}},
+        "gears": {"mesh": {"type": "rack", "members": ["pinion", "bar"], "pivots": ["O"], "radii": [20]}},
+        "trace": ["A"],
+    }  # fmt: skip
+    t = gimcli.trace(gimcli.load(data), steps=12)
+    assert np.max(abs(t.xy["A"] @ [1, 1j] - 20.0 * np.exp(1j * (100.0 - t["cylinder"]) / 20.0))) < 1e-11
+
+
+# --- errors -----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"follows": "motr"}, r"no actuator 'motr'; did you mean 'motor'"),
+        ({"follows": "second"}, "'second' follows itself"),
+        ({"follows": "motor", "law": {"by": 30}}, "`law` does not belong to an actuator that follows 'motor'"),
+        ({"follows": "motor", "ratio": 0}, "the ratio 0 holds the input constant"),
+        ({"ratio": 2}, "add `follows: NAME`"),
+    ],
+)
+def test_mistakes_in_following_actuators(change, message):
+    data = five_bar(2.0, 60.0)
+    data["actuators"]["second"] = {"pivot": "Q", "arm": "B", **change}
+    with pytest.raises(GimError, match=message):
+        gimcli.load(data)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"ratio": 0.5, "teeth": [20, 40]}, "expected one of `ratio`, `teeth` and `radii`, got `ratio` and `teeth`"),
+        ({}, "expected one of `ratio`, `teeth` and `radii`, got none"),
+        ({"ratio": 0.5, "members": ["crank", "othr"]}, "member 'othr' does not exist; did you mean 'other'"),
+        ({"ratio": 0.5, "pivots": ["O", "P"], "carrier": "ground"}, "the pivot P is no node of 'other'"),
+        ({"ratio": 0.5, "pivots": ["A", "Q"]}, "no member has both pivots"),
+        ({"radii": [1, 1]}, r"the sum of the radii is 2, the distance of the pivots 3"),
+        ({"radii": [2, 2], "type": "crossed"}, "the belt needs more than 4"),
+        ({"ratio": 1, "type": "internal"}, "wheels of equal size"),
+        ({"ratio": 1, "pressure_angle": 95}, "expected an angle from 0 to below 90"),
+        ({"ratio": 1, "pitch": 5}, "`pitch` gives the radii of a chain"),
+        ({"ratio": 1, "pivots": ["O"]}, "expected 2 pivots, got 1"),
+    ],
+)
+def test_mistakes_in_gears(change, message):
+    gear = {"members": ["crank", "other"], "pivots": ["O", "Q"], **change}
+    with pytest.raises(GimError, match=message):
+        gimcli.load(with_gears(five_bar(2.0, 60.0), {"mesh": gear}))
+
+
+def test_a_gear_between_two_driven_cranks_locks():
+    data = five_bar(2.0, 60.0)
+    data["gears"] = {"mesh": {"members": ["crank", "other"], "pivots": ["O", "Q"], "ratio": 1}}
+    with pytest.raises(GimError, match="'mesh' contradicts the other gears and actuators"):
+        gimcli.load(data)
