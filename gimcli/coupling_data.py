@@ -22,7 +22,7 @@ class Coupling:
 
 
 @dataclass(frozen=True)
-class Gear:
+class GearPair:
     """Two members coupled by teeth or a belt; both turn about pivots on a carrier, or the second one slides on it.
 
     With the angles of both members relative to the carrier, the change of the second is `ratio` times that of the

@@ -23,7 +23,7 @@ from gimcli.errors import UsageError
 from gimcli.recording import nominal, scalar
 
 if TYPE_CHECKING:
-    from gimcli.coupling_data import Coupling, Gear
+    from gimcli.coupling_data import Coupling, GearPair
     from gimcli.dynamic_data import AppliedLoad, DampingForce, Friction, Inertia, Release, SpringForce
 
 FloatArray = NDArray[np.float64]
@@ -199,7 +199,7 @@ class Mechanism:
     dynamics: Dynamics = field(default=Dynamics(), repr=False)
     gauges: tuple[Input, ...] = field(default=(), repr=False)  # quantities that springs and dampers measure
     couplings: tuple[Coupling, ...] = ()  # of actuators that follow others
-    gears: tuple[Gear, ...] = ()
+    gears: tuple[GearPair, ...] = ()
     files: tuple[Path, ...] = field(default=(), repr=False, compare=False)  # its source files, never overwritten
     path: Path | None = field(default=None, repr=False, compare=False)  # of the model file, the first of `files`
     left_out: tuple[str, ...] = field(default=(), repr=False, compare=False)  # of another program's file: sentences

@@ -12,7 +12,7 @@ from gimcli.model.compile_laws import LawCompiler
 from gimcli.model.pairs import PAIRS, used_nodes
 
 if TYPE_CHECKING:
-    from gimcli.coupling_data import Coupling, Gear
+    from gimcli.coupling_data import Coupling, GearPair
 
 
 def compile_model(model: schema.Model, folder: Path = Path(), frame: tuple[complex, float] | None = None) -> Mechanism:
@@ -47,10 +47,10 @@ def compile_model(model: schema.Model, folder: Path = Path(), frame: tuple[compl
 
 def _coupled(
     own: GeometryCompiler, laws: LawCompiler, actuators: tuple[Input, ...]
-) -> tuple[tuple[Input, ...], tuple[Coupling, ...], tuple[Gear, ...]]:
+) -> tuple[tuple[Input, ...], tuple[Coupling, ...], tuple[GearPair, ...]]:
     """Return the actuators with those that gears add, the couplings of their inputs, and the gears."""
     model = own.model
-    gears: tuple[Gear, ...] = ()
+    gears: tuple[GearPair, ...] = ()
     if not model.gears and all(actuator.follows is None for actuator in model.actuators.values()):
         return actuators, (), ()
     from gimcli.model.compile_couplings import couplings_of, with_laws

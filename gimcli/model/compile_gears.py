@@ -12,12 +12,12 @@ from collections.abc import Iterator, Sequence, Set
 from dataclasses import replace
 from typing import Any, NamedTuple
 
-from gimcli.coupling_data import CROSSED, EXTERNAL, INTERNAL, NO_PIVOT, RACK, Coupling, Gear
+from gimcli.coupling_data import CROSSED, EXTERNAL, INTERNAL, NO_PIVOT, RACK, Coupling, GearPair
 from gimcli.errors import ModelError
 from gimcli.mechanism import ANGLE, FRAME, HEIGHT, Input
 from gimcli.model import schema
 from gimcli.model.compile_geometry import GeometryCompiler
-from gimcli.model.linear_relations import Relations, Row
+from gimcli.model.linear_relations import Relation, Relations
 from gimcli.recording import nominal, phase, scalar
 
 OPPOSITE = (EXTERNAL, CROSSED)
@@ -35,8 +35,8 @@ Unknown = tuple[str, int | str]
 class Candidate(NamedTuple):
     """A quantity that may follow the inputs: a combination of unknowns, and how it is measured."""
 
-    row: Row
-    gear: Gear
+    row: Relation
+    gear: GearPair
     members: tuple[int, int] | None  # of an angle; None: the travel of the gear's rack
 
 
@@ -49,7 +49,7 @@ class GearCompiler:
         self.travels: dict[str, Input] = {}
         self.gears = [self._gear(name, part) for name, part in self.model.gears.items()]
 
-    def compile(self) -> tuple[tuple[Input, ...], tuple[Coupling, ...], tuple[Gear, ...]]:
+    def compile(self) -> tuple[tuple[Input, ...], tuple[Coupling, ...], tuple[GearPair, ...]]:
         """Return all actuators, all couplings, and the gears.
 
         Raises ModelError if gears and actuators contradict each other.
@@ -69,14 +69,14 @@ class GearCompiler:
 
     # -- one gear -------------------------------------------------------------------------------
 
-    def _gear(self, name: str, part: schema.Gear) -> Gear:
+    def _gear(self, name: str, part: schema.Gear) -> GearPair:
         first, second = (self.number[member] for member in part.members)
         carrier, pivots = self.number[carrier_of(self.model, part)], [self.own.index[n] for n in part.pivots]
         angle = PRESSURE_ANGLE if part.pressure_angle is None else part.pressure_angle * self.own.turn
         if part.type == RACK:
             return self._rack(name, part, angle)
         ratio = _ratio(part)
-        return Gear(
+        return GearPair(
             name, part.type, (first, second), carrier, (pivots[0], pivots[1]),
             -ratio if part.type in OPPOSITE else ratio, self._radii(part, carrier, pivots, ratio), angle,
         )  # fmt: skip
@@ -97,7 +97,7 @@ class GearCompiler:
             return part.teeth[0] * factor, part.teeth[1] * factor
         return None
 
-    def _rack(self, name: str, part: schema.Gear, angle: Any) -> Gear:
+    def _rack(self, name: str, part: schema.Gear, angle: Any) -> GearPair:
         pair = rack_pair(self.model, part)
         assert pair is not None  # checked
         slide = self.model.prismatic[pair]
@@ -110,7 +110,7 @@ class GearCompiler:
         ratio = -side * radius if guide == carrier else side * radius
         first = next(n for n, row in enumerate(self._pair_rows()) if row == pair)
         members = (self.number[part.members[0]], self.number[part.members[1]])
-        return Gear(name, RACK, members, carrier, (pivot, NO_PIVOT), ratio, (radius, 0.0), angle, first)
+        return GearPair(name, RACK, members, carrier, (pivot, NO_PIVOT), ratio, (radius, 0.0), angle, first)
 
     def _pair_rows(self) -> Iterator[str]:
         """Yield the pair of each row of Mechanism.pairs."""
@@ -119,7 +119,7 @@ class GearCompiler:
 
     # -- relations ---------------------------------------------------------------------------------
 
-    def _driven(self) -> list[Row]:
+    def _driven(self) -> list[Relation]:
         """Return the relations without gears: of rotary actuators, of pairs, and of travels that actuators drive."""
         rows = []
         for k, one in enumerate(self.actuators):
@@ -133,11 +133,11 @@ class GearCompiler:
                 rows.append(_relative(self.number[body], self.number[guide], {}))
         return rows
 
-    def _driven_travels(self, k: int, one: Input) -> Iterator[Row]:
+    def _driven_travels(self, k: int, one: Input) -> Iterator[Relation]:
         for name, travel in self.travels.items():
             along = scalar(one.normal.conjugate() * travel.normal)
             if one.members == travel.members and abs(along.imag) < PARALLEL and self._same_body(one, travel):
-                yield Row({("rack", name): 1.0}, {k: math.copysign(1.0, along.real)})
+                yield Relation({("rack", name): 1.0}, {k: math.copysign(1.0, along.real)})
 
     def _same_body(self, one: Input, other: Input) -> bool:
         both = {one.node, other.node}
@@ -156,17 +156,17 @@ class GearCompiler:
                     known.add(candidate.row)
                     yield candidate
 
-    def _known(self, gear: Gear, known: Relations) -> bool:
+    def _known(self, gear: GearPair, known: Relations) -> bool:
         return all(known.determines(row) for row in self._quantities(gear))
 
-    def _quantities(self, gear: Gear) -> tuple[Row, Row]:
+    def _quantities(self, gear: GearPair) -> tuple[Relation, Relation]:
         """Return the first and the second quantity of a gear."""
         first = _relative(gear.members[0], gear.carrier, {})
         if gear.kind == RACK:
-            return first, Row({("rack", gear.name): 1.0}, {})
+            return first, Relation({("rack", gear.name): 1.0}, {})
         return first, _relative(gear.members[1], gear.carrier, {})
 
-    def _candidates(self, gear: Gear) -> Iterator[Candidate]:
+    def _candidates(self, gear: GearPair) -> Iterator[Candidate]:
         """Yield the second and the first quantity of a gear, then the absolute angles of its members."""
         quantities = self._quantities(gear)
         for k in (1, 0):
@@ -215,13 +215,13 @@ class GearCompiler:
 
     # -- errors --------------------------------------------------------------------------------------
 
-    def _contradiction(self, gear: Gear) -> str:
+    def _contradiction(self, gear: GearPair) -> str:
         return (
             f"gears: '{gear.name}' contradicts the other gears and actuators: the mechanism is locked;"
             " remove an actuator or a gear, or correct a ratio"
         )
 
-    def _undriven(self, gear: Gear) -> str:
+    def _undriven(self, gear: GearPair) -> str:
         members = [self.own.members[m].name for m in gear.members]
         return (
             f"gears: '{gear.name}': neither '{members[0]}' nor '{members[1]}' is turned by an actuator or another gear;"
@@ -233,14 +233,14 @@ PARALLEL = 1e-9
 """Sine of the angle below which two guides are parallel."""
 
 
-def _relative(member: int, reference: int, inputs: dict[int, Any]) -> Row:
+def _relative(member: int, reference: int, inputs: dict[int, Any]) -> Relation:
     """Return the relation: angle of a member minus that of another = inputs."""
     unknowns: dict[Unknown, Any] = {}
     if member != FRAME:
         unknowns["angle", member] = 1.0
     if reference != FRAME:
         unknowns["angle", reference] = -1.0
-    return Row(unknowns, inputs)
+    return Relation(unknowns, inputs)
 
 
 def _ratio(part: schema.Gear) -> Any:

@@ -13,38 +13,40 @@ ZERO = 1e-12
 
 
 @dataclass(frozen=True)
-class Row:
+class Relation:
     """The relation: sum of coefficient times unknown = sum of coefficient times input + a constant."""
 
     unknowns: Mapping[Any, Any]
     inputs: Mapping[int, Any]
 
-    def minus(self, other: Row, factor: Any) -> Row:
+    def minus(self, other: Relation, factor: Any) -> Relation:
         """Return this relation minus a multiple of another one; coefficients that vanish are left out."""
-        return Row(_minus(self.unknowns, other.unknowns, factor), _minus(self.inputs, other.inputs, factor))
+        return Relation(_minus(self.unknowns, other.unknowns, factor), _minus(self.inputs, other.inputs, factor))
 
-    def over(self, unknown: Hashable) -> Row:
+    def over(self, unknown: Hashable) -> Relation:
         """Return the relation divided by the coefficient of an unknown."""
         factor = self.unknowns[unknown]
-        return Row({k: v / factor for k, v in self.unknowns.items()}, {k: v / factor for k, v in self.inputs.items()})
+        return Relation(
+            {k: v / factor for k, v in self.unknowns.items()}, {k: v / factor for k, v in self.inputs.items()}
+        )
 
 
 class Relations:
     """Independent relations, each solved for one unknown that no other one contains (Gauss and Jordan)."""
 
-    def __init__(self, rows: Sequence[Row] = ()) -> None:
-        self._solved: dict[Any, Row] = {}
+    def __init__(self, rows: Sequence[Relation] = ()) -> None:
+        self._solved: dict[Any, Relation] = {}
         self.contradicted = False
         """Whether the relation that was added last contradicts the others: it would fix a combination of inputs."""
         for row in rows:
             self.add(row)
 
     @property
-    def rows(self) -> list[Row]:
+    def rows(self) -> list[Relation]:
         """The independent relations."""
         return list(self._solved.values())
 
-    def add(self, row: Row) -> bool:
+    def add(self, row: Relation) -> bool:
         """Add a relation; return whether it is independent of the others."""
         rest = self._reduced(row)
         self.contradicted = not rest.unknowns and bool(rest.inputs)
@@ -58,15 +60,15 @@ class Relations:
         self._solved[own] = rest
         return True
 
-    def determines(self, row: Row) -> bool:
+    def determines(self, row: Relation) -> bool:
         """Return whether the inputs determine a combination of unknowns."""
         return not self._reduced(row).unknowns
 
-    def value(self, row: Row) -> dict[int, Any]:
+    def value(self, row: Relation) -> dict[int, Any]:
         """Return the derivatives of a determined combination of unknowns by the inputs."""
-        return {k: -v for k, v in self._reduced(Row(row.unknowns, {})).inputs.items()}
+        return {k: -v for k, v in self._reduced(Relation(row.unknowns, {})).inputs.items()}
 
-    def _reduced(self, row: Row) -> Row:
+    def _reduced(self, row: Relation) -> Relation:
         for unknown, solved in self._solved.items():
             if unknown in row.unknowns:
                 row = row.minus(solved, row.unknowns[unknown])
