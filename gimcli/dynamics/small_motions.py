@@ -11,23 +11,23 @@ a(s') = sum of B_ij s'_i s'_j, and B_ij = (a(e_i + e_j) - a(e_i) - a(e_j)) / 2. 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from gimcli.dynamic_data import TIME
+from gimcli.dynamics.force_slopes import ForceSlopes, InfluenceCoefficients
 from gimcli.dynamics.kinematic_history import Course, reading
 from gimcli.dynamics.load_arrays import acting, moving_loads, with_friction_gauges
 from gimcli.dynamics.physical import require_action
 from gimcli.dynamics.reducer import release_of
 from gimcli.errors import StructureError
 from gimcli.kernels import influence, reduction
-from gimcli.mechanism import ANGLE, SPAN, ComplexArray, FloatArray, Input, Mechanism
+from gimcli.mechanism import ComplexArray, FloatArray, Input, Mechanism
 from gimcli.positions.dispatch import plain
 from gimcli.structure.coordinate_partitioning import Choice, free_choice, input_choice, make_chart
 from gimcli.structure.polynomials import Terms, is_rotary, make_terms, with_gauges
-from gimcli.structure.steps import NONE
 
 
 @dataclass(frozen=True)
@@ -48,6 +48,7 @@ class Linearised:
     gauges: FloatArray  # (gauges,) of springs and dampers: rad, counted through full turns, or normal length
     mass: FloatArray  # (k, k) symmetric; 0 if no masses are defined
     stiffness: FloatArray  # (k, k) derivatives of -effort; symmetric if `symmetric`
+    stiffness_scale: FloatArray  # (k, k) sum of the magnitudes of all contributions: what rounding is relative to
     damping: FloatArray  # (k, k)
     effort: FloatArray  # (k,) N m or N: of weight, springs, loads and driving efforts at rest; 0 in equilibrium
     effort_scale: FloatArray  # (k,) sum of the magnitudes of all forces times those of their influence coefficients
@@ -83,10 +84,12 @@ def linearised(
         ModelError: no masses, loads or springs are defined, or the unit of length is not physical.
         StructureError: the position is singular, so that the motion from there is not unique.
     """
-    return _Linearisation(mechanism, tuple(released), time).at(z, inputs, gauges)
+    return Linearisation(mechanism, tuple(released), time).at(z, inputs, gauges)
 
 
-class _Linearisation:
+class Linearisation:
+    """The linearised equations of motion of one choice of released inputs, for any number of positions."""
+
     def __init__(self, mechanism: Mechanism, released: tuple[int, ...], time: float) -> None:
         metre = require_action(mechanism)
         self.mechanism, self.released, self.time, self.metre = mechanism, released, time, metre
@@ -94,9 +97,11 @@ class _Linearisation:
         read = with_friction_gauges(_with_releases(mechanism, released))
         self.terms, self.loads = make_terms(with_gauges(read)), moving_loads(read)
         self.acting = acting(read, released, metre)
-        self.efforts = [release_of(read, k).effort for k in released]
+        efforts = [release_of(read, k).effort for k in released]
+        self.slopes = ForceSlopes(self.acting, self.loads, efforts, released, mechanism.size, time)
 
-    def at(self, z: ComplexArray, inputs: FloatArray, gauges: FloatArray | None) -> Linearised:
+    def at(self, z: ComplexArray, inputs: FloatArray, gauges: FloatArray | None = None) -> Linearised:
+        """Return the linearised equations at a position; see `linearised`."""
         v = self._variables(z, inputs, gauges)
         choice = input_choice(self.terms, v, self.released, self.held)
         on_inputs = choice is not None
@@ -104,17 +109,18 @@ class _Linearisation:
         if choice is None:
             raise self._singular()
         directions = np.eye(len(self.released), len(choice.independent))
-        self._differentiate(v, choice, directions)
-        stiffness, scale = self._stiffness()
-        reduced = self._reduced(choice, directions)
+        place = self._differentiate(v, choice, directions)
+        stiffness, roughly, scale, damping = self.slopes.at(place)
+        reduced = self._reduced(choice, place)
         unit = np.array([1.0 if self._turns(c) else self.metre for c in choice.independent[: len(self.released)]])
         both = unit[:, None] * unit
         return Linearised(
-            self.mechanism, self.released, on_inputs, *self._named(choice), self.z, v[self._inputs].copy(),
-            self._own_gauges(v), directions @ reduced.m @ directions.T / both, stiffness / both, self._damping() / both,
-            directions @ reduced.q / unit, scale / unit, float(reduced.energy[reduction.POTENTIAL]), self._symmetric,
-            self.r[:, : len(self.mechanism.actuators)] / unit[:, None], self.b / unit[:, None],
-            self.bb / both[:, :, None],
+            self.mechanism, self.released, on_inputs, *self._named(choice), place.z, place.v[self._inputs].copy(),
+            place.v[self._gauges].copy(), directions @ reduced.m @ directions.T / both, stiffness / both,
+            roughly / both, damping / both, directions @ reduced.q / unit, scale / unit,
+            float(reduced.energy[reduction.POTENTIAL]), self._symmetric,
+            place.r[:, : len(self.mechanism.actuators)] / unit[:, None], place.b / unit[:, None],
+            place.bb / both[:, :, None],
         )  # fmt: skip
 
     # -- position and influence coefficients ----------------------------------------------------------
@@ -123,6 +129,10 @@ class _Linearisation:
     def _inputs(self) -> slice:
         first = self.terms.first_reading
         return slice(first, first + len(self.mechanism.actuators))
+
+    @property
+    def _gauges(self) -> slice:
+        return slice(self._inputs.stop, self._inputs.stop + len(self.mechanism.gauges))
 
     def _variables(self, z: ComplexArray, inputs: FloatArray, gauges: FloatArray | None) -> FloatArray:
         terms = self.terms
@@ -135,8 +145,8 @@ class _Linearisation:
         v[first + own : -1] = [_read(terms.mechanism, g, z, last) for g, last in zip(read, near, strict=True)]
         return v
 
-    def _differentiate(self, v: FloatArray, choice: Choice, directions: FloatArray) -> None:
-        """Compute first and second influence coefficients of nodes (b, bb) and readings (r, rr) along directions."""
+    def _differentiate(self, v: FloatArray, choice: Choice, directions: FloatArray) -> InfluenceCoefficients:
+        """Return first and second influence coefficients along directions (k, independent variables)."""
         terms, k = self.terms, len(directions)
         self.chart = make_chart(terms, choice)
         self.place, self.room = _arrays(terms, self.chart)
@@ -152,9 +162,9 @@ class _Linearisation:
                 bias[i, j] = bias[j, i] = 0.5 * (bias[i, j] - bias[i, i] - bias[j, j])
         self._bias(np.zeros(directions.shape[1]))
         first, rates = terms.first_reading, directions @ self.place.b
-        v[:] = self.place.v
-        self.z, self.b, self.bb = (x[..., 0:first:2] + 1j * x[..., 1:first:2] for x in (v, rates, bias))
-        self.r, self.rr = rates[:, first:-1], bias[..., first:-1]
+        v = self.place.v
+        z, b, bb = (x[..., 0:first:2] + 1j * x[..., 1:first:2] for x in (v, rates, bias))
+        return InfluenceCoefficients(v, first, z, b, bb, rates[:, first:-1], bias[..., first:-1])
 
     def _bias(self, speeds: FloatArray) -> FloatArray:
         """Return the accelerations of all variables at constant speeds of the independent variables."""
@@ -170,100 +180,16 @@ class _Linearisation:
 
     # -- matrices -------------------------------------------------------------------------------------
 
-    def _reduced(self, choice: Choice, directions: FloatArray) -> reduction.Reduced:
+    def _reduced(self, choice: Choice, place: InfluenceCoefficients) -> reduction.Reduced:
         """Return inertia, generalised forces at rest and energies in all independent variables."""
-        size, v = len(choice.independent), self.place.v
-        first = self.terms.first_reading
-        factors = np.array([self._factor(load.curve, load.over) for load in self.loads])
-        for k, (actuator, effort) in enumerate(zip(self.released, self.efforts, strict=True)):
-            if effort.curve is not None:
-                at = {"time": self.time, "value": v[first + actuator], "speed": 0.0}[effort.over]
-                self.acting.motor[k, 0] = _value(effort.curve, at)
+        size = len(choice.independent)
+        factors = np.array([self.slopes.factor(load, place) for load in self.loads])
+        self.acting.motor[:, 0] = [self.slopes.effort(k, place) for k in range(len(self.released))]
         out = reduction.Reduced(
             np.zeros((size, size)), np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(reduction.ENERGIES)
         )
         plain(reduction.reduce)(self.acting, self.place, self.room, factors, out)
         return out
-
-    def _factor(self, curve: Callable[[FloatArray], FloatArray] | None, over: int) -> float:
-        at = self.time if over == TIME else self.place.v[self.terms.first_reading + over]
-        return 1.0 if curve is None else _value(curve, at)
-
-    def _stiffness(self) -> tuple[FloatArray, FloatArray]:
-        """Return the derivatives of the generalised forces with the sign changed, and the scale of these forces."""
-        k = len(self.b)
-        self.total, self.scale = np.zeros((k, k)), np.zeros(k)
-        self._add_weights()
-        self._add_loads()
-        self._add_springs()
-        self._add_efforts()
-        return -self.total, self.scale
-
-    def _add_weights(self) -> None:
-        p = self.acting
-        gravity = complex(*p.gravity) * p.metre
-        for (u, v), (x, y, mass, *_) in zip(p.masses, p.mass, strict=True):
-            self.total += mass * (np.conj(gravity) * _carry(self.bb, u, v, complex(x, y))).real
-            self.scale += mass * abs(gravity) * np.abs(_carry(self.b, u, v, complex(x, y)))
-
-    def _add_loads(self) -> None:
-        p = self.acting
-        for load, (u, v, follows), (x, y, fx, fy, torque, square) in zip(self.loads, p.loads, p.load, strict=True):
-            arm, point = self.z[v] - self.z[u], complex(x, y)
-            force = complex(fx, fy) * p.metre * (arm if follows else 1.0)
-            rates, turns = _carry(self.b, u, v, point), _turn(arm, self.b, u, v, square)
-            along = (np.conj(force) * rates).real + torque * turns
-            slopes = (np.conj(force) * _carry(self.bb, u, v, point)).real + torque * _turn(arm, self.bb, u, v, square)
-            if follows:
-                slopes = slopes + (np.conj(1j * force) * rates).real[:, None] * turns
-            factor = self._factor(load.curve, load.over)
-            self.total += factor * slopes
-            self.scale += abs(factor) * (abs(force) * np.abs(rates) + abs(torque) * np.abs(turns))
-            if load.curve is not None and load.over != TIME:
-                at = self.place.v[self.terms.first_reading + load.over]
-                self.total += load.curve.slope(at) * along[:, None] * self.r[:, load.over]
-
-    def _add_springs(self) -> None:
-        p, first, v = self.acting, self.terms.first_reading, self.place.v
-        for (variable, kind), (stiffness, free) in zip(p.springs, p.spring, strict=True):
-            r, value = variable - first, v[variable]
-            stretch = value + free if kind == SPAN and value < 0.0 else value - free
-            factor = stiffness * (1.0 if kind == ANGLE else p.metre**2)
-            self.total -= factor * (self.r[:, r, None] * self.r[:, r] + stretch * self.rr[..., r])
-            self.scale += factor * (abs(value) + abs(free)) * np.abs(self.r[:, r])
-
-    def _add_efforts(self) -> None:
-        """Add the driving efforts, which can depend on the value of their own inputs."""
-        p, first = self.acting, self.terms.first_reading
-        for k, (actuator, effort) in enumerate(zip(self.released, self.efforts, strict=True)):
-            unit = 1.0 if p.motors[k, 1] else p.metre
-            at = {"time": self.time, "value": self.place.v[first + actuator], "speed": 0.0}[effort.over]
-            now = p.motor[k, 0] if effort.curve is None else _value(effort.curve, at)
-            self.total += now * unit * self.rr[..., actuator]
-            self.scale += abs(now) * unit * np.abs(self.r[:, actuator])
-            if effort.curve is not None and effort.over == "value":
-                self.total += effort.curve.slope(at) * unit * self.r[:, actuator, None] * self.r[:, actuator]
-
-    def _damping(self) -> FloatArray:
-        """Return the matrix of dampers, viscous friction, and driving efforts that depend on the speed."""
-        p, first = self.acting, self.terms.first_reading
-        total = np.zeros((len(self.b), len(self.b)))
-        for (variable, angle), damping in zip(p.dampers, p.damper, strict=True):
-            rates = self.r[:, variable - first] * (1.0 if angle else p.metre)
-            total += damping * rates[:, None] * rates
-        for (u, v, m, n), (damping, one, other) in zip(p.rubs, p.rub, strict=True):
-            rates = self._turning(u, v, one) - self._turning(m, n, other)
-            total += damping * rates[:, None] * rates
-        for actuator, effort, (_, angle) in zip(self.released, self.efforts, p.motors, strict=True):
-            unit, rates = 1.0 if angle else p.metre, self.r[:, actuator]
-            slope = effort.curve.slope(0.0) if effort.curve is not None and effort.over == "speed" else 0.0
-            if effort.idle:
-                slope -= effort.constant / effort.idle
-            total -= slope * unit * rates[:, None] * rates
-        return total
-
-    def _turning(self, u: int, v: int, square: float) -> FloatArray:
-        return np.zeros(len(self.b)) if u == NONE else _turn(self.z[v] - self.z[u], self.b, u, v, square)
 
     # -- names ----------------------------------------------------------------------------------------
 
@@ -271,9 +197,6 @@ class _Linearisation:
     def _symmetric(self) -> bool:
         loads = all(not p.follows and (p.curve is None or p.over == TIME) for p in self.loads)
         return loads or len(self.released) == 1
-
-    def _own_gauges(self, v: FloatArray) -> FloatArray:
-        return v[self._inputs.stop : self._inputs.stop + len(self.mechanism.gauges)].copy()
 
     def _turns(self, variable: int) -> bool:
         first = self.terms.first_reading
@@ -313,17 +236,3 @@ def _read(mechanism: Mechanism, gauge: Input, z: ComplexArray, near: float) -> f
     still = Course(np.zeros(1), np.zeros((0, 1)), np.array([z, np.zeros_like(z)])[:, :, None])
     value = float(reading(mechanism, gauge, still)[0][0])
     return value + 2.0 * math.pi * round((near - value) / (2.0 * math.pi)) if gauge.rotary else value
-
-
-def _carry(x: ComplexArray, u: int, v: int, z: complex) -> ComplexArray:
-    """Return the derivatives of the point u + z (v - u) from those of the nodes (..., nodes)."""
-    return np.asarray(x[..., u] + z * (x[..., v] - x[..., u]))
-
-
-def _turn(arm: complex, x: ComplexArray, u: int, v: int, square: float) -> FloatArray:
-    """Return the derivatives of the direction of an arm from those of the nodes (..., nodes), first or second."""
-    return np.asarray((np.conj(arm) * (x[..., v] - x[..., u])).imag / square)
-
-
-def _value(curve: Callable[[FloatArray], FloatArray], at: float) -> float:
-    return float(curve(np.array([at]))[0])

@@ -233,3 +233,23 @@ def test_torsion_springs_continue_through_full_turns():
     first = at(mechanism, inputs)
     turned = at(mechanism, inputs + 2 * np.pi, gauges=first.gauges + 6.0)
     assert first.potential + 0.5 * 2 * (2 * np.pi) ** 2 == pytest.approx(turned.potential, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("degrees", "stiffness", "balanced"), [(20, 117.72, True), (0, 117.72, True), (20, 120, False)]
+)
+def test_a_balanced_bar_has_no_stiffness(degrees, stiffness, balanced):
+    """Weight and a spring of zero free length, k a h = m g r: effort and stiffness are 0 up to rounding everywhere."""
+    text = f"""
+nodes: {{O: [0, 0], H: [0, 0.25], A: [0.2, 0]}}
+ground: [O, H]
+links: {{bar: [O, A]}}
+actuators: {{q: {{pivot: O, arm: A, free: true}}}}
+masses: {{bar: {{mass: 2, inertia: 0.06, centre: [0.3, 0]}}}}
+gravity: [0, -9.81]
+springs: {{s: {{nodes: [A, H], stiffness: {stiffness}, free: 0}}}}
+"""
+    found = at(loads(text), [np.radians(degrees)])
+    ratios = np.abs([found.effort[0] / found.effort_scale[0], found.stiffness[0, 0] / found.stiffness_scale[0, 0]])
+    assert bool(ratios.max() < 1e-15) is balanced
+    assert not balanced or found.potential == pytest.approx(6.03315, rel=1e-14)
