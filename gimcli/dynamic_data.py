@@ -118,6 +118,24 @@ class DrivingEffort:
 
 
 @dataclass(frozen=True)
+class RotorInertia:
+    """The rotor of the motor of an actuator, with the kinetic energy of its rotation relative to the motor's frame.
+
+    The axis of a rotor may have any direction: the moment by which its own rotation acts on its mount is left out.
+    Source: Spong, Modeling and control of elastic joint robots, J. Dyn. Syst. Meas. Control 109 (1987), assumption A1.
+    """
+
+    actuator: int
+    inertia: float  # kg m^2
+    ratio: float  # rad of the rotor per rad, or per normal length, of the input
+
+    @property
+    def reflected(self) -> float:
+        """Inertia on the input, J per square of its rate: kg m^2, or kg m^2 per square of the normal length."""
+        return self.inertia * self.ratio**2
+
+
+@dataclass(frozen=True)
 class Release:
     """The role of an actuator in a simulation (forward dynamics): driven by its law, or released (free).
 

@@ -24,7 +24,7 @@ from gimcli.recording import nominal, scalar
 
 if TYPE_CHECKING:
     from gimcli.coupling_data import Coupling, GearPair
-    from gimcli.dynamic_data import AppliedLoad, DampingForce, Friction, Inertia, Release, SpringForce
+    from gimcli.dynamic_data import AppliedLoad, DampingForce, Friction, Inertia, Release, RotorInertia, SpringForce
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -169,11 +169,14 @@ class Dynamics:
     dampers: tuple[DampingForce, ...] = ()
     frictions: tuple[Friction, ...] = ()
     releases: tuple[Release, ...] = ()  # of actuators in a simulation: driven by its law, or free (released)
+    rotors: tuple[RotorInertia, ...] = ()
 
     @property
     def empty(self) -> bool:
-        """Whether there are no masses, loads, springs, dampers or friction."""
-        parts: tuple[Any, ...] = (self.inertias, self.loads, self.springs, self.dampers, self.frictions)
+        """Whether there are no masses, rotors, loads, springs, dampers or friction."""
+        parts: tuple[Any, ...] = (
+            self.inertias, self.loads, self.springs, self.dampers, self.frictions, self.rotors,
+        )  # fmt: skip
         return not any(parts)
 
 

@@ -64,9 +64,10 @@ class Forces:
         return np.asarray(self.good & (self.weakest >= WEAK))
 
     def effort(self, actuator: int) -> FloatArray:
-        """Return the driving torque [N m] or force [N] of an actuator (rows,)."""
+        """Return the driving torque [N m] or force [N] of an actuator with its rotor (rows,)."""
         effort = self._unknown(self.statics.efforts[actuator]).real.determined
-        return effort * (self._metre if self.mechanism.actuators[actuator].rotary else 1.0)
+        effort = effort * (self._metre if self.mechanism.actuators[actuator].rotary else 1.0)
+        return effort + self.loads.rotors[actuator] if actuator in self.loads.rotors else effort
 
     def pin(self, pin: Pin, member: int) -> ComplexArray:
         """Return the force [N] of the pin on a member, x + iy (rows,)."""

@@ -112,6 +112,21 @@ def reading(mechanism: Mechanism, gauge: Input, course: Course) -> tuple[FloatAr
     return (unit.conj() * away).real, (unit.conj() * (rate - 1j * omega * away)).real, unit
 
 
+def acceleration(mechanism: Mechanism, gauge: Input, course: Course) -> FloatArray:
+    """Return the second derivative by s of the quantity of a gauge or an actuator (rows,)."""
+    nodes, member = course.nodes, gauge.guide
+    if gauge.rotary:
+        return np.asarray(turning(mechanism, course, gauge.members[0])[1] - turning(mechanism, course, member)[1])
+    length, rate, unit = reading(mechanism, gauge, course)
+    if gauge.kind == SPAN:
+        _, speed, gain = nodes[:, gauge.nodes[1]] - nodes[:, gauge.node]
+        return np.asarray((unit.conj() * gain).real + (np.abs(speed) ** 2 - rate**2) / length)
+    away, speed, gain = nodes[:, gauge.node] - carried(mechanism, nodes, member, gauge.point)
+    omega, alpha = turning(mechanism, course, member)
+    relative = gain - 1j * alpha * away - 2j * omega * speed - omega**2 * away
+    return np.asarray((unit.conj() * relative).real)
+
+
 def travel_along(slide: PairRow, name: str) -> Input:
     """Return a gauge that measures the travel of a node along its guide."""
     return Input(name, HEIGHT, slide.nodes, slide.members, slide.point, slide.along)

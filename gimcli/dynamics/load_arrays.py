@@ -60,6 +60,8 @@ def acting(mechanism: Mechanism, released: Sequence[int], metre: float) -> Actin
         _floats(rub, 3),
         _ints(motors, 2),
         _floats([(efforts[k].constant, efforts[k].idle) for k in released], 2),
+        np.array([first + rotor.actuator for rotor in dynamics.rotors], dtype=np.int64),
+        np.array([rotor.reflected for rotor in dynamics.rotors], dtype=float),
     )
 
 

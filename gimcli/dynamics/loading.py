@@ -5,13 +5,22 @@ Forces are in N and positions in the normal frame, so moments are in N times the
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from gimcli.dynamic_data import NO_NODE, TIME, AppliedLoad, Inertia
-from gimcli.dynamics.kinematic_history import Course, Turns, carried, reading, travel_along, turning, unit_of
+from gimcli.dynamic_data import NO_NODE, TIME, AppliedLoad, Inertia, RotorInertia
+from gimcli.dynamics.kinematic_history import (
+    Course,
+    Turns,
+    acceleration,
+    carried,
+    reading,
+    travel_along,
+    turning,
+    unit_of,
+)
 from gimcli.dynamics.physical import require_action
 from gimcli.dynamics.statics import Statics
 from gimcli.mechanism import FRAME, SPAN, ComplexArray, FloatArray
@@ -36,6 +45,7 @@ class Loading:
     kinetic: FloatArray  # (rows,) J
     kinetic_rate: FloatArray  # (rows,) W, from the accelerations
     potential: FloatArray  # (rows,) J, of gravity and springs
+    rotors: dict[int, FloatArray] = field(default_factory=dict)  # (rows,) N m or N, effort that a rotor needs, by input
 
 
 def loading(statics: Statics, course: Course, turns: Turns | None = None) -> Loading:
@@ -68,6 +78,8 @@ class _Loader:
             for number in range(len(self.mechanism.gauges)):
                 self._gauge(number)
             self._friction()
+            for rotor in self.dynamics.rotors:
+                self._rotor(rotor)
         return self.found
 
     # -- forces on a body -----------------------------------------------------------------------
@@ -132,6 +144,15 @@ class _Loader:
             self._outside(place, weight)
             found.power["gravity"] += metre * (speed.conj() * weight).real
             found.potential -= metre * (place.conj() * weight).real
+
+    def _rotor(self, rotor: RotorInertia) -> None:
+        """Add the kinetic energy of a rotor, and the effort for it, which the members do not bear."""
+        actuator = self.mechanism.actuators[rotor.actuator]
+        _, rate, _ = reading(self.mechanism, actuator, self.course)
+        effort = rotor.reflected * acceleration(self.mechanism, actuator, self.course)
+        self.found.rotors[rotor.actuator] = effort if actuator.rotary else effort / self.metre
+        self.found.kinetic += 0.5 * rotor.reflected * rate**2
+        self.found.kinetic_rate += effort * rate
 
     def _load(self, load: AppliedLoad) -> None:
         mechanism, nodes = self.mechanism, self.course.nodes

@@ -24,7 +24,8 @@ def require_masses(mechanism: Mechanism) -> float:
 
     Raises ModelError if no masses are defined, or the unit of length is not physical.
     """
-    if not any(part.mass > 0.0 or part.moment > 0.0 for part in mechanism.dynamics.inertias):
+    moved = any(part.mass > 0.0 or part.moment > 0.0 for part in mechanism.dynamics.inertias)
+    if not moved and not any(rotor.inertia > 0.0 for rotor in mechanism.dynamics.rotors):
         raise _no_masses(mechanism, "masses")
     return _metre(mechanism)
 

@@ -43,6 +43,8 @@ class Acting(NamedTuple):
     rub: FloatArray  # (., 3) damping, squares of the distances of u and v
     motors: IntArray  # (., 2) variable, 1 for an angle
     motor: FloatArray  # (., 2) effort, idle speed (0: none)
+    rotors: IntArray  # (.,) variable
+    rotor: FloatArray  # (.,) inertia on the variable, J per square of its rate
 
 
 class Reduced(NamedTuple):
@@ -162,6 +164,19 @@ def reduce_friction(p: Acting, at: InfluencePosition, room: InfluenceScratch, ou
             out.q[k] -= p.rub[i, 0] * speed * share
 
 
+@stage
+def reduce_rotors(p: Acting, at: InfluencePosition, room: InfluenceScratch, out: Reduced) -> None:
+    """Add the inertia of the motors' rotors."""
+    b = at.b
+    for i in range(p.rotors.shape[0]):
+        r, inertia = p.rotors[i], p.rotor[i]
+        out.energy[KINETIC] += 0.5 * inertia * room.velocity[r] * room.velocity[r]
+        for k in range(b.shape[0]):
+            out.h[k] += inertia * b[k, r] * room.acceleration[r]
+            for j in range(k + 1):
+                out.m[k, j] += inertia * b[k, r] * b[j, r]
+
+
 @kernel
 def reduce(p: Acting, at: InfluencePosition, room: InfluenceScratch, factors: FloatArray, out: Reduced) -> None:
     """Reduce all masses and loads; `rate` is valid only for unit speed of the first independent variable."""
@@ -176,6 +191,7 @@ def reduce(p: Acting, at: InfluencePosition, room: InfluenceScratch, factors: Fl
     reduce_loads(p, at, room, factors, out)
     reduce_gauges(p, at, room, out)
     reduce_friction(p, at, room, out)
+    reduce_rotors(p, at, room, out)
     for k in range(size):
         for j in range(k):
             out.m[j, k] = out.m[k, j]

@@ -11,7 +11,7 @@ from gimcli.model.check_places import check_place
 from gimcli.model.nearest import near
 from gimcli.model.pairs import used_nodes
 from gimcli.model.references import References
-from gimcli.model.schema import Actuator, Damper, Effort, Gauge, Load, Mass, PairFriction, Spring
+from gimcli.model.schema import Actuator, Damper, Effort, Gauge, Load, Mass, PairFriction, Rotor, Spring
 from gimcli.model.source import Where
 from gimcli.model.tables import read_table
 
@@ -31,6 +31,8 @@ def check_dynamics(refs: References) -> None:
         _check_friction(refs, ("friction", name), part)
     for name, actuator in refs.model.actuators.items():
         _check_free_input(refs, ("actuators", name), actuator)
+        if actuator.rotor is not None:
+            _check_rotor(refs, ("actuators", name, "rotor"), actuator.rotary, actuator.rotor)
 
 
 def _check_mass(refs: References, where: Where, name: str, mass: Mass) -> None:
@@ -143,6 +145,17 @@ def _check_free_input(refs: References, where: Where, actuator: Actuator) -> Non
         check_reach(refs, (*where, "start"), actuator, actuator.start)
     if actuator.effort is not None:
         _check_effort(refs, (*where, "effort"), actuator.effort)
+
+
+def _check_rotor(refs: References, where: Where, rotary: bool, rotor: Rotor) -> None:
+    key, other, kind = ("ratio", "lead", "rotary") if rotary else ("lead", "ratio", "linear")
+    if other in rotor.given:
+        text = f"`{other}` is not of a {kind} input; write `{key}`"
+        refs.fault((*where, other), text, key=True)
+    elif not rotary and rotor.lead is None:
+        refs.lack(where, ("lead",), "`lead` is missing: the travel of the linear input per turn of the rotor")
+    elif getattr(rotor, key) == 0.0:
+        refs.fault((*where, key), f"expected a {key} other than 0, got 0")
 
 
 def _check_effort(refs: References, where: Where, effort: Effort) -> None:

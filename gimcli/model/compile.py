@@ -68,7 +68,8 @@ def _dynamics(
 ) -> tuple[Dynamics, tuple[Input, ...]]:
     """Return masses, loads and the like, and the gauges of springs and dampers; both empty if the file has none."""
     model = own.model
-    if not any((model.masses, model.loads, model.springs, model.dampers, model.friction)):
+    rotors = any(actuator.rotor is not None for actuator in model.actuators.values())
+    if not any((model.masses, model.loads, model.springs, model.dampers, model.friction, rotors)):
         return Dynamics(), ()
     from gimcli.model.compile_dynamics import DynamicsCompiler
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from gimcli.dynamic_data import (
     NO_MEMBER,
     NO_NODE,
@@ -12,6 +14,7 @@ from gimcli.dynamic_data import (
     Friction,
     Inertia,
     Release,
+    RotorInertia,
     SpringForce,
 )
 from gimcli.mechanism import FRAME, HEIGHT, Dynamics, Input, PairRow
@@ -49,6 +52,9 @@ class DynamicsCompiler:
             dampers=tuple(DampingForce(n, self._gauge(n, d), d.damping) for n, d in model.dampers.items()),
             frictions=tuple(self._friction(name, part) for name, part in model.friction.items()),
             releases=tuple(self._release(k, name) for k, name in enumerate(model.actuators)),
+            rotors=tuple(
+                self._rotor(k, a.rotor) for k, a in enumerate(model.actuators.values()) if a.rotor is not None
+            ),
         )
         return dynamics, tuple(self.gauges)
 
@@ -113,6 +119,11 @@ class DynamicsCompiler:
         actuator, unit = self.model.actuators[name], self._unit(self.actuators[k])
         start = None if actuator.start is None else actuator.start * unit
         return Release(k, actuator.free, start, actuator.speed * unit, self._effort(actuator.effort, unit))
+
+    def _rotor(self, k: int, rotor: schema.Rotor) -> RotorInertia:
+        if rotor.lead is None:
+            return RotorInertia(k, rotor.inertia, rotor.ratio)
+        return RotorInertia(k, rotor.inertia, 2.0 * math.pi * self.scale / rotor.lead)
 
     def _effort(self, effort: schema.Effort | None, unit: float) -> DrivingEffort:
         if effort is None:

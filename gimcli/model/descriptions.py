@@ -96,6 +96,12 @@ PARTS = {
         "speed": "Initial speed of a free input in `gim simulate` (file's unit per second, or text such as 60 rpm); "
         "default 0",
         "effort": "Driving torque [N m] or force [N] of a free input: a number or a mapping",
+        "rotor": "Inertia of the motor's rotor, and the gear between motor and input",
+    },
+    "Rotor": {
+        "inertia": "Moment of inertia of the rotor about its axis [kg m^2]",
+        "ratio": "Rotary input: turns of the rotor per turn of the input, negative for the opposite sense; default 1",
+        "lead": "Linear input: travel per turn of the rotor (file's unit of length)",
     },
     "Effort": {
         "constant": "Constant torque [N m] or force [N]",

@@ -175,6 +175,8 @@ def _unit(model: Model, where: Sequence[Any]) -> str:
         return "length"
     if section == "masses":
         return "mass" if last == "mass" else ""
+    if section == "actuators" and "rotor" in where:
+        return "length" if last == "lead" else ""
     if section == "actuators" and "effort" not in where and last not in ("speed", "rate", "turns"):
         return "angle" if model.actuators[where[1]].rotary else "length"
     if section == "friction" and last in ("radius", "length"):

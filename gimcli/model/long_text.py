@@ -115,6 +115,9 @@ class _LongForm:
             own["effort"] = _given(
                 constant=effort.constant, table=effort.table, over=over, stall=effort.stall, idle=effort.idle
             )
+        if (rotor := actuator.rotor) is not None:
+            ratio = rotor.ratio if rotor.lead is None else None
+            own["rotor"] = _given(inertia=rotor.inertia, ratio=ratio, lead=rotor.lead)
         return own
 
     def _law(self, number: int, law: Law) -> dict[str, Any]:

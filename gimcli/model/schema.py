@@ -217,6 +217,17 @@ class Effort(Part):
     idle: float | None = _optional(NUMBER)
 
 
+class Rotor(Part):
+    """The rotor of the motor behind an actuator: moment of inertia [kg m^2], and the gear between both.
+
+    A rotor turns `ratio` times per turn of a rotary input, and once per `lead` (file's unit of length) of a linear one.
+    """
+
+    inertia: float = POSITIVE
+    ratio: float = _default(NUMBER, 1.0)
+    lead: float | None = _optional(NUMBER)
+
+
 class Actuator(Gauge):
     """An input: a rotary actuator (`pivot`, `arm`) or a linear one (`nodes`, or `node` and `guide`).
 
@@ -227,6 +238,7 @@ class Actuator(Gauge):
 
     `free`, `start`, `speed` and `effort` are for simulations, where a free input is moved by forces instead of its law:
     `start` is its initial value (file's unit of angle or length), `speed` its initial speed (that unit per second).
+    `rotor` is the inertia of its motor.
     """
 
     type: str | None = _optional(_choice("rotary", "linear"))
@@ -238,6 +250,7 @@ class Actuator(Gauge):
     start: float | None = _optional(NUMBER)
     speed: float = _default(NUMBER, 0.0)
     effort: Effort | None = _optional(Effort.schema)
+    rotor: Rotor | None = _optional(Rotor.schema)
 
 
 class Gear(Part):

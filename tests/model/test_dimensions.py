@@ -33,7 +33,8 @@ prismatic: {slide: {node: S, guide: [O, G]}, groove: {node: T, guide: [O, G], of
 actuators:
   motor: {type: rotary, pivot: O, arm: A, law: {from: 10, to: 370}}
   jack: {type: linear, nodes: [O, C], law: {by: 3}}
-  free: {type: rotary, pivot: G, arm: B, free: true, start: 50, effort: {stall: 3, idle: 40}}
+  free: {type: rotary, pivot: G, arm: B, free: true, start: 50, effort: {stall: 3, idle: 40},
+    rotor: {inertia: 0.01, ratio: 7}}
   table: {type: linear, nodes: [O, U], law: {polynomial: [90, 3]}}
 points: {P: {on: rod, local: [50, 10]}, Q: {on: rod, at: [70, 60]}}
 masses: {rod: {mass: 2, inertia: 0.1, centre: [30, 0]}}
@@ -53,6 +54,7 @@ EDITS = {
     "motor.from": ("from: 10", "from: 12", 12), "motor.to": ("370", "-30", -30), "jack.by": ("by: 3", "by: 4", 4),
     "free.by": ("free: true", "law: {by: 4}, free: true", 4), "free.start": ("start: 50", "start: 5", 5),
     "free.effort.stall": ("stall: 3", "stall: 4", 4), "free.effort.idle": ("idle: 40", "idle: 41", 41),
+    "free.rotor.inertia": ("inertia: 0.01", "inertia: 0.02", 0.02), "free.rotor.ratio": ("ratio: 7", "ratio: 8", 8),
     "free.speed": ("free: true", "free: true, speed: 2", 2), "table.polynomial.1": ("[90, 3]", "[90, 4]", 4),
     "P.x": ("[50, 10]", "[51, 10]", 51), "Q.y": ("[70, 60]", "[70, 61]", 61),
     "duration": ("name: Test", "duration: 2", 2),

@@ -137,13 +137,20 @@ class Machine:
 
     def inertia(self, q):
         """Return the reduced inertia."""
-        total = 0.0 * q
+        total = 0.0 * q + self.rotor
         for name, mass in self.data["masses"].items():
             _, rate = self.by_q(q, lambda z, name=name, mass=mass: self.centre(z, name, mass))
             total = total + mass["mass"] * self.kilogram * abs(rate) ** 2
             if name in self.members:
                 total = total + mass.get("inertia", 0.0) * self.angle_rate(q, name) ** 2
         return total
+
+    @property
+    def rotor(self):
+        """The inertia of the motor's rotor on the input [kg m^2, or kg]."""
+        rotor = self.actuator.get("rotor", {"inertia": 0.0, "ratio": 0.0})
+        turns = rotor["ratio"] if "ratio" in rotor else 2 * math.pi / (rotor["lead"] * self.metre)
+        return rotor["inertia"] * turns**2
 
     def centre(self, z, name, mass):
         if name not in self.members:
