@@ -63,6 +63,10 @@ def _print(result: ForcesResult) -> None:
     typer.echo(f"forces at {found.determined} of {result.steps + 1} positions{balance}")
     if found.open:
         print_open(found.open)
+    if found.friction is not None:
+        from gimcli.cli.friction import print_friction
+
+        print_friction(found.friction)
     _print_missing(found, result.steps)
 
 
@@ -106,7 +110,4 @@ def _print_missing(found: ForceMotion, steps: int) -> None:
     if found.summary.solved < steps + 1:
         print_status(found.summary.motion)
     elif found.determined < steps + 1:
-        typer.echo(
-            "singular: at a singular position or a dead point of the drive, velocities or reactions are not determined"
-            " or grow without bound; change the law or the number of steps"
-        )
+        typer.echo(found.failure[1])

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from gimcli.dynamics.force_table import Peaks, determined_rows, open_reactions
-from gimcli.dynamics.forces import Forces, inverse_dynamics
+from gimcli.dynamics.forces import Forces, piece_forces
 from gimcli.dynamics.kinematic_history import Courses, Turns
 from gimcli.dynamics.statics import Statics, statics
 from gimcli.mechanism import IntArray, Mechanism
@@ -13,6 +15,16 @@ from gimcli.motion.motion import Motion
 from gimcli.motion.summary import Summary
 from gimcli.positions.dispatch import choose, plain
 from gimcli.progress import Notify
+
+if TYPE_CHECKING:
+    from gimcli.dynamics.coulomb import DryFriction
+    from gimcli.dynamics.efficiency import FrictionSummary
+
+UNDETERMINED = (
+    "singular: at a singular position or a dead point of the drive, velocities or reactions are not determined"
+    " or grow without bound; change the law or the number of steps"
+)
+"""Message for rows without forces."""
 
 EACH = 2.5e-6
 """Approximate time of one term of the equations without compilation [s]."""
@@ -28,14 +40,30 @@ class ForceMotion:
         self.courses, self.turns = Courses(mechanism, rows, jit, notify), Turns()
         self.summary, self.peaks = Summary(rows), Peaks(mechanism)
         self.determined = 0  # rows with determined forces
+        self.friction: FrictionSummary | None = None  # of a mechanism with dry friction
         self.open: list[str] = []  # names of reactions that are indeterminate because of redundant constraints
         self.rows: IntArray = np.zeros(0, dtype=np.int64)  # of the last piece, that are drawn
 
     def take(self, piece: Motion) -> Forces:
         """Return the forces of the next piece."""
-        forces = inverse_dynamics(self.statics, self.courses(piece), self.run, self.turns)
+        forces = piece_forces(self.statics, self.courses, piece, self.run, self.turns)
         self.rows = self.summary.add(piece)
+        if forces.dry is not None:
+            self._rub(piece, forces, forces.dry)
         self.peaks.add(piece, forces)
         self.determined += int(determined_rows(piece, forces).sum())
         self.open = self.open or open_reactions(forces)
         return forces
+
+    def _rub(self, piece: Motion, forces: Forces, dry: DryFriction) -> None:
+        """Add a piece to the summary of dry friction."""
+        from gimcli.dynamics.efficiency import FrictionSummary  # imported late: only for models with dry friction
+
+        self.friction = self.friction or FrictionSummary(self.statics.mechanism)
+        self.friction.add(piece, forces, dry)
+
+    @property
+    def failure(self) -> tuple[str, str]:
+        """The word and the message for rows of a solved motion that have no forces."""
+        worst = None if self.friction is None else self.friction.failure
+        return ("singular", UNDETERMINED) if worst is None else (worst.word, f"{worst.word}: {worst.text}")

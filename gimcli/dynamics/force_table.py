@@ -23,12 +23,18 @@ def force_table(motion: Motion, forces: Forces, first: int = 0) -> Table:
     columns = [*reaction_columns(forces), *_frame_columns(forces), *_power_columns(forces)]
     singular = motion.good & ~forces.good  # velocities or reactions are not determined
     status = status_column(np.where(singular, int(Status.SINGULAR), motion.codes))
+    if forces.dry is not None:
+        from gimcli.dynamics.coulomb_table import friction_columns, with_friction_words
+
+        columns += friction_columns(forces, forces.dry)
+        status = with_friction_words(status, forces.dry)
     return Table((*first_columns(motion, first), *columns, Column("residual", motion.residual), status))
 
 
 def determined_rows(motion: Motion, forces: Forces) -> NDArray[np.bool_]:
-    """Return for every row whether its forces are determined."""
-    return np.asarray(motion.good & forces.good)
+    """Return for every row whether its forces are determined, or at a standstill given by their limits."""
+    given = forces.good if forces.dry is None else forces.good | forces.dry.standstill
+    return np.asarray(motion.good & given)
 
 
 def reaction_columns(forces: Forces) -> list[Column]:

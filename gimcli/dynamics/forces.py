@@ -9,24 +9,25 @@ class); here for any group.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gimcli.dynamics.equilibrium_equations import SINGULAR, Balance, directions, equilibrium, right_side
 from gimcli.dynamics.indeterminate_reactions import Amount, joined
 from gimcli.dynamics.kinematic_history import Course, Courses, Turns, reading
 from gimcli.dynamics.loading import Loading, loading
 from gimcli.dynamics.physical import require_action
 from gimcli.dynamics.statics import Pin, Statics, statics
-from gimcli.kernels.equilibrium import ALONG, COUPLE, KNOWN, TURN, balance_rows
+from gimcli.kernels.equilibrium import ALONG
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.motion.motion import Motion
 from gimcli.positions.dispatch import plain
 from gimcli.positions.newton import Run
 
-SINGULAR = 1e-10
-"""Ratio of least to greatest pivot, or singular value, of a block below which its reactions are undetermined."""
+if TYPE_CHECKING:
+    from gimcli.dynamics.coulomb import DryFriction
 
 WEAK = 5e-2
 """This ratio below which a dead point or change point is near, where reactions are unbounded."""
@@ -47,6 +48,7 @@ class Forces:
         repr=False
     )  # (surplus, unknowns, rows) unit self-stresses, possible because of redundant constraints
     weakest: FloatArray = field(repr=False)  # (rows,) ratio of the least to the greatest pivot, or singular value
+    dry: DryFriction | None = field(default=None, repr=False)  # of a motion with dry friction
 
     @property
     def mechanism(self) -> Mechanism:
@@ -165,13 +167,7 @@ def inverse_dynamics(
     With `every`, indeterminate reactions have the values of the least-norm solution instead of NaN.
     """
     loads = loading(statics, course, turns)
-    right = np.zeros((statics.equations, len(course.time)))
-    for k, (body, first) in enumerate(zip(statics.bodies, statics.first_row, strict=True)):
-        force = loads.inertia_force[k] - loads.force[k]
-        right[first], right[first + 1] = force.real, force.imag
-        if body.member >= 0:
-            right[first + 2] = loads.inertia_moment[k] - loads.moment[k]
-    z = course.nodes[0]
+    right, z = right_side(statics, loads), course.nodes[0]
     with np.errstate(all="ignore"):  # singular rows become NaN
         if statics.surplus:
             found, free, weakest = _least(statics, z, right)
@@ -184,79 +180,21 @@ def inverse_dynamics(
 
 def motion_forces(motion: Motion, run: Run = plain) -> Forces:
     """Return the efforts and reactions of a motion along its laws."""
-    return inverse_dynamics(statics(motion.mechanism), Courses(motion.mechanism)(motion), run)
+    return piece_forces(statics(motion.mechanism), Courses(motion.mechanism), motion, run)
 
 
-def directions(statics: Statics, z: ComplexArray) -> ComplexArray:
-    """Return the direction of every unknown (unknowns, rows) at positions z (nodes, rows)."""
-    result = np.empty((len(statics.reactions), z.shape[1]), dtype=complex)
-    for k, reaction in enumerate(statics.reactions):
-        vector = reaction.vector
-        result[k] = vector.z * (z[vector.v] - z[vector.u] if vector.u >= 0 else 1.0)
-        if reaction.kind == ALONG:
-            result[k] /= np.abs(result[k])
-    return result
+def piece_forces(
+    statics: Statics, courses: Courses, motion: Motion, run: Run = plain, turns: Turns | None = None
+) -> Forces:
+    """Return the efforts and reactions of a piece of a motion, with dry friction if the mechanism has it."""
+    if not any(friction.mu for friction in statics.mechanism.dynamics.frictions):
+        return inverse_dynamics(statics, courses(motion), run, turns)
+    from gimcli.dynamics.coulomb import sliding_forces  # imported late: only for models with dry friction
 
-
-class Balance:
-    """The equations of equilibrium in the arrays of the kernel."""
-
-    def __init__(self, statics: Statics) -> None:
-        self.statics = statics
-        reactions = statics.reactions
-        turned = [(c, r.vector.u, r.vector.v, r.kind == ALONG) for c, r in enumerate(reactions) if r.vector.u >= 0]
-        self.turned = np.array(turned, dtype=np.int64).reshape(-1, 4)
-        self.vectors = np.array([(r.vector.z.real, r.vector.z.imag) for r in reactions]).reshape(-1, 2)
-        blocks = statics.blocks
-        self.own_rows = np.array([row for block in blocks for row in block.rows], dtype=np.int64)
-        self.own_columns = np.array([column for block in blocks for column in block.columns], dtype=np.int64)
-        terms, ends = self._terms()
-        self.terms = np.array(terms, dtype=np.int64).reshape(-1, 7)
-        self.blocks = np.array(ends, dtype=np.int64).reshape(-1, 3)
-
-    def _terms(self) -> tuple[list[tuple[int, ...]], list[tuple[int, int, int]]]:
-        statics = self.statics
-        block_of = {row: (g, i) for g, block in enumerate(statics.blocks) for i, row in enumerate(block.rows)}
-        own = {column: (g, j) for g, block in enumerate(statics.blocks) for j, column in enumerate(block.columns)}
-        by_block: list[list[tuple[int, ...]]] = [[] for _ in statics.blocks]
-        for c, reaction in enumerate(statics.reactions):
-            for body, sense, node in statics.senses(reaction):
-                for axis in statics.axes(reaction, body, node):
-                    g, i = block_of[statics.first_row[body] + axis]
-                    j = own[c][1] if own[c][0] == g else KNOWN
-                    kind = TURN if reaction.kind == COUPLE else axis
-                    by_block[g].append((i, j, c, kind, sense, node, statics.bodies[body].node))
-        terms: list[tuple[int, ...]] = []
-        ends = []
-        for block, own_terms in zip(statics.blocks, by_block, strict=True):
-            ends.append((len(block.rows), len(terms), len(terms) + len(own_terms)))
-            terms += own_terms
-        return terms, ends
-
-    def solve(self, z: ComplexArray, right: FloatArray, run: Run) -> tuple[FloatArray, FloatArray]:
-        """Return the unknowns (unknowns, rows), and the least ratio of pivots in the blocks of each row (rows,)."""
-        count, widest = len(self.statics.reactions), int(max(self.blocks[:, 0], default=0))
-        out, weakest = np.full((count, z.shape[1]), np.nan), np.zeros(z.shape[1])
-        x, y = np.ascontiguousarray(z.real), np.ascontiguousarray(z.imag)
-        run(balance_rows)(
-            x, y, self.vectors, self.turned, self.terms, self.blocks, self.own_rows, self.own_columns, right, SINGULAR,
-            np.zeros((widest, widest)), np.zeros(2 * widest), np.zeros(widest), self.vectors.copy(), out, weakest,
-        )  # fmt: skip
-        return out, weakest
-
-
-def equilibrium(statics: Statics, z: ComplexArray) -> FloatArray:
-    """Return the equations of equilibrium (rows, equations, unknowns) at positions z (nodes, rows)."""
-    table = np.zeros((z.shape[1], statics.equations, len(statics.reactions)))
-    unit = directions(statics, z)
-    for c, reaction in enumerate(statics.reactions):
-        for body, sense, node in statics.senses(reaction):
-            arm = z[node] - z[statics.bodies[body].node]
-            parts = (unit[c].real, unit[c].imag, (arm.conj() * unit[c]).imag)
-            for axis in statics.axes(reaction, body, node):
-                part = 1.0 if reaction.kind == COUPLE else parts[axis]
-                table[:, statics.first_row[body] + axis, c] += sense * part
-    return table
+    course, single = courses(motion), len(statics.mechanism.drivers) == 1
+    found = sliding_forces(statics, course, run, turns, (lambda: courses.at_unit_speed(motion)) if single else None)
+    stresses = np.zeros((0, *found.unknowns.shape))
+    return Forces(statics, course, found.loads, found.unknowns, stresses, found.weakest, found.dry)
 
 
 def _least(statics: Statics, z: ComplexArray, right: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:

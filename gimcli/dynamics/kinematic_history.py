@@ -39,12 +39,25 @@ class Courses:
         nodes, angles = self._made(motion.z, given, self._run)
         return Course(motion.time * self.mechanism.duration, motion.inputs, nodes, angles)
 
+    def at_unit_speed(self, motion: Motion) -> Course:
+        """Return positions and velocities of a piece; the independent inputs move at 1 rad, or length, per s."""
+        given = law_rates(self.mechanism, motion.time, 2)
+        given[1], given[2] = self.mechanism.following.sum(axis=1)[:, None], 0.0
+        nodes, angles = self._made(motion.z, given, self._run)
+        return Course(motion.time * self.mechanism.duration, motion.inputs, nodes, angles)
+
 
 class Turns:
     """Continues angles from piece to piece without jumps, so that a torsion spring can make whole turns."""
 
     def __init__(self) -> None:
         self.last: dict[int, float] = {}
+
+    def copy(self) -> Turns:
+        """Return a copy, which continues from the same angles."""
+        copy = Turns()
+        copy.last = dict(self.last)
+        return copy
 
     def followed(self, key: int, angle: FloatArray, drawn: float) -> FloatArray:
         """Return an angle [rad] without jumps (rows,), continued from the last one or from the initial one."""

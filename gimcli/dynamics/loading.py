@@ -232,6 +232,9 @@ class _Loader:
         _, rate, unit = reading(mechanism, travel_along(slide, slide.name), self.course)
         force = -damping * self.metre * rate * unit
         reaction = self.statics.reactions[self.statics.normals[number]]
-        self._push(reaction.plus, self.course.nodes[0, slide.node], force)
+        if self.statics.normals[number] in self.statics.on_pins:
+            self._pin(slide.node, force)
+        else:
+            self._push(reaction.plus, self.course.nodes[0, slide.node], force)
         self._push(reaction.minus, self.course.nodes[0, slide.node], -force)
         self.found.power["damping"] -= damping * (self.metre * rate) ** 2

@@ -155,9 +155,10 @@ class ForcesResult(RowsResult):
         return {
             "steps": self.steps, "solved": found.determined, "residual": found.summary.residual,
             "reachable": reachable(motion), "events": self.events,
-            "status": motion.overall.word if whole else "singular",
+            "status": motion.overall.word if whole else found.failure[0],
             "energy_drift": peaks.drift, "power_error": peaks.power_error, "peaks": peaks.report(),
             "left_out": peaks.left_out, "open": found.open,
+            **({} if found.friction is None else {"friction": found.friction.report()}),
         }  # fmt: skip
 
     def picture(self) -> Content | None:

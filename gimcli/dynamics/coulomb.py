@@ -1,0 +1,274 @@
+"""Inverse dynamics with dry (Coulomb) friction: exact for the given motion, whose velocities give the directions.
+
+The equations of equilibrium are linear in the reactions but for the friction of each pair, a moment or a force in
+proportion to the magnitude of the reaction of that pair. They are solved row by row; the residual of the equations with
+friction is checked in the end. A pair that does not slide has any friction up to its limit: both directions are then
+solved, and the forces on which they agree are given.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gimcli.dynamics.coulomb_pairs import RubbingPair, form_table, rubbing_pairs
+from gimcli.dynamics.coulomb_solver import FrictionSystem, solve_friction
+from gimcli.dynamics.coulomb_status import FrictionStatus
+from gimcli.dynamics.equilibrium_equations import Balance, equilibrium, right_side
+from gimcli.dynamics.kinematic_history import Course, Turns
+from gimcli.dynamics.loading import Loading, loading
+from gimcli.dynamics.physical import require_action
+from gimcli.dynamics.statics import Statics
+from gimcli.errors import ModelError
+from gimcli.mechanism import ComplexArray, FloatArray, IntArray
+from gimcli.positions.newton import Run
+
+AT_REST = 1e-9
+"""Speed of sliding below which a pair does not slide, relative to the greatest speed of all pairs in the row."""
+AGREE = 1e-9
+"""Difference between solutions below which a reaction counts as determined, relative to the greatest reaction."""
+CHECKED = 1e-8
+"""Residual of the equations with friction above which a row is not converged, relative to the terms of an equation."""
+MOST_AT_REST = 6
+"""Most pairs at rest beside sliding ones for which all directions are tried."""
+AT_ONCE = 1024
+"""Rows whose equations are solved in one call."""
+
+
+@dataclass(frozen=True)
+class DryFriction:
+    """What dry friction adds to the forces of a motion."""
+
+    names: tuple[str, ...]  # entries in `friction`, with dry friction
+    codes: IntArray = field(repr=False)  # (rows,) FrictionStatus
+    powers: FloatArray = field(repr=False)  # (names, rows) W, not positive; NaN where the friction is not determined
+    effort: FloatArray = field(repr=False)  # (2, actuators, rows) least and greatest effort over the solutions
+    hold: FloatArray = field(repr=False)  # (2, actuators, rows) range of the effort that holds the position at rest
+    margin: FloatArray = field(repr=False)  # (rows,) W, least power of the drive that moves either way from rest
+    residual: FloatArray = field(repr=False)  # (rows,) of the equations with friction, relative
+
+    @property
+    def standstill(self) -> NDArray[np.bool_]:
+        """Return for every row whether a pair at rest leaves its forces undetermined."""
+        return np.asarray(self.codes == FrictionStatus.STANDSTILL)
+
+
+@dataclass(frozen=True)
+class SlidingForces:
+    """The solution of the equations of equilibrium with dry friction."""
+
+    loads: Loading  # with the friction on pins, and its power
+    unknowns: FloatArray  # (unknowns, rows) as in Forces
+    weakest: FloatArray  # (rows,) least ratio of pivots of the equations without friction
+    dry: DryFriction
+
+
+def require_determined(statics: Statics) -> None:
+    """Raise ModelError if redundant constraints leave the reactions, and so the dry friction, undetermined."""
+    if statics.surplus:
+        raise ModelError(
+            [f"{statics.mechanism.name}: redundant constraints leave reactions indeterminate, and dry friction depends"
+             " on them; remove the redundant constraints (`gim mobility` names them), or `mu` in `friction`"]
+        )  # fmt: skip
+
+
+def sliding_forces(
+    statics: Statics, course: Course, run: Run, turns: Turns | None = None, unit: Callable[[], Course] | None = None
+) -> SlidingForces:
+    """Return the efforts and reactions of a motion with dry friction.
+
+    Args:
+        statics: the unknown reactions of the mechanism.
+        course: the motion.
+        run: runs the kernel of the equations.
+        turns: continues the angles of springs from one piece of the motion to the next.
+        unit: returns the same positions with velocities of the only input at unit speed, for rows at rest.
+
+    Raises:
+        ModelError: redundant constraints leave the reactions undetermined.
+    """
+    require_determined(statics)
+    resting = replace(course, nodes=_still(course.nodes), angles=None)
+    held = loading(statics, resting, None if turns is None else turns.copy())  # weight, springs and loads at rest
+    loads = loading(statics, course, turns)
+    with np.errstate(all="ignore"):  # singular rows become NaN
+        right = right_side(statics, loads)
+        found, weakest = Balance(statics).solve(course.nodes[0], right, run)
+        rows = _Rows(statics, course, found, right_side(statics, held) - right, unit)
+        unknowns, dry = rows.solved(right, loads.rotors)
+    _act(statics, course, loads, rows, unknowns, dry)
+    return SlidingForces(loads, unknowns, weakest, dry)
+
+
+def _still(nodes: ComplexArray) -> ComplexArray:
+    """Return positions with velocities and accelerations of zero."""
+    still = np.zeros_like(nodes)
+    still[0] = nodes[0]
+    return still
+
+
+class _Rows:
+    """The equations with friction of all rows, the directions of sliding, and the solutions."""
+
+    def __init__(
+        self, statics: Statics, course: Course, known: FloatArray, change: FloatArray,
+        unit: Callable[[], Course] | None,
+    ) -> None:  # fmt: skip
+        """`known` are the reactions without friction, `change` (equations, rows) the right side at rest less that."""
+        self.statics, self.course, self.unit = statics, course, unit
+        self.pairs: tuple[RubbingPair, ...] = rubbing_pairs(statics)
+        self.forms = form_table(self.pairs, len(statics.reactions))
+        self.columns = np.stack([pair.column(statics, course) for pair in self.pairs], axis=-1)
+        self.rates = np.array([pair.rate(statics, course) for pair in self.pairs])
+        self.senses, self.rest = _senses(self.rates)
+        moved, reach = self._reach(known, change)
+        self.moving = FrictionSystem(known.T, reach, self.forms)
+        self.still = FrictionSystem(known.T + moved, reach, self.forms)
+
+    def _reach(self, known: FloatArray, change: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the reactions to a change of the right side (rows, unknowns), and to unit friction (., ., pairs)."""
+        count = known.shape[1]
+        found = np.full((count, known.shape[0], len(self.pairs) + 1), np.nan)
+        good = np.flatnonzero(np.all(np.isfinite(known), axis=0) & np.all(np.isfinite(self.columns), axis=(0, 2)))
+        for start in range(0, len(good), AT_ONCE):
+            part = good[start : start + AT_ONCE]
+            right = np.concatenate([change[:, part, None], self.columns[:, part]], axis=-1).transpose(1, 0, 2)
+            found[part] = np.linalg.solve(equilibrium(self.statics, self.course.nodes[0][:, part]), right)
+        return found[..., 0], found[..., 1:]
+
+    def solved(self, right: FloatArray, rotors: dict[int, FloatArray]) -> tuple[FloatArray, DryFriction]:
+        """Return the reactions (unknowns, rows), NaN where they are not determined, and what friction adds.
+
+        `rotors` are the efforts (rows,) that the rotors of motors need besides.
+        """
+        least, greatest, codes = self._ranges(self.moving, [self.senses])
+        if self.rest.any():
+            start = self._impending()
+            for found, own in zip((least, greatest, codes), self._ranges(self.moving, [start, -start]), strict=True):
+                found[self.rest] = own[self.rest]
+            codes[self.rest] = np.where(np.isfinite(self.moving.known[self.rest, 0]), FrictionStatus.STANDSTILL, 0)
+        scale = (
+            np.max(np.abs(greatest), axis=1, initial=0.0)[:, None] + np.max(np.abs(least), axis=1, initial=0.0)[:, None]
+        )
+        same = greatest - least <= AGREE * scale
+        codes = np.where((codes == FrictionStatus.STANDSTILL) & np.all(same, axis=1), 0, codes)
+        x = np.where(same & (codes <= FrictionStatus.STANDSTILL)[:, None], least, np.nan)
+        residual = self._residual(x, right)
+        wrong = residual > CHECKED
+        x[wrong], codes = np.nan, np.where(wrong, int(FrictionStatus.NOT_CONVERGED), codes)
+        hold, margin = self._holding()
+        effort = self._efforts(least, greatest)
+        for actuator, own in rotors.items():
+            effort[:, actuator] += own
+        dry = DryFriction(
+            tuple(dict.fromkeys(pair.name for pair in self.pairs)), codes, self._powers(x),
+            effort, hold, margin, residual,
+        )  # fmt: skip
+        return np.ascontiguousarray(x.T), dry
+
+    def _ranges(self, system: FrictionSystem, bases: list[FloatArray]) -> tuple[FloatArray, FloatArray, IntArray]:
+        """Return least and greatest reactions over some directions of sliding, 0 being both, and the codes (rows,)."""
+        shape = system.known.shape
+        least, greatest = np.full(shape, np.nan), np.full(shape, np.nan)
+        codes = np.zeros(shape[0], dtype=np.int64)
+        for senses in bases:
+            for open_pairs in np.unique(senses == 0.0, axis=0):
+                own = np.flatnonzero(np.all((senses == 0.0) == open_pairs, axis=1))
+                tried = list(product((-1.0, 1.0), repeat=int(open_pairs.sum())))
+                outcomes = []
+                for signs in tried if len(tried) <= 2**MOST_AT_REST else ():
+                    chosen = senses[own]
+                    chosen[:, open_pairs] = signs
+                    found = solve_friction(system.rows(own), chosen)
+                    least[own], greatest[own] = np.fmin(least[own], found.least), np.fmax(greatest[own], found.greatest)
+                    outcomes.append(found.codes)
+                if open_pairs.any():
+                    outcomes = [np.full(len(own), int(FrictionStatus.STANDSTILL))]
+                codes[own] = np.maximum(codes[own], np.max(outcomes, axis=0))
+        return least, greatest, np.where(np.isfinite(system.known[:, 0]), codes, 0)
+
+    def _impending(self) -> FloatArray:
+        """Return the directions of sliding (rows, pairs) in which the mechanism starts from rest."""
+        if self.unit is None:
+            return np.zeros_like(self.senses)
+        course = self.unit()
+        return _senses(np.array([pair.rate(self.statics, course) for pair in self.pairs]))[0]
+
+    def _holding(self) -> tuple[FloatArray, FloatArray]:
+        """Return the range of efforts that hold each position at rest, and the least power that moves it either way."""
+        senses, input_rates = self.senses.copy(), self._input_rates(self.course)
+        if self.rest.any():
+            senses[self.rest] = self._impending()[self.rest]
+            if self.unit is not None:
+                input_rates[:, self.rest] = self._input_rates(self.unit())[:, self.rest]
+        ends, powers = [], []
+        for way in (1.0, -1.0):
+            least, greatest, codes = self._ranges(self.still, [way * senses])
+            own = self._efforts(least, greatest)
+            power = np.sum(np.min(way * own * input_rates, axis=0), axis=0)
+            powers.append(np.where(codes == FrictionStatus.NO_SOLUTION, np.inf, power))
+            ends.append(own)
+        hold = np.array([np.min([end[0] for end in ends], axis=0), np.max([end[1] for end in ends], axis=0)])
+        return hold, np.min(powers, axis=0)
+
+    def _input_rates(self, course: Course) -> FloatArray:
+        """Return the speeds of the inputs (actuators, rows) in rad/s or m/s."""
+        from gimcli.dynamics.kinematic_history import reading
+
+        mechanism = self.statics.mechanism
+        rates = [reading(mechanism, actuator, course)[1] for actuator in mechanism.actuators]
+        metre = require_action(mechanism)
+        return np.array([r * (1.0 if a.rotary else metre) for r, a in zip(rates, mechanism.actuators, strict=True)])
+
+    def _efforts(self, least: FloatArray, greatest: FloatArray) -> FloatArray:
+        """Return the efforts (2, actuators, rows) in N m or N among two sets of reactions (rows, unknowns)."""
+        mechanism, own = self.statics.mechanism, list(self.statics.efforts)
+        metre = require_action(mechanism)
+        units = np.array([metre if actuator.rotary else 1.0 for actuator in mechanism.actuators])
+        return np.asarray(np.array([least[:, own].T, greatest[:, own].T]) * units[:, None])
+
+    def _powers(self, x: FloatArray) -> FloatArray:
+        """Return the power of dry friction (names, rows) [W] in each entry of the file."""
+        power = -np.abs(self.rates) * self.moving.friction(x).T * require_action(self.statics.mechanism)
+        power = np.where(self.senses.T == 0.0, 0.0, power)
+        names = dict.fromkeys(pair.name for pair in self.pairs)
+        return np.array([sum(p for p, pair in zip(power, self.pairs, strict=True) if pair.name == n) for n in names])
+
+    def _residual(self, x: FloatArray, right: FloatArray) -> FloatArray:
+        """Return the error of the equations with friction (rows,), relative to the greatest term; 0 where x is NaN."""
+        friction = self.senses * self.moving.friction(x)
+        error = np.zeros(len(x))
+        sure = np.flatnonzero(np.all(np.isfinite(x), axis=1) & np.all(self.senses != 0.0, axis=1))
+        for start in range(0, len(sure), AT_ONCE):
+            part = sure[start : start + AT_ONCE]
+            table = equilibrium(self.statics, self.course.nodes[0][:, part])
+            terms = (
+                np.einsum("rij,rj->ri", table, x[part]),
+                np.einsum("irk,rk->ri", self.columns[:, part], friction[part]),
+            )
+            size = np.einsum("rij,rj->ri", np.abs(table), np.abs(x[part])) + np.abs(terms[1]) + np.abs(right[:, part].T)
+            whole = np.abs(terms[0] - terms[1] - right[:, part].T)
+            error[part] = np.max(whole, axis=1) / np.maximum(np.max(size, axis=1), np.finfo(float).tiny)
+        return error
+
+
+def _senses(rates: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """Return the directions of sliding (rows, pairs), 0 for a pair at rest, and the rows where all are at rest."""
+    size = np.max(np.abs(rates), axis=0)
+    rest = size <= AT_REST * np.nanmax(size, initial=0.0)
+    senses = np.where(np.abs(rates) > AT_REST * size, np.sign(rates), 0.0)
+    return np.where(rest, 0.0, senses).T, rest
+
+
+def _act(statics: Statics, course: Course, loads: Loading, rows: _Rows, unknowns: FloatArray, dry: DryFriction) -> None:
+    """Add the friction on pins, and its power, to the forces on the bodies."""
+    loads.power["friction"] = np.sum(dry.powers, axis=0)
+    friction = rows.senses.T * rows.moving.friction(unknowns.T).T
+    for k, pair in enumerate(rows.pairs):
+        if pair.on_pin:
+            node = statics.mechanism.slides[pair.slide].node
+            loads.pins[node] = loads.pins.get(node, 0.0) - friction[k] * pair.direction(statics, course)

@@ -1,0 +1,211 @@
+"""Reactions with dry friction: x = known + sum of sense_k phi_k reach_k, where phi_k = max |w . x| of pair k.
+
+The friction forces phi are the unknowns of the iteration, one for each pair. Where T, the matrix of phi_j(reach_k), has
+a spectral radius below 1, the equations contract: they have exactly one solution for any directions of sliding. This
+is proved by v = (I - T)^-1 1 > 0 (a nonsingular M-matrix; Berman & Plemmons 1994, chapter 6). The iteration, a Newton
+step where it reduces the error and a step of the contraction otherwise, then converges. Elsewhere Newton's method runs
+from many starts, and the number of different solutions is the outcome: no proof that there are no others.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gimcli.dynamics.coulomb_status import FrictionStatus
+from gimcli.mechanism import ComplexArray, FloatArray, IntArray
+
+CLOSE = 1e-13
+"""Error of the friction forces at the end of the iteration, relative to the largest."""
+FOUND = 1e-10
+"""Error below which the end of an iteration is a solution; several solutions differ by more than its square root."""
+MOST_STEPS = 400
+"""Most steps of the contraction; Newton steps converge in a few."""
+MOST_NEWTON = 60
+"""Most Newton steps from a start; quadratic convergence takes about six."""
+SHARES = (1.0, 0.5, 0.1, 0.01)
+"""Parts of a Newton step that are tried."""
+STARTS = 48
+"""Starts where the equations do not contract."""
+DECADES = (-2.0, 4.0)
+"""Range of the starts as powers of ten, relative to the friction without feedback on the reactions."""
+
+
+@dataclass(frozen=True)
+class FrictionSystem:
+    """The equations of rows: reactions without friction, and the reactions to a unit friction of each pair."""
+
+    known: FloatArray  # (rows, unknowns)
+    reach: FloatArray  # (rows, unknowns, pairs)
+    forms: ComplexArray  # (FORMS, pairs, unknowns) the vectors w
+
+    def rows(self, chosen: NDArray[np.intp]) -> FrictionSystem:
+        """Return some of the rows."""
+        return FrictionSystem(self.known[chosen], self.reach[chosen], self.forms)
+
+    def friction(self, x: FloatArray) -> FloatArray:
+        """Return the limit of the friction of each pair for reactions (rows, unknowns): (rows, pairs)."""
+        return np.asarray(np.max(np.abs(np.einsum("gkn,rn->rgk", self.forms, x)), axis=1))
+
+
+@dataclass(frozen=True)
+class FrictionSolution:
+    """Reactions for given directions of sliding: least and greatest over the solutions that were found."""
+
+    least: FloatArray  # (rows, unknowns); NaN without a solution
+    greatest: FloatArray  # (rows, unknowns)
+    codes: IntArray  # (rows,) FrictionStatus
+
+
+def solve_friction(system: FrictionSystem, senses: FloatArray) -> FrictionSolution:
+    """Return the reactions for directions of sliding `senses` (rows, pairs), 1 or -1 each."""
+    reduced = _Reduced.of(system, senses)
+    good = np.all(np.isfinite(system.known), axis=1) & np.all(np.isfinite(system.reach), axis=(1, 2))
+    weights = _contraction_weights(reduced.gains, good)
+    proved = np.all(weights > 0.0, axis=1)
+    found, codes = np.full((2, *system.known.shape), np.nan), np.zeros(len(senses), dtype=np.int64)
+    sure, rest = np.flatnonzero(good & proved), np.flatnonzero(good & ~proved)
+    if len(sure):
+        phi, codes[sure] = _contracted(reduced.rows(sure), weights[sure])
+        found[:, sure] = system.known[sure] + np.einsum("rnk,rk->rn", system.reach[sure], senses[sure] * phi)
+    for row, ends in zip(rest, _searched(reduced.rows(rest)) if len(rest) else (), strict=True):
+        codes[row] = _COUNTED[min(len(ends), 2)]
+        if len(ends):
+            x = system.known[row] + (senses[row] * ends) @ system.reach[row].T
+            found[:, row] = x.min(axis=0), x.max(axis=0)
+    return FrictionSolution(found[0], found[1], codes)
+
+
+_COUNTED = (FrictionStatus.NO_SOLUTION, FrictionStatus.SLIDING, FrictionStatus.SEVERAL)
+"""Status by the number of solutions: none, one, several."""
+
+
+@dataclass(frozen=True)
+class _Reduced:
+    """phi = max |base + gain (phi)|: the equations in the friction forces alone."""
+
+    base: ComplexArray  # (rows, FORMS, pairs)
+    gain: ComplexArray  # (rows, FORMS, pairs, pairs), with the directions of sliding
+
+    @classmethod
+    def of(cls, system: FrictionSystem, senses: FloatArray) -> _Reduced:
+        """Return the equations for directions of sliding (rows, pairs)."""
+        base = np.einsum("gjn,rn->rgj", system.forms, system.known)
+        gain = np.einsum("gjn,rnk->rgjk", system.forms, system.reach)
+        return cls(base, gain * senses[:, None, None, :])
+
+    @property
+    def gains(self) -> FloatArray:
+        """The matrix T (rows, pairs, pairs)."""
+        return np.asarray(np.max(np.abs(self.gain), axis=1))
+
+    def rows(self, chosen: NDArray[np.intp]) -> _Reduced:
+        """Return some of the rows."""
+        return _Reduced(self.base[chosen], self.gain[chosen])
+
+    def limits(self, phi: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the limits of friction for friction forces phi (rows, pairs), and their derivatives by phi."""
+        force = self.base + np.einsum("rgjk,rk->rgj", self.gain, phi)
+        size = np.abs(force)
+        which = np.argmax(size, axis=1)[:, None, :]
+        own, largest = np.take_along_axis(force, which, 1)[:, 0], np.take_along_axis(size, which, 1)[:, 0]
+        unit = np.divide(own, largest, out=np.zeros_like(own), where=largest > 0.0)  # 0: friction of an unloaded pair
+        gain = np.take_along_axis(self.gain, which[..., None], 1)[:, 0]
+        return largest, (unit.conj()[..., None] * gain).real
+
+    def newton(self, phi: FloatArray, value: FloatArray, slope: FloatArray) -> FloatArray:
+        """Return the next iterate of Newton's method."""
+        return phi - _solved(np.eye(phi.shape[1]) - slope, phi - value)
+
+
+def _contraction_weights(gains: FloatArray, good: NDArray[np.bool_]) -> FloatArray:
+    """Return v = (I - T)^-1 1 (rows, pairs); the equations contract where all are positive."""
+    usable = np.where(good[:, None, None], gains, np.inf)
+    matrix = np.eye(gains.shape[1]) - np.where(np.isfinite(usable), usable, 2.0)
+    return np.nan_to_num(_solved(matrix, np.ones(gains.shape[:2])), nan=-1.0)
+
+
+def _contracted(reduced: _Reduced, weights: FloatArray) -> tuple[FloatArray, IntArray]:
+    """Return the only solution of each row, where the equations contract."""
+    phi = reduced.limits(np.zeros(weights.shape))[0]
+    value, slope = reduced.limits(phi)
+    error = np.max(np.abs(phi - value) / weights, axis=1)
+    for _ in range(MOST_STEPS):
+        if np.all(np.abs(phi - value) <= CLOSE * np.max(phi, axis=1, keepdims=True)):
+            break
+        trial = reduced.newton(phi, value, slope)
+        quick = np.max(np.abs(trial - reduced.limits(trial)[0]) / weights, axis=1) < 0.5 * error
+        phi = np.where(quick[:, None], trial, value)
+        value, slope = reduced.limits(phi)
+        error = np.max(np.abs(phi - value) / weights, axis=1)
+    wrong = np.any(np.abs(phi - value) > FOUND * np.max(phi, axis=1, keepdims=True), axis=1)
+    return phi, np.where(wrong, int(FrictionStatus.NOT_CONVERGED), int(FrictionStatus.SLIDING))
+
+
+def _searched(reduced: _Reduced) -> list[FloatArray]:
+    """Return the different solutions (found, pairs) of each row from many starts."""
+    rows, pairs = len(reduced.base), reduced.base.shape[2]
+    first = reduced.limits(np.zeros((rows, pairs)))[0]
+    powers = 10.0 ** np.random.default_rng(1).uniform(*DECADES, (STARTS, pairs))
+    scattered = np.max(first, axis=1)[:, None, None] * powers
+    along = first[:, None, :] * powers[:, :1]
+    starts = np.concatenate([first[:, None], scattered, along], axis=1)
+    count = starts.shape[1]
+    every = np.repeat(np.arange(rows), count)
+    ends, solved = _newton_ends(reduced.rows(every), starts.reshape(-1, pairs))
+    ends, solved = ends.reshape(rows, count, pairs), solved.reshape(rows, count)
+    idle = ~np.any(first, axis=1)  # without forces there is no friction
+    return [np.zeros((1, pairs)) if idle[k] else _different(ends[k][solved[k]]) for k in range(rows)]
+
+
+def _different(ends: FloatArray) -> FloatArray:
+    """Return the solutions that differ by more than the error of the iteration (found, pairs)."""
+    kept: list[FloatArray] = []
+    for end in ends:
+        if all(np.max(np.abs(end - other)) > np.sqrt(FOUND) * np.max(end) for other in kept):
+            kept.append(end)
+    return np.array(kept).reshape(-1, ends.shape[1])
+
+
+def _newton_ends(reduced: _Reduced, phi: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """Return where Newton's method with shortened steps ends from starts (starts, pairs), and which ends solve."""
+    phi, solved = phi.copy(), np.zeros(len(phi), dtype=bool)
+    active = np.arange(len(phi))
+    for _ in range(MOST_NEWTON):
+        own = reduced.rows(active)
+        value, slope = own.limits(phi[active])
+        size = np.max(np.abs(phi[active]), axis=1)
+        done = np.max(np.abs(phi[active] - value), axis=1) <= CLOSE * size
+        solved[active[done]] = np.all(phi[active[done]] >= -FOUND * size[done, None], axis=1)
+        left = ~done & np.all(np.isfinite(phi[active]), axis=1)
+        if not left.any():
+            break
+        own, active = own.rows(np.flatnonzero(left)), active[left]
+        phi[active] = _shortened(own, phi[active], value[left], slope[left])
+    return phi, solved
+
+
+def _shortened(reduced: _Reduced, phi: FloatArray, value: FloatArray, slope: FloatArray) -> FloatArray:
+    """Return the first of the Newton steps, whole and shortened, that reduces the error, else the best of them."""
+    step, error = reduced.newton(phi, value, slope) - phi, np.linalg.norm(phi - value, axis=1)
+    best, least = phi.copy(), np.full(len(phi), np.inf)
+    for share in SHARES:
+        trial = phi + share * step
+        own = np.linalg.norm(trial - reduced.limits(trial)[0], axis=1)
+        better = (own < least) & ~(least < 0.9 * error)
+        best[better], least[better] = trial[better], own[better]
+    return best
+
+
+def _solved(matrix: FloatArray, right: FloatArray) -> FloatArray:
+    """Return the solutions (rows, n) of linear equations; NaN where a matrix (rows, n, n) is singular."""
+    with np.errstate(all="ignore"):
+        try:
+            return np.asarray(np.linalg.solve(matrix, right[..., None])[..., 0])
+        except np.linalg.LinAlgError:
+            found = np.full(right.shape, np.nan)
+            for k in np.flatnonzero(np.linalg.det(matrix)):
+                found[k] = np.linalg.solve(matrix[k], right[k])
+            return found

@@ -1,0 +1,174 @@
+"""Efficiency of a motion with friction, the energy lost in each pair, and where the mechanism is self-locking.
+
+The work of each drive, of the loads, of the weight, of the springs and of the inertia is an input where it is positive,
+and an output where it is negative. The efficiency is the ratio of outputs to inputs: 1 - lost / inputs. Over a motion
+the works are net works, so that the weight and the springs count only as far as the motion does not return.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gimcli.dynamics.coulomb import DryFriction
+from gimcli.dynamics.coulomb_status import FrictionStatus
+from gimcli.dynamics.forces import Forces
+from gimcli.dynamics.kinematic_history import reading
+from gimcli.dynamics.physical import require_action
+from gimcli.mechanism import FloatArray, Mechanism
+from gimcli.motion.motion import Motion
+
+NOTHING = 1e-12
+"""Power or work that counts as zero, relative to the greatest."""
+FAILURES = (FrictionStatus.SEVERAL, FrictionStatus.NO_SOLUTION, FrictionStatus.NOT_CONVERGED)
+"""Outcomes that leave a row without forces; at a standstill, their limits are given."""
+SOURCES = {"load": "loads", "gravity": "weight", "spring": "springs"}
+"""Names of the works of applied forces, by the kind of force."""
+VISCOUS = "viscous"
+"""Name of the energy lost in dampers and viscous friction."""
+
+
+def source_powers(forces: Forces) -> dict[str, FloatArray]:
+    """Return the power [W] of each input, of the loads, of the weight, of the springs and of the inertia (rows,)."""
+    mechanism, metre = forces.mechanism, require_action(forces.mechanism)
+    found = {}
+    for k, actuator in enumerate(mechanism.actuators):
+        rate = reading(mechanism, actuator, forces.course)[1] * (1.0 if actuator.rotary else metre)
+        found[actuator.name] = forces.effort(k) * rate
+    found |= {name: forces.loads.power[kind] for kind, name in SOURCES.items()}
+    return {**found, "inertia": -forces.loads.kinetic_rate}
+
+
+def lost_powers(forces: Forces, dry: DryFriction) -> dict[str, FloatArray]:
+    """Return the power [W] lost in each pair with dry friction, and in dampers and viscous friction (rows,)."""
+    return {**dict(zip(dry.names, -dry.powers, strict=True)), VISCOUS: -forces.loads.power["damping"]}
+
+
+def efficiency(sources: list[Any], lost: Any) -> FloatArray:
+    """Return outputs / inputs of powers or works; NaN without an input."""
+    given = np.sum(np.maximum(sources, 0.0), axis=0)
+    size = np.max(np.abs(sources), initial=0.0, where=np.isfinite(sources))
+    with np.errstate(all="ignore"):
+        return np.where(given > NOTHING * size, np.maximum(1.0 - lost / given, 0.0), np.nan)
+
+
+def row_efficiency(forces: Forces, dry: DryFriction) -> FloatArray:
+    """Return the efficiency in every row (rows,)."""
+    return efficiency(list(source_powers(forces).values()), sum(lost_powers(forces, dry).values()))
+
+
+def self_locking(dry: DryFriction) -> NDArray[np.bool_]:
+    """Return for every row whether friction holds the mechanism at rest without an effort against its loads."""
+    finite = dry.margin[np.isfinite(dry.margin)]
+    return np.asarray(dry.margin > NOTHING * np.max(np.abs(finite), initial=0.0))
+
+
+class FrictionSummary:
+    """Works, lost energies, self-locking intervals and counts of a motion in pieces."""
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.mechanism = mechanism
+        self.works: dict[str, float] = {}  # J
+        self.lost: dict[str, float] = {}  # J
+        self.counts = dict.fromkeys(FrictionStatus, 0)
+        self.residual = 0.0
+        self.complete = True  # whether all rows have forces, or stand still
+        self._last: tuple[float, dict[str, float], dict[str, float]] | None = None
+        self._places: list[FloatArray] = []
+        self._margins: list[FloatArray] = []
+
+    def add(self, motion: Motion, forces: Forces, dry: DryFriction) -> None:
+        """Add the next piece of the motion."""
+        for code in FrictionStatus:
+            self.counts[code] += int(np.sum(dry.codes == code))
+        self.complete &= bool(np.all(forces.good | (dry.codes == FrictionStatus.STANDSTILL)))
+        self.residual = max(self.residual, float(np.max(dry.residual, initial=0.0)))
+        over = motion.inputs[0] if len(self.mechanism.actuators) == 1 else forces.course.time
+        self._places.append(np.asarray(over))
+        self._margins.append(dry.margin)
+        self._integrate(forces, dry)
+
+    def _integrate(self, forces: Forces, dry: DryFriction) -> None:
+        """Add the works between the rows with forces, by the trapezoidal rule."""
+        good = np.flatnonzero(forces.good)
+        if not len(good):
+            return
+        time = forces.course.time[good]
+        sources = {name: power[good] for name, power in source_powers(forces).items()}
+        lost = {name: power[good] for name, power in lost_powers(forces, dry).items()}
+        last = self._last
+        if last is not None:
+            time = np.concatenate(([last[0]], time))
+            sources = {name: np.concatenate(([last[1][name]], power)) for name, power in sources.items()}
+            lost = {name: np.concatenate(([last[2][name]], power)) for name, power in lost.items()}
+        for total, powers in ((self.works, sources), (self.lost, lost)):
+            for name, power in powers.items():
+                total[name] = total.get(name, 0.0) + float(np.trapezoid(power, time))
+        self._last = (
+            float(time[-1]),
+            {name: float(power[-1]) for name, power in sources.items()},
+            {name: float(power[-1]) for name, power in lost.items()},
+        )
+
+    @property
+    def failure(self) -> FrictionStatus | None:
+        """What prevails in the rows without forces; None if dry friction is not the cause."""
+        return max((code for code, count in self.counts.items() if count and code in FAILURES), default=None)
+
+    @property
+    def efficiency(self) -> float | None:
+        """The efficiency of the whole motion; None if a row has no forces, or no work is put in."""
+        if not self.complete or not self.works:
+            return None
+        found = float(efficiency(list(self.works.values()), sum(self.lost.values())))
+        return None if np.isnan(found) else found
+
+    @property
+    def locked(self) -> list[tuple[float, float]]:
+        """Intervals in which the mechanism is self-locking: of the input (file's unit) if there is one, else of time.
+
+        An end between two rows is interpolated linearly from the effort that would move the mechanism.
+        """
+        if not self._places:
+            return []
+        place, margin = np.concatenate(self._places), np.concatenate(self._margins)
+        finite = np.isfinite(margin)
+        inside = margin > NOTHING * np.max(np.abs(margin[finite]), initial=0.0)
+        found = []
+        edges = np.flatnonzero(np.diff(np.concatenate(([False], inside, [False])).astype(int)))
+        for first, end in edges.reshape(-1, 2):
+            ends = [
+                _crossing(place, margin, int(first), int(first) - 1),
+                _crossing(place, margin, int(end) - 1, int(end)),
+            ]
+            found.append((self._shown(ends[0]), self._shown(ends[1])))
+        return found
+
+    def _shown(self, place: float) -> float:
+        if len(self.mechanism.actuators) != 1:
+            return place
+        return float(self.mechanism.value_to_file(0, np.array([place]))[0])
+
+    @property
+    def over(self) -> str:
+        """Name of what the intervals are given over: the only input, or the time."""
+        actuators = self.mechanism.actuators
+        return actuators[0].name if len(actuators) == 1 else "time"
+
+    def report(self) -> dict[str, Any]:
+        """Return the report that --json prints."""
+        return {
+            "efficiency": self.efficiency, "works": self.works, "lost": self.lost, "over": self.over,
+            "self_locking": [list(ends) for ends in self.locked],
+            "rows": {code.word: count for code, count in self.counts.items() if count}, "residual": self.residual,
+        }  # fmt: skip
+
+
+def _crossing(place: FloatArray, margin: FloatArray, inside: int, outside: int) -> float:
+    """Return where the margin is zero between a row inside an interval and its neighbour outside."""
+    if not 0 <= outside < len(place) or not np.isfinite(margin[[inside, outside]]).all():
+        return float(place[inside])
+    share = margin[inside] / (margin[inside] - margin[outside])
+    return float(place[inside] + share * (place[outside] - place[inside]))
