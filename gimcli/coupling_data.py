@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from gimcli.mechanism import Input
 
 NO_PIVOT = -1
 """A rack has no pivot."""
@@ -13,12 +17,17 @@ EXTERNAL, INTERNAL, BELT, CROSSED, RACK = "external", "internal", "belt", "cross
 
 @dataclass(frozen=True)
 class Coupling:
-    """An actuator whose input is a linear function of those of other actuators: phase + sum of ratio times input."""
+    """An actuator whose input is a linear function of others: phase + sum of ratio times input.
+
+    The input may also follow quantities that no actuator drives, such as the angle of a rocker with a gear; they are
+    read from the position.
+    """
 
     follower: int  # number of the actuator
     terms: tuple[tuple[int, float], ...]  # (actuator, ratio); these actuators follow no others
     phase: float = 0.0  # rad, or length in the normal frame
     geared: bool = False  # the gears impose it; else the actuator of the file that follows
+    reads: tuple[tuple[Input, float], ...] = ()  # (angle or travel that is read, ratio)
 
 
 @dataclass(frozen=True)

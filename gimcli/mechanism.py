@@ -10,7 +10,7 @@ drive it: springs and dampers act on what gauges measure. Both are objects of th
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -206,6 +206,8 @@ class Mechanism:
     files: tuple[Path, ...] = field(default=(), repr=False, compare=False)  # its source files, never overwritten
     path: Path | None = field(default=None, repr=False, compare=False)  # of the model file, the first of `files`
     left_out: tuple[str, ...] = field(default=(), repr=False, compare=False)  # of another program's file: sentences
+    complete: Callable[[Mechanism], Mechanism] | None = field(default=None, repr=False, compare=False)
+    """Function that gives a changed mechanism the laws of inputs that follow its linkage; None: it has none."""
     written: Any = field(default=None, repr=False, compare=False)  # as written: gimcli.model.written.Written
 
     def __repr__(self) -> str:
@@ -280,7 +282,7 @@ class Mechanism:
         if self.written is None:
             raise UsageError("the mechanism was not read from a model, so that its dimensions have no names")
         changed: Mechanism = self.written.changed(self, changes)
-        return changed
+        return changed if self.complete is None else self.complete(changed)
 
     def to_file(self, z: ComplexArray) -> ComplexArray:
         """Convert positions from the normal frame to the file's coordinates and length unit."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from gimcli.assemblies import Configurations, all_configurations
 from gimcli.errors import UnassembledError, UsageError
-from gimcli.library.inputs import inputs_of
+from gimcli.library.inputs import inputs_of, refuse_linked
 from gimcli.library.rounding import titled
 from gimcli.library.sides import with_sides_of
 from gimcli.mechanism import ComplexArray, FloatArray, Input, Mechanism
@@ -48,6 +48,7 @@ def assembled(
         StructureError: the mechanism is not fully driven, over-driven or contradictory.
     """
     Options.checked("auto", "spectral", tolerance, "auto")
+    refuse_linked(mechanism, "configurations")
     values = inputs_of(mechanism, at, inputs)
     with explained(mechanism):
         found = all_configurations(mechanism, values, tolerance, progress("configurations"))
@@ -62,7 +63,8 @@ def drawn_at(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray) -> Mecha
     """Return a mechanism with the initial position z (nodes,) at inputs (actuators,); its dimensions are unchanged."""
     actuators = (replace(a, drawn=float(u)) for a, u in zip(mechanism.actuators, inputs, strict=True))
     gauges = (replace(g, drawn=measured(mechanism, g, z)) for g in mechanism.gauges)
-    return replace(mechanism, drawn=z, actuators=tuple(actuators), gauges=tuple(gauges))
+    drawn = replace(mechanism, drawn=z, actuators=tuple(actuators), gauges=tuple(gauges))
+    return drawn if drawn.complete is None else drawn.complete(drawn)
 
 
 def _index(found: Configurations, assembly: int | str) -> int:

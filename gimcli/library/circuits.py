@@ -8,7 +8,7 @@ import numpy as np
 
 from gimcli.branching.enumeration import Circuits, EnumerationConstants, Strand
 from gimcli.branching.enumeration import circuits as all_circuits
-from gimcli.library.inputs import in_file_units, interval_of, refuse_count
+from gimcli.library.inputs import in_file_units, interval_of, refuse_count, refuse_linked
 from gimcli.library.places import coordinates
 from gimcli.library.result import Result
 from gimcli.mechanism import Mechanism
@@ -46,6 +46,7 @@ def circuits(mechanism: Mechanism, *, samples: int = 72, progress: Phases = no_p
         UsageError: `samples` is not a whole number in its range.
         StructureError: the mechanism has no actuator, or is not fully driven or over-driven.
     """
+    refuse_linked(mechanism, "circuits")
     refuse_count("samples", samples, LEAST, MOST)
     with explained(mechanism):
         found = all_circuits(

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gimcli.assemblies import Configurations, all_configurations, drawn_configuration
-from gimcli.library.inputs import in_file_units, inputs_of
+from gimcli.library.inputs import in_file_units, inputs_of, refuse_linked
 from gimcli.library.places import angles, coordinates, pairs, places
 from gimcli.library.result import ByName, Result
 from gimcli.library.rounding import titled
@@ -49,6 +49,7 @@ def configurations(
         StructureError: the mechanism is not fully driven, over-driven or contradictory.
     """
     Options.checked("auto", "spectral", tolerance, "auto")
+    refuse_linked(mechanism, "configurations")
     values = inputs_of(mechanism, at, inputs)
     with explained(mechanism):
         found = all_configurations(mechanism, values, tolerance, progress("configurations"))

@@ -22,7 +22,7 @@ from gimcli.fitting.starts import periodic_dimensions
 from gimcli.library.fit_check import FittedDesign, GoalChecker, TargetChecker
 from gimcli.library.fit_result import FitCounts, FitResult, GoalResult
 from gimcli.library.fit_targets import FittedTask, columns_of, task_of
-from gimcli.library.inputs import refuse_count, refuse_unmoved
+from gimcli.library.inputs import refuse_count, refuse_linked, refuse_unmoved
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.progress import Notify, Phases, Progress, no_phases
 from gimcli.structure.drive_check import explained
@@ -80,6 +80,7 @@ def fit(
     """
     from gimcli.model.dimensions import dimension
 
+    refuse_linked(mechanism, "fit")
     refuse_count("seed", seed, 0, 2**63)
     refuse_count("starts", starts, 1, MOST_STARTS)
     refuse_unmoved(mechanism, "add an actuator")

@@ -43,6 +43,10 @@ def inputs_of(
             raise UsageError(f"{text}: no actuator '{name}'{near(name, names)}")
         refuse_follower(mechanism, names.index(name), text)
         values[names.index(name)] = _value(mechanism, names.index(name), text, value)
+    if mechanism.complete is not None:
+        from gimcli.motion.linked_inputs import linked_position
+
+        return linked_position(mechanism, values)[0]
     return mechanism.coupled(values) if mechanism.couplings else values
 
 
@@ -89,6 +93,17 @@ def in_file_units(mechanism: Mechanism, inputs: FloatArray, zero: float = 0.0) -
 def interval_of(low: Mapping[str, float], high: Mapping[str, float]) -> dict[str, list[float]]:
     """Return the smallest and the largest value of every input between two ends."""
     return {name: sorted([low[name], high[name]]) for name in low}
+
+
+def refuse_linked(mechanism: Mechanism, analysis: str) -> None:
+    """Raise StructureError if the linkage itself turns gears: such an analysis cannot vary their inputs."""
+    if mechanism.complete is None:
+        return
+    names = ", ".join(f"'{mechanism.actuators[c.follower].name}'" for c in mechanism.couplings if c.reads)
+    raise StructureError(
+        f"{mechanism.name}: the linkage turns the gears {names}, and `{analysis}` works only where actuators turn them;"
+        " `solve` and `trace` find positions, or put an actuator on a wheel and release the other"
+    )
 
 
 def refuse_unmoved(mechanism: Mechanism, cure: str) -> None:

@@ -72,6 +72,10 @@ def load_undecided(model: Path | str | Mapping[str, Any], folder: Path | str | N
 
 def _started(mechanism: Mechanism) -> Mechanism:
     """Return a mechanism whose coupled nodes, if there are any, have rough positions that the solvers can begin at."""
+    if any(coupling.reads for coupling in mechanism.couplings):
+        from gimcli.motion.linked_inputs import with_linked_laws
+
+        mechanism = with_linked_laws(mechanism)
     if mechanism.written is None or not mechanism.written.model.open.coupled:
         return mechanism
     from gimcli.library.sides import with_rough_start

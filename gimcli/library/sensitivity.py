@@ -18,7 +18,7 @@ from gimcli.families.family import Family
 from gimcli.families.motion_sensitivity import MotionNumber, motion_number
 from gimcli.families.position_quantities import PositionQuantity, PositionState, QuantityFinder
 from gimcli.families.tolerances import DEVIATIONS, SampledSpread, drawn, sampled_spread
-from gimcli.library.inputs import MOST_STEPS, inputs_of, refuse_choice, refuse_count, refuse_unmoved
+from gimcli.library.inputs import MOST_STEPS, inputs_of, refuse_choice, refuse_count, refuse_linked, refuse_unmoved
 from gimcli.library.sensitivity_result import SensitivityResult
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.model.dimensions import Dimension, dimension, dimensions, tolerances
@@ -79,6 +79,7 @@ def sensitivity(
         UsageError: an unknown name or an invalid argument.
         StructureError: the mechanism is not fully driven, over-driven or contradictory.
     """
+    refuse_linked(mechanism, "sensitivity")
     refuse_choice("jit", jit, JIT)
     refuse_choice("distribution", distribution, DEVIATIONS)
     refuse_count("steps", steps, 1, MOST_STEPS)

@@ -17,7 +17,7 @@ from gimcli.dynamics.simulation_table import reactions as find_reactions
 from gimcli.dynamics.simulation_types import Settings, Simulation
 from gimcli.errors import UsageError
 from gimcli.library.force_plots import force_vocabulary
-from gimcli.library.inputs import MOST_STEPS, refuse_choice, refuse_count
+from gimcli.library.inputs import MOST_STEPS, refuse_choice, refuse_count, refuse_linked
 from gimcli.library.places import angles, pairs, places
 from gimcli.library.plots import PlannedGraph, drawn, only_angle
 from gimcli.library.result import ByName, RowsResult
@@ -88,6 +88,7 @@ def simulate(
     if not 0.0 < step <= max(time, STEP):
         raise UsageError(f"step: expected a number of seconds above 0 and at most the time {time:g}, got {step:g}")
     integrator = method or integrator
+    refuse_linked(mechanism, "simulate")
     refuse_choice("integrator", integrator, INTEGRATORS)
     refuse_choice("jit", jit, JIT)
     refuse_count("standstills", standstills, 0, MOST_STEPS)

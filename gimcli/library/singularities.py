@@ -8,7 +8,7 @@ import numpy as np
 
 from gimcli.branching.singular_positions import Found, Survey, inputs_of, survey
 from gimcli.branching.singularities import STATIONARY, BranchRates, rates
-from gimcli.library.inputs import in_file_units, interval_of
+from gimcli.library.inputs import in_file_units, interval_of, refuse_linked
 from gimcli.library.places import coordinates
 from gimcli.library.result import Result
 from gimcli.mechanism import Mechanism
@@ -45,6 +45,7 @@ def singularities(mechanism: Mechanism, *, progress: Phases = no_phases) -> Sing
         StructureError: the mechanism has no actuator, or is not fully driven or over-driven.
         UnassembledError: no assembled position to start from was found.
     """
+    refuse_linked(mechanism, "singularities")
     with explained(mechanism):
         return SingularitiesResult(mechanism, survey(mechanism, progress=progress("following branches")))
 

@@ -18,7 +18,7 @@ from gimcli.families.sweep_job import SweepJob, chunk_size, default_keep
 from gimcli.families.sweep_run import SweepRun
 from gimcli.families.variation import MOST_VALUES, varied
 from gimcli.library.grid import contents_hash, model_hash
-from gimcli.library.inputs import MOST_STEPS, refuse_count, refuse_unmoved
+from gimcli.library.inputs import MOST_STEPS, refuse_count, refuse_linked, refuse_unmoved
 from gimcli.library.result import RowsResult, joined
 from gimcli.library.sweep_tables import SweepTables
 from gimcli.mechanism import Mechanism
@@ -99,6 +99,7 @@ def swept(
     """Begin a sweep with the arguments of `sweep`; its tables can be written chunk by chunk."""
     from gimcli.model.dimensions import dimension
 
+    refuse_linked(mechanism, "sweep")
     refuse_count("steps", steps, 1, MOST_STEPS)
     refuse_count("best", best, 0, MOST_VALUES)
     refuse_count("workers", workers, 1, MOST_WORKERS)

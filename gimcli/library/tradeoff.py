@@ -10,7 +10,7 @@ import numpy as np
 from gimcli.comparison.tradeoff import TOLERANCES, Tradeoff, advise, tradeoff_table
 from gimcli.comparison.tradeoff import tradeoff as compare
 from gimcli.errors import UsageError
-from gimcli.library.inputs import MOST_STEPS, refuse_choice, refuse_count, refuse_unmoved
+from gimcli.library.inputs import MOST_STEPS, refuse_choice, refuse_count, refuse_linked, refuse_unmoved
 from gimcli.library.result import Result
 from gimcli.mechanism import Mechanism
 from gimcli.positions.options import JIT
@@ -46,6 +46,7 @@ def tradeoff(
         UsageError: an invalid argument.
         StructureError: the mechanism has no actuator, or is not fully driven or over-driven.
     """
+    refuse_linked(mechanism, "tradeoff")
     refuse_choice("jit", jit, JIT)
     if not seconds >= 1.0:
         raise UsageError(f"seconds: expected a number of at least 1, got {seconds:g}")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from gimcli.errors import UsageError
 from gimcli.library.grid import Grid, Kept, solve_grid
-from gimcli.library.inputs import MOST_STEPS, near, refuse_choice, refuse_count, refuse_unmoved
+from gimcli.library.inputs import MOST_STEPS, near, refuse_choice, refuse_count, refuse_linked, refuse_unmoved
 from gimcli.library.result import Result
 from gimcli.mechanism import ComplexArray, Mechanism
 from gimcli.motion.coupler_points import carried_point
@@ -61,6 +61,7 @@ def workspace(
         UnassembledError: no assembled position within the ranges of the laws was found.
     """
     refuse_choice("jit", jit, JIT)
+    refuse_linked(mechanism, "workspace")
     refuse_count("grid", grid, 0, MOST_STEPS)
     name, held = _point(mechanism, point), _held(mechanism, orientation or {})
     if resume and not (grid and keep is not None):

@@ -34,7 +34,7 @@ def compile_model(model: schema.Model, folder: Path = Path(), frame: tuple[compl
     driven = tuple(own.quantity(name, a) for name, a in model.actuators.items())
     laws = LawCompiler(model, folder, own.scale)
     actuators, duration = laws.compile(driven)
-    actuators, couplings, gears = _coupled(own, laws, actuators)
+    actuators, couplings, gears = _coupled(own, laws, pairs, actuators)
     dynamics, gauges = _dynamics(own, pairs, actuators)
     return Mechanism(
         name=model.name or "mechanism", nodes=tuple(own.names), drawn=own.drawn, members=tuple(own.members),
@@ -46,7 +46,7 @@ def compile_model(model: schema.Model, folder: Path = Path(), frame: tuple[compl
 
 
 def _coupled(
-    own: GeometryCompiler, laws: LawCompiler, actuators: tuple[Input, ...]
+    own: GeometryCompiler, laws: LawCompiler, pairs: tuple[PairRow, ...], actuators: tuple[Input, ...]
 ) -> tuple[tuple[Input, ...], tuple[Coupling, ...], tuple[GearPair, ...]]:
     """Return the actuators with those that gears add, the couplings of their inputs, and the gears."""
     model = own.model
@@ -59,7 +59,7 @@ def _coupled(
     if model.gears:
         from gimcli.model.compile_gears import GearCompiler
 
-        actuators, couplings, gears = GearCompiler(own, actuators, couplings).compile()
+        actuators, couplings, gears = GearCompiler(own, pairs, actuators, couplings).compile()
     return with_laws(actuators, couplings), couplings, gears
 
 

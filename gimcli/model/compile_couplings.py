@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from gimcli.coupling_data import Coupling
-from gimcli.mechanism import Input, InputLaw
+from gimcli.mechanism import ConstantLaw, Input, InputLaw
 from gimcli.model.laws import RunLaw, SummedLaw
 from gimcli.model.schema import Actuator, Model
 
@@ -46,9 +46,16 @@ def _through(outer: Coupling, inner: Coupling) -> Coupling:
 
 
 def with_laws(inputs: Sequence[Input], couplings: Sequence[Coupling]) -> tuple[Input, ...]:
-    """Return the actuators; the laws of followers are those of their leaders, times the ratios."""
+    """Return the actuators; the laws of followers are those of their leaders, times the ratios.
+
+    Inputs that follow a quantity that is read from the position have a constant law: their values must be solved for.
+    """
     timed = list(inputs)
     for coupling in couplings:
+        if coupling.reads:
+            start = timed[coupling.follower]
+            timed[coupling.follower] = replace(start, law=ConstantLaw(start.drawn))
+            continue
         law = _law(coupling, [timed[k].law for k, _ in coupling.terms])
         timed[coupling.follower] = replace(timed[coupling.follower], law=law)
     return tuple(timed)

@@ -8,16 +8,17 @@ that follow the others: each gear adds one, if other gears do not imply it.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence, Set
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
 from gimcli.coupling_data import CROSSED, EXTERNAL, INTERNAL, NO_PIVOT, RACK, Coupling, GearPair
 from gimcli.errors import ModelError
-from gimcli.mechanism import ANGLE, FRAME, HEIGHT, Input
+from gimcli.mechanism import ANGLE, FRAME, HEIGHT, Input, PairRow
 from gimcli.model import schema
 from gimcli.model.compile_geometry import GeometryCompiler
 from gimcli.model.linear_relations import Relation, Relations
+from gimcli.model.structural_rank import structural_rank
 from gimcli.recording import nominal, phase, scalar
 
 OPPOSITE = (EXTERNAL, CROSSED)
@@ -38,13 +39,17 @@ class Candidate(NamedTuple):
     row: Relation
     gear: GearPair
     members: tuple[int, int] | None  # of an angle; None: the travel of the gear's rack
+    second: bool | None = None  # whether it is the second quantity of the gear, or the first; None: neither
 
 
 class GearCompiler:
     """Compiles the gears of a validated model after its actuators."""
 
-    def __init__(self, own: GeometryCompiler, actuators: tuple[Input, ...], couplings: tuple[Coupling, ...]) -> None:
-        self.own, self.model, self.actuators, self.couplings = own, own.model, actuators, couplings
+    def __init__(
+        self, own: GeometryCompiler, pairs: Sequence[PairRow], actuators: Sequence[Input], couplings: Sequence[Coupling]
+    ) -> None:
+        self.own, self.model, self.pairs = own, own.model, pairs
+        self.actuators, self.couplings = list(actuators), list(couplings)
         self.number = own.number | {"ground": FRAME}
         self.travels: dict[str, Input] = {}
         self.gears = [self._gear(name, part) for name, part in self.model.gears.items()]
@@ -54,18 +59,25 @@ class GearCompiler:
 
         Raises ModelError if gears and actuators contradict each other.
         """
-        driven = Relations(self._driven())
-        every = Relations(driven.rows)
+        known = Relations(self._driven())
+        every = Relations(known.rows)
         for gear in self.gears:
             first, second = self._quantities(gear)
             if not every.add(second.minus(first, gear.ratio)) and every.contradicted:
                 raise ModelError([self._contradiction(gear)])
-        actuators, couplings = list(self.actuators), list(self.couplings)
-        for candidate in self._chosen(driven, every):
-            one = self._input(candidate, {other.name for other in actuators})
-            couplings.append(self._coupling(len(actuators), one, every.value(candidate.row)))
-            actuators.append(one)
-        return tuple(actuators), tuple(couplings), tuple(self.gears)
+        while open_ones := [gear for gear in self.gears if not self._known(gear, known)]:
+            candidates = [c for gear in open_ones for c in self._candidates(gear) if not known.determines(c.row)]
+            candidate = next((c for c in candidates if every.determines(c.row)), None)
+            if candidate is not None:
+                self._follow(candidate, every.value(candidate.row), [])
+            else:
+                candidate, other = self._linked(open_ones, candidates)
+                ratio = candidate.gear.ratio if candidate.second else 1.0 / candidate.gear.ratio
+                every.add(Relation(candidate.row.unknowns, {len(self.actuators): 1.0}))
+                self._follow(candidate, {}, [(self._input(other), ratio)])
+                known.add(other.row)
+            known.add(candidate.row)
+        return tuple(self.actuators), tuple(self.couplings), tuple(self.gears)
 
     # -- one gear -------------------------------------------------------------------------------
 
@@ -143,18 +155,16 @@ class GearCompiler:
         both = {one.node, other.node}
         return any(both <= set(member.nodes) for member in self.own.members)
 
-    def _chosen(self, driven: Relations, every: Relations) -> Iterator[Candidate]:
-        """Yield the quantities that follow, so that they and the actuators determine what the gears do."""
-        known = Relations(driven.rows)
-        for gear in self.gears:
-            if not all(every.determines(row) for row in self._quantities(gear)):
-                raise ModelError([self._undriven(gear)])
-        while open_ones := [gear for gear in self.gears if not self._known(gear, known)]:
-            for gear in open_ones:
-                new = (c for c in self._candidates(gear) if every.determines(c.row) and not known.determines(c.row))
-                if (candidate := next(new, None)) is not None:
-                    known.add(candidate.row)
-                    yield candidate
+    def _linked(self, gears: Sequence[GearPair], candidates: Sequence[Candidate]) -> tuple[Candidate, Candidate]:
+        """Return a quantity that can follow one that the linkage moves, and that one; raise ModelError if none can."""
+        members, rows = self.own.members, [*self.pairs, *self.actuators]
+        rank = structural_rank(members, rows)
+        for candidate in candidates:
+            own = [c for c in self._candidates(candidate.gear) if c.second is not None]
+            others = [c for c in own if c.second is not candidate.second]
+            if candidate in own and others and structural_rank(members, [*rows, self._input(candidate)]) > rank:
+                return candidate, others[0]
+        raise ModelError([self._undriven(gears[0])])
 
     def _known(self, gear: GearPair, known: Relations) -> bool:
         return all(known.determines(row) for row in self._quantities(gear))
@@ -171,25 +181,32 @@ class GearCompiler:
         quantities = self._quantities(gear)
         for k in (1, 0):
             if gear.kind == RACK and k == 1:
-                yield Candidate(quantities[1], gear, None)
+                yield Candidate(quantities[1], gear, None, True)
             elif gear.members[k] != FRAME:
-                yield Candidate(quantities[k], gear, (gear.members[k], gear.carrier))
+                yield Candidate(quantities[k], gear, (gear.members[k], gear.carrier), k == 1)
         for member in (gear.carrier, *gear.members):
             if member != FRAME:
                 yield Candidate(_relative(member, FRAME, {}), gear, (member, FRAME))
 
-    def _input(self, candidate: Candidate, taken: Set[str]) -> Input:
-        """Return the quantity as an input; it is named after its gear, with a number if this name is taken."""
-        gear = candidate.gear
+    def _follow(self, candidate: Candidate, ratios: dict[int, Any], reads: list[tuple[Input, Any]]) -> None:
+        """Add a quantity as an actuator that follows inputs and quantities that are read, each with its ratio."""
+        one, gear = self._input(candidate), candidate.gear
+        taken = {other.name for other in self.actuators}
         name = next(n for n in (gear.name, *(f"{gear.name} {k}" for k in range(2, MOST))) if n not in taken)
+        self.couplings.append(self._coupling(len(self.actuators), one, ratios, reads))
+        self.actuators.append(replace(one, name=name))
+
+    def _input(self, candidate: Candidate) -> Input:
+        """Return the quantity as an input."""
+        gear = candidate.gear
         if candidate.members is None:
-            return replace(self.travels[gear.name], name=name)
+            return self.travels[gear.name]
         arm, reference = candidate.members
         pivot = gear.pivots[gear.members.index(arm)] if arm in gear.members else gear.pivots[0]
         pivot = gear.pivots[0] if pivot == NO_PIVOT else pivot
         (own, ray), (other, base) = (self._direction(member, pivot) for member in (arm, reference))
         drawn = phase(ray / base + 0.0j)
-        return Input(name, ANGLE, (pivot,), (arm, reference), arm=own, reference=other, drawn=drawn)
+        return Input(gear.name, ANGLE, (pivot,), (arm, reference), arm=own, reference=other, drawn=drawn)
 
     def _direction(self, number: int, pivot: int) -> tuple[complex, complex]:
         """Return the direction from the pivot to the farthest node of a member, in its own frame and as drawn."""
@@ -201,17 +218,21 @@ class GearCompiler:
         own, ray = scalar(member.local(far) - member.local(start)), scalar(drawn[far] - drawn[start])
         return own / abs(own), ray / abs(ray)
 
-    def _coupling(self, number: int, one: Input, ratios: dict[int, Any]) -> Coupling:
-        """Return the coupling of a quantity that changes with the inputs by the given ratios; it is as drawn."""
+    def _coupling(self, number: int, one: Input, ratios: dict[int, Any], reads: list[tuple[Input, Any]]) -> Coupling:
+        """Return the coupling of a quantity that is as drawn where its leaders are."""
         followed = {coupling.follower: coupling for coupling in self.couplings}
         value, terms = one.drawn, dict[int, Any]()
+        for row, ratio in reads:
+            value = value - ratio * row.drawn
+        own_reads = list(reads)
         for k, ratio in ratios.items():
             value = value - ratio * self.actuators[k].drawn
-            leaders = ((k, 1.0),) if k not in followed else followed[k].terms
-            value = value + (ratio * followed[k].phase if k in followed else 0.0)
-            for leader, own in leaders:
+            inner = followed.get(k, Coupling(k, ((k, 1.0),)))
+            value = value + ratio * inner.phase
+            own_reads += [(row, ratio * own) for row, own in inner.reads]
+            for leader, own in inner.terms:
                 terms[leader] = terms.get(leader, 0.0) + ratio * own
-        return Coupling(number, tuple(terms.items()), value, geared=True)
+        return Coupling(number, tuple(terms.items()), value, geared=True, reads=tuple(own_reads))
 
     # -- errors --------------------------------------------------------------------------------------
 
@@ -224,8 +245,8 @@ class GearCompiler:
     def _undriven(self, gear: GearPair) -> str:
         members = [self.own.members[m].name for m in gear.members]
         return (
-            f"gears: '{gear.name}': neither '{members[0]}' nor '{members[1]}' is turned by an actuator or another gear;"
-            " put the actuator on one of them"
+            f"gears: '{gear.name}' couples '{members[0]}' and '{members[1]}', which the rest of the mechanism moves"
+            " already, or which nothing moves; remove or add an actuator"
         )
 
 

@@ -273,6 +273,22 @@ class _Swept:
         return np.where(contradicts, int(Status.CONTRADICTORY), codes)
 
 
+def _check_linked(mechanism: Mechanism, path: FollowedPath, error: FloatArray) -> None:
+    """Add the errors of inputs that follow the linkage, and mark the rows behind a limit of the linkage with them."""
+    from gimcli.motion.linked_inputs import linked_limit
+    from gimcli.structure.coupling_residual import coupling_errors
+
+    with np.errstate(all="ignore"):  # rows without a position
+        for _, own in coupling_errors(mechanism, path.z, path.inputs):
+            np.maximum(error, own, out=error)
+    limit = linked_limit(mechanism)
+    if limit is not None:
+        behind = (path.time > limit) & (path.codes == Status.OK)
+        path.codes[behind] = int(Status.LIMIT)
+        if behind.any() and path.limit is None:
+            path.limit = limit
+
+
 def _checked(mechanism: Mechanism, plan: Plan, path: FollowedPath, options: Options) -> Motion:
     """Check every row by a residual that is independent of the solution; rows that fail become empty."""
     z, codes, start = path.z, path.codes, path.z[:, 0].copy()
@@ -280,6 +296,8 @@ def _checked(mechanism: Mechanism, plan: Plan, path: FollowedPath, options: Opti
     if np.isnan(np.max(error)):  # not computed yet
         rows = np.flatnonzero(np.isnan(error))
         error[rows] = residual(mechanism, z[:, rows], path.inputs[:, rows]).total
+    if mechanism.complete is not None:
+        _check_linked(mechanism, path, error)
     good = holds(mechanism, z, path.inputs, options.tolerance, swept, error)
     if not good.all():
         bad_sum = Status.CONTRADICTORY if plan.surplus > 0 else Status.NOT_CONVERGED

@@ -45,11 +45,11 @@ class Constraints:
                 if k not in (first, far):
                     yield "both", z[node] - z[u] - (exact(member.shape[k]) - exact(member.shape[first])) / reach * arm
         for row in self.mechanism.pairs:
-            yield self._row(row, z, exact, 0.0, 1.0)
+            yield self.quantity(row, z, exact, 0.0, 1.0)
         for row, value, turn in zip(self.mechanism.actuators, inputs, turns, strict=True):
-            yield self._row(row, z, exact, value, turn)
+            yield self.quantity(row, z, exact, value, turn)
 
-    def _row(self, row: PairRow, z: Numbers, exact: Any, value: Numbers, turn: Numbers) -> tuple[str, Numbers]:
+    def quantity(self, row: PairRow, z: Numbers, exact: Any, value: Numbers, turn: Numbers) -> tuple[str, Numbers]:
         """Return the equation of a pair or an actuator: its quantity minus the value."""
         if row.kind == SPAN:
             first, second = row.nodes

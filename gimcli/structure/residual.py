@@ -83,6 +83,11 @@ def errors(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray) -> Iterato
     cos, sin = cos_sin(inputs)
     for check in checks(mechanism):
         yield check.name, check.kind == ANGLE, _error(check, mechanism.size, x, y, inputs, cos, sin)
+    if mechanism.complete is not None:
+        from gimcli.structure.coupling_residual import coupling_errors  # imported late: few mechanisms have such gears
+
+        for name, error in coupling_errors(mechanism, z, inputs):
+            yield name, True, error
 
 
 def _error(

@@ -1,0 +1,221 @@
+"""Inputs that follow the linkage itself, such as the angle of a gear that a rocker turns, along a motion.
+
+The position and these inputs are followed together from the drawn position, to the start of the laws and along them,
+by Newton's method with steps that the curvature limits; the laws of the followers are then evaluated between these
+points at any time, with derivatives.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from gimcli.errors import UnassembledError
+from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+from gimcli.positions.inputs import nearest_turns, straight_inputs
+from gimcli.structure.linked_equations import LinkedEquations, LinkedPoint, linked_equations
+
+
+@dataclass(frozen=True)
+class LinkedConstants:
+    """Constants of the method; lengths and angles are about 1."""
+
+    longest: float = 0.15  # greatest change of an unknown between two points
+    bend: float = 0.2  # greatest correction of an extrapolated point, relative to the step
+    first: float = 1e-2  # first step, relative to the whole motion
+    shortest: float = 1e-9  # least step: before a limit or a singular position
+    iterations: int = 12
+    exact: float = 1e-13  # residual of a solved position
+    orders: int = 3  # of derivatives
+
+
+LINKED = LinkedConstants()
+SAMPLES = 1025
+"""Times between which a law that follows is searched for changes of its sense."""
+HALVINGS = 45
+"""Bisections of the interval found: to rounding."""
+
+
+class LinkedPath:
+    """Points of a motion whose drivers have inputs u(s) (actuators,), from s = 0 to 1 or to a limit before."""
+
+    def __init__(self, equations: LinkedEquations, start: LinkedPoint, u: Callable[[float], FloatArray]) -> None:
+        self.equations, self.u = equations, u
+        self.places, self.points = [0.0], [start]
+        self._follow()
+
+    @property
+    def limit(self) -> float | None:
+        """The parameter at which the motion ends before 1."""
+        return None if self.places[-1] >= 1.0 else self.places[-1]
+
+    def _follow(self) -> None:
+        step = LINKED.first
+        while self.places[-1] < 1.0 and step > LINKED.shortest:
+            here = self.places[-1]
+            there = min(1.0, here + step)
+            found = self._next(there)
+            if found is None:
+                step *= 0.5
+                continue
+            self.places.append(there)
+            self.points.append(found)
+            step *= 1.5
+
+    def _next(self, there: float) -> LinkedPoint | None:
+        """Return the point at a parameter behind the last one; None if the step is too long."""
+        last = self.points[-1]
+        guess = last.y
+        if len(self.points) > 1:
+            before, gap = self.points[-2], self.places[-1] - self.places[-2]
+            guess = last.y + (last.y - before.y) * (there - self.places[-1]) / gap
+        found = settled(self.equations, LinkedPoint(guess, last.read), self.u(there))
+        if found is None:
+            return None
+        change = float(np.max(np.abs(found.y - last.y)))
+        bend = float(np.max(np.abs(found.y - guess)))
+        smooth = bend <= LINKED.bend * change or bend <= LINKED.bend * LINKED.first
+        return found if change <= LINKED.longest and smooth else None
+
+    def at(self, places: FloatArray) -> LinkedPoint:
+        """Return the points at parameters (rows,); beyond a limit those at the limit."""
+        known = np.array(self.places)
+        y, read = (np.array([getattr(p, part) for p in self.points]).T for part in ("y", "read"))
+        inside = np.clip(places, 0.0, known[-1])
+        return LinkedPoint(*(np.array([np.interp(inside, known, row) for row in table]) for table in (y, read)))
+
+
+def settled(equations: LinkedEquations, at: LinkedPoint, u: FloatArray) -> LinkedPoint | None:
+    """Return the solved position near a guess, for drivers' inputs u (actuators,); None if there is none."""
+    for _ in range(LINKED.iterations):
+        residual, there = equations.newton(at, u)
+        if not np.all(np.isfinite(there.y)):
+            return None
+        if np.max(np.abs(residual)) <= LINKED.exact:
+            return LinkedPoint(at.y, there.read)
+        at = there
+    return None
+
+
+class LinkedMotion:
+    """The inputs that follow the linkage along the laws of the drivers."""
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.mechanism = mechanism
+        self._last: tuple[bytes, FloatArray] | None = None
+
+    @cached_property
+    def path(self) -> LinkedPath:
+        """The points along the laws; a motion that cannot begin has its limit at 0."""
+        mechanism = self.mechanism
+        equations = linked_equations(mechanism)
+        start = moved_from_drawing(mechanism, self._drivers(np.zeros(1))[0, :, 0])
+        return LinkedPath(equations, start, lambda time: self._drivers(np.array([time]))[0, :, 0])
+
+    def values(self, time: FloatArray) -> FloatArray:
+        """Return the followers and their derivatives by the normalised time (orders, followers, rows)."""
+        key = time.tobytes()
+        if self._last is None or self._last[0] != key:
+            self._last = key, self._values(time)
+        return self._last[1]
+
+    def _values(self, time: FloatArray) -> FloatArray:
+        path, equations = self.path, linked_equations(self.mechanism)
+        end = path.places[-1]
+        inside = np.clip(time, 0.0, end)
+        at, rates = path.at(inside), self._drivers(inside, LINKED.orders)
+        for _ in range(LINKED.iterations):
+            residual, jacobian, read = equations.many(at, rates[0])
+            if np.max(np.abs(residual), initial=0.0) <= LINKED.exact:
+                break
+            at = LinkedPoint(at.y - np.einsum("rij,jr->ir", np.linalg.pinv(jacobian), residual), read)
+        found = equations.derivatives(at, rates)[:, equations.n :]
+        found[1:, :, time > end] = 0.0
+        return found
+
+    def _drivers(self, time: FloatArray, orders: int = 0) -> FloatArray:
+        """Return the inputs of the drivers and their derivatives (orders + 1, actuators, rows); others are 0."""
+        found = np.zeros((orders + 1, len(self.mechanism.actuators), len(time)))
+        for k in self.mechanism.drivers:
+            for order in range(orders + 1):
+                found[order, k] = self.mechanism.actuators[k].law(time, order)
+        return found
+
+
+@dataclass(frozen=True)
+class LinkedLaw:
+    """The law of an input that follows the linkage."""
+
+    motion: LinkedMotion
+    number: int  # of the follower
+
+    def __call__(self, time: FloatArray, order: int = 0) -> FloatArray:
+        """Return the value or a derivative by the normalised time."""
+        t = np.asarray(time, dtype=float)
+        return np.asarray(self.motion.values(t.ravel())[order, self.number].reshape(t.shape))
+
+    def stops(self) -> FloatArray:
+        """Return the times at which the law reverses, and those at which a driver may."""
+        mechanism = self.motion.mechanism
+        found = [mechanism.actuators[k].law.stops() for k in mechanism.drivers]
+        return np.unique(np.concatenate([self._reversals, *found]))
+
+    @cached_property
+    def _reversals(self) -> FloatArray:
+        """The times at which the derivative changes its sign (rows,), to rounding."""
+        time = np.linspace(0.0, 1.0, SAMPLES)
+        rate = self(time, 1)
+        low = np.flatnonzero(rate[:-1] * rate[1:] < 0.0)
+        below, above, sign = time[low], time[low + 1], np.sign(rate[low])
+        for _ in range(HALVINGS if len(low) else 0):
+            middle = 0.5 * (below + above)
+            before = self(middle, 1) * sign > 0.0
+            below, above = np.where(before, middle, below), np.where(before, above, middle)
+        return np.asarray(0.5 * (below + above))
+
+
+def moved_from_drawing(mechanism: Mechanism, inputs: FloatArray) -> LinkedPoint:
+    """Return the position at drivers' inputs (actuators,) that is reached from the drawing without disassembly.
+
+    Raises UnassembledError if it is not reached.
+    """
+    equations, drawn = linked_equations(mechanism), mechanism.drawn_inputs
+    start = nearest_turns(mechanism, drawn, inputs)
+    first = settled(equations, equations.first(start), start)
+    if first is not None:
+        line = straight_inputs(start, inputs)
+        path = LinkedPath(equations, first, lambda s: line(np.array([s]))[:, 0])
+        if path.limit is None:
+            return path.points[-1]
+    names = ", ".join(f"'{mechanism.actuators[c.follower].name}'" for c in equations.linked)
+    raise UnassembledError(
+        f"{mechanism.name}: the linkage that turns {names} cannot reach these inputs from the drawing; use other"
+        " inputs, or initial coordinates closer to an assembled position"
+    )
+
+
+def linked_position(mechanism: Mechanism, inputs: FloatArray) -> tuple[FloatArray, ComplexArray]:
+    """Return all inputs (actuators,) and the positions (nodes,) for inputs of the drivers (actuators,)."""
+    equations = linked_equations(mechanism)
+    found = moved_from_drawing(mechanism, inputs)
+    return equations.inputs(inputs, found.y), equations.nodes(found.y)
+
+
+def linked_limit(mechanism: Mechanism) -> float | None:
+    """Return the normalised time at which the motion of the linkage that turns gears ends before that of the laws."""
+    laws = (mechanism.actuators[c.follower].law for c in mechanism.couplings if c.reads)
+    return next(law.motion.path.limit for law in laws if isinstance(law, LinkedLaw))
+
+
+def with_linked_laws(mechanism: Mechanism) -> Mechanism:
+    """Return a mechanism whose inputs that follow the linkage have their laws; others are returned unchanged."""
+    linked = [coupling.follower for coupling in mechanism.couplings if coupling.reads]
+    if not linked:
+        return mechanism
+    motion, actuators = LinkedMotion(mechanism), list(mechanism.actuators)
+    for number, follower in enumerate(linked):
+        actuators[follower] = replace(actuators[follower], law=LinkedLaw(motion, number))
+    return replace(mechanism, actuators=tuple(actuators), complete=with_linked_laws)
