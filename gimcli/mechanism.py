@@ -23,7 +23,7 @@ from gimcli.errors import UsageError
 from gimcli.recording import nominal, scalar
 
 if TYPE_CHECKING:
-    from gimcli.coupling_data import Coupling, GearPair
+    from gimcli.coupling_data import GearPair
     from gimcli.dynamic_data import AppliedLoad, DampingForce, Friction, Inertia, Release, RotorInertia, SpringForce
 
 FloatArray = NDArray[np.float64]
@@ -146,6 +146,21 @@ class Input(PairRow):
 
     law: InputLaw = field(default=ConstantLaw(), repr=False)
     drawn: float = 0.0  # value at the drawn position (the coordinates of the file)
+
+
+@dataclass(frozen=True)
+class Coupling:
+    """An actuator whose input is a linear function of others: phase + sum of ratio times input.
+
+    The input may also follow quantities that no actuator drives, such as the angle of a rocker with a gear; they are
+    read from the position.
+    """
+
+    follower: int  # number of the actuator
+    terms: tuple[tuple[int, float], ...]  # (actuator, ratio); these actuators follow no others
+    phase: float = 0.0  # rad, or length in the normal frame
+    geared: bool = False  # the gears impose it; else the actuator of the file that follows
+    reads: tuple[tuple[Input, float], ...] = ()  # (angle or travel that is read, ratio)
 
 
 @dataclass(frozen=True)

@@ -5,14 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from gimcli.mechanism import FRAME, Dynamics, Input, Mechanism, PairRow
+from gimcli.mechanism import FRAME, Coupling, Dynamics, Input, Mechanism, PairRow
 from gimcli.model import schema
 from gimcli.model.compile_geometry import GeometryCompiler
 from gimcli.model.compile_laws import LawCompiler
 from gimcli.model.pairs import PAIRS, used_nodes
 
 if TYPE_CHECKING:
-    from gimcli.coupling_data import Coupling, GearPair
+from gimcli.coupling_data import GearPair
 
 
 def compile_model(model: schema.Model, folder: Path = Path(), frame: tuple[complex, float] | None = None) -> Mechanism:

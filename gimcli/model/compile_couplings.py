@@ -6,8 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from gimcli.coupling_data import Coupling
-from gimcli.mechanism import ConstantLaw, Input, InputLaw
+from gimcli.mechanism import ConstantLaw, Coupling, Input, InputLaw
 from gimcli.model.laws import RunLaw, SummedLaw
 from gimcli.model.schema import Actuator, Model
 

@@ -12,9 +12,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
-from gimcli.coupling_data import CROSSED, EXTERNAL, INTERNAL, NO_PIVOT, RACK, Coupling, GearPair
+from gimcli.coupling_data import CROSSED, EXTERNAL, INTERNAL, NO_PIVOT, RACK, GearPair
 from gimcli.errors import ModelError
-from gimcli.mechanism import ANGLE, FRAME, HEIGHT, Input, PairRow
+from gimcli.mechanism import ANGLE, FRAME, HEIGHT, Coupling, Input, PairRow
 from gimcli.model import schema
 from gimcli.model.compile_geometry import GeometryCompiler
 from gimcli.model.linear_relations import Relation, Relations

@@ -6,8 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from gimcli.coupling_data import Coupling
-from gimcli.mechanism import ANGLE, FRAME, ComplexArray, FloatArray, Input, Mechanism
+from gimcli.mechanism import ANGLE, FRAME, ComplexArray, Coupling, FloatArray, Input, Mechanism
 
 
 def coupling_errors(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray) -> Iterator[tuple[str, FloatArray]]:
