@@ -12,7 +12,7 @@ from gimcli.model.compile_laws import LawCompiler
 from gimcli.model.pairs import PAIRS, used_nodes
 
 if TYPE_CHECKING:
-from gimcli.coupling_data import GearPair
+    from gimcli.coupling_data import GearPair
 
 
 def compile_model(model: schema.Model, folder: Path = Path(), frame: tuple[complex, float] | None = None) -> Mechanism:
