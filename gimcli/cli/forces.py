@@ -2,11 +2,26 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from functools import partial
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gimcli.cli.arguments import MODEL, NONE, Assembly, Jit, JitOption, Json, ModelPath, Out, Png, Set, Steps, Tolerance
+from gimcli.cli.arguments import (
+    MODEL,
+    NONE,
+    OUTPUT,
+    Assembly,
+    Jit,
+    JitOption,
+    Json,
+    ModelPath,
+    Out,
+    Png,
+    Set,
+    Steps,
+    Tolerance,
+)
 from gimcli.cli.measures import PlotsOnly, refuse_unseen
 from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
 
@@ -21,9 +36,9 @@ HELP = (
 )
 EXAMPLES = (
     "gim forces watt_1 --steps 360 -o results/",
+    "gim forces engine --full -o results/",
     'gim forces watt_1 -o pins.png --plot "reactions,hodograph:A"',
 )
-SHOWN = 30
 
 
 @with_picture_options
@@ -35,6 +50,12 @@ def command(
     tolerance: Tolerance = 1e-10,
     jit: JitOption = Jit.AUTO,
     plot: PlotsOnly = NONE,
+    full: Annotated[
+        bool,
+        typer.Option(
+            "--full", help="Print least and greatest values, work and mean bearing loads, too.", rich_help_panel=OUTPUT
+        ),
+    ] = False,
     out: Out = NONE,
     png: Png = True,
     as_json: Json = False,
@@ -51,15 +72,17 @@ def command(
     mechanism = outputs.loaded(assembly, tolerance=tolerance, changes=changes)
     note_doubtful_loading(mechanism)
     found = outputs.stream(ForcesAlong(mechanism, steps, tolerance, jit.value, plot, note, progress_bar))
-    outputs.finish(found, _print)
+    outputs.finish(found, partial(_print, full))
 
 
-def _print(result: ForcesResult) -> None:
-    found, peaks = result.found, result.found.peaks
+def _print(full: bool, result: ForcesResult) -> None:
+    found, check = result.found, result.found.balance
     balance = ""
     if found.determined:
-        _print_peaks(found)
-        balance = f"; power-balance error at most {peaks.power_error:.1e} W (relative: {peaks.drift:.0e})"
+        from gimcli.cli.force_tables import print_full, print_statistics
+
+        (print_full if full else print_statistics)(result)
+        balance = f"; power-balance error at most {check.error:.1e} W (relative: {check.drift:.0e})"
     typer.echo(f"forces at {found.determined} of {result.steps + 1} positions{balance}")
     if found.open:
         print_open(found.open)
@@ -76,32 +99,6 @@ def print_open(names: list[str]) -> None:
         f"redundant constraints: the reactions at {', '.join(names)} are not determined; NODE.unique is the component"
         " of a pin's reaction that is still determined"
     )
-
-
-def _print_peaks(found: ForceMotion) -> None:
-    from gimcli.cli.console import print_more, print_table
-    from gimcli.library.rounding import greatest, input_value, number
-    from gimcli.table import labelled
-
-    mechanism, peaks = found.statics.mechanism, found.peaks.greatest
-    names = [a.name for a in mechanism.actuators]
-    sizes = {unit: greatest(value for value, own, _ in peaks.values() if own == unit) for _, unit, _ in peaks.values()}
-    if "N m" in sizes:  # a torque is zero in comparison with the forces, too
-        sizes["N m"] = max(sizes["N m"], sizes.get("N", 0.0) * mechanism.size * (mechanism.dynamics.metre or 0.0))
-    rows = [
-        (name, number(value, sizes[unit]), unit,
-         ", ".join(input_value(mechanism, n, v) for n, v in zip(names, at, strict=True)))
-        for name, (value, unit, at) in peaks.items()
-    ]  # fmt: skip
-    inputs = (labelled(a.name, mechanism.unit_of(a)) for a in mechanism.actuators)
-    head = ("", "peak", "unit", f"at {', '.join(inputs)}")
-    print_table(f"{mechanism.name}: peak values", head, rows[:SHOWN], (1, 3))
-    print_more(len(rows), SHOWN)
-    if found.peaks.left_out:
-        typer.echo(
-            f"{found.peaks.left_out} rows near singular positions, where forces grow without bound, are in the table"
-            " but not in the peak values and the picture"
-        )
 
 
 def _print_missing(found: ForceMotion, steps: int) -> None:

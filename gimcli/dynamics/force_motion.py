@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gimcli.dynamics.force_table import Peaks, determined_rows, open_reactions
+from gimcli.dynamics.force_table import determined_rows, open_reactions
 from gimcli.dynamics.forces import Forces, piece_forces
 from gimcli.dynamics.kinematic_history import Courses, Turns
+from gimcli.dynamics.power_balance import PowerBalance
 from gimcli.dynamics.statics import Statics, statics
 from gimcli.mechanism import IntArray, Mechanism
 from gimcli.motion.motion import Motion
@@ -38,7 +39,7 @@ class ForceMotion:
         work = EACH * rows * sum(map(len, self.statics.columns))
         self.run = plain if self.statics.surplus else choose(jit, work, notify, ("balance_rows",))
         self.courses, self.turns = Courses(mechanism, rows, jit, notify), Turns()
-        self.summary, self.peaks = Summary(rows), Peaks(mechanism)
+        self.summary, self.balance = Summary(rows), PowerBalance()
         self.determined = 0  # rows with determined forces
         self.friction: FrictionSummary | None = None  # of a mechanism with dry friction
         self.open: list[str] = []  # names of reactions that are indeterminate because of redundant constraints
@@ -50,7 +51,7 @@ class ForceMotion:
         self.rows = self.summary.add(piece)
         if forces.dry is not None:
             self._rub(piece, forces, forces.dry)
-        self.peaks.add(piece, forces)
+        self.balance.add(forces)
         self.determined += int(determined_rows(piece, forces).sum())
         self.open = self.open or open_reactions(forces)
         return forces

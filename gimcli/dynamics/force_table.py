@@ -1,14 +1,12 @@
-"""Results of inverse dynamics: the table, peak values, and indeterminate reactions."""
+"""Results of inverse dynamics: the table, and indeterminate reactions."""
 
 from __future__ import annotations
-
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gimcli.dynamics.forces import Forces
-from gimcli.mechanism import FloatArray, Mechanism
+from gimcli.mechanism import FloatArray
 from gimcli.motion.motion import Motion
 from gimcli.rates.motion_table import first_columns, status_column
 from gimcli.status import Status
@@ -83,58 +81,3 @@ def open_reactions(forces: Forces) -> list[str]:
         return []
     names = [c.name.rsplit(".", 1)[0] for c in reaction_columns(forces) if np.all(np.isnan(c.values[good]))]
     return [name for name in dict.fromkeys(names) if not name.endswith(f".{SHARED}")]
-
-
-class Peaks:
-    """Peak value of every effort and reaction over a motion in pieces, and the inputs there.
-
-    Rows near singular positions, where reactions are unbounded, are left out and counted.
-    """
-
-    def __init__(self, mechanism: Mechanism) -> None:
-        self.mechanism = mechanism
-        self.greatest: dict[str, tuple[float, str, list[float]]] = {}  # value, unit, inputs in the file's unit
-        self.power = 0.0  # greatest absolute power of any kind, W
-        self.power_error = 0.0  # greatest absolute error of the power balance, W
-        self.left_out = 0  # rows near singular positions
-
-    def add(self, motion: Motion, forces: Forces) -> None:
-        """Add the next piece of the motion."""
-        inputs = np.array([self.mechanism.value_to_file(k, row) for k, row in enumerate(motion.inputs)])
-        self.left_out += int(np.sum(forces.good & ~forces.bounded))
-        for name, unit, amounts in _amounts([*reaction_columns(forces), *_frame_columns(forces)]):
-            values = np.where(forces.bounded, amounts, np.nan)
-            if np.all(np.isnan(values)):
-                continue
-            k = int(np.nanargmax(np.abs(values)))
-            if name not in self.greatest or abs(values[k]) > abs(self.greatest[name][0]):
-                self.greatest[name] = float(values[k]), unit, inputs[:, k].tolist()
-        kinds = [forces.drive_power, forces.loads.kinetic_rate, *forces.loads.power.values()]
-        self.power = max([self.power, *(float(np.nanmax(np.abs(p[forces.good]), initial=0.0)) for p in kinds)])
-        error = float(np.nanmax(np.abs(forces.power_error[forces.good]), initial=0.0))
-        self.power_error = max(self.power_error, error)
-
-    @property
-    def drift(self) -> float:
-        """Return the greatest error of the power balance relative to the greatest power."""
-        return self.power_error / self.power if self.power else 0.0
-
-    def report(self) -> dict[str, Any]:
-        """Return the peak values with their units and the inputs there (file's units)."""
-        names = [a.name for a in self.mechanism.actuators]
-        return {
-            name: {"value": value, "unit": unit, "at": dict(zip(names, at, strict=True))}
-            for name, (value, unit, at) in self.greatest.items()
-        }
-
-
-def _amounts(columns: list[Column]) -> list[tuple[str, str, FloatArray]]:
-    """Return name, unit and values of columns, the components of a force replaced by its magnitude."""
-    result, by_name = [], {c.name: c.values for c in columns}
-    for column in columns:
-        if column.name.endswith(".fx"):
-            name = column.name[:-3]
-            result.append((name, "N", np.asarray(np.abs(column.values + 1j * by_name[f"{name}.fy"]))))
-        elif not column.name.endswith(".fy"):
-            result.append((column.name, column.unit, np.asarray(column.values)))
-    return result

