@@ -22,6 +22,9 @@ from gimcli.table import Table
 UNITS = ("N", "N m")
 """Units of the columns of efforts, reactions and moments."""
 
+BOUNDS = (".least", ".greatest")
+"""Ends of the names of columns that are limits of an effort, not an effort."""
+
 CLOSED, SAME = 1e-9, 1e-6
 """Difference of the last position and its rates from the first ones, and of the forces, of a motion that repeats."""
 
@@ -164,7 +167,8 @@ class ForceStatistics:
 
 def amounts(table: Table, bounded: NDArray[np.bool_]) -> dict[str, Amount]:
     """Return the forces and moments of a table by name; NaN in the rows that are not bounded."""
-    found, columns = {}, {column.name: column for column in table.columns if column.unit in UNITS}
+    own = (column for column in table.columns if column.unit in UNITS and not column.name.endswith(BOUNDS))
+    found, columns = {}, {column.name: column for column in own}
     for name, column in columns.items():
         if name.endswith(".fx"):
             y = columns[f"{name[:-1]}y"].values

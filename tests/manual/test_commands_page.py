@@ -36,6 +36,7 @@ FREE = {
     "SPEC": r"(?:centre|curvature|transmission|advantage|area):[^.]*",
     "COLUMN": r"(?:centre|curvature|transmission|advantage|area):.*",
     "REACTION": r".+",
+    "FORCE": r".+",
     "LENGTH": r"[^.]+",
     "DIMENSION": r"[\w.]+",
     "QUANTITY": r".+\(.+\)|type|solved",
