@@ -28,11 +28,11 @@ BOUNDS = (".least", ".greatest")
 CLOSED, SAME = 1e-9, 1e-6
 """Difference of the last position and its rates from the first ones, and of the forces, of a motion that repeats."""
 
-AMOUNTS_AT = Callable[[FloatArray], "dict[str, Amount]"]
+AMOUNTS_AT = Callable[[FloatArray], "dict[str, ForceAmount]"]
 
 
 @dataclass(frozen=True)
-class Amount:
+class ForceAmount:
     """A column of a force or moment; the components of a pin force are replaced by its magnitude."""
 
     unit: str
@@ -165,14 +165,14 @@ class ForceStatistics:
         }
 
 
-def amounts(table: Table, bounded: NDArray[np.bool_]) -> dict[str, Amount]:
+def amounts(table: Table, bounded: NDArray[np.bool_]) -> dict[str, ForceAmount]:
     """Return the forces and moments of a table by name; NaN in the rows that are not bounded."""
     own = (column for column in table.columns if column.unit in UNITS and not column.name.endswith(BOUNDS))
     found, columns = {}, {column.name: column for column in own}
     for name, column in columns.items():
         if name.endswith(".fx"):
             y = columns[f"{name[:-1]}y"].values
-            found[name[:-3]] = Amount(column.unit, np.where(bounded, np.abs(column.values + 1j * y), np.nan))
+            found[name[:-3]] = ForceAmount(column.unit, np.where(bounded, np.abs(column.values + 1j * y), np.nan))
         elif not name.endswith(".fy"):
-            found[name] = Amount(column.unit, np.where(bounded, column.values, np.nan))
+            found[name] = ForceAmount(column.unit, np.where(bounded, column.values, np.nan))
     return found

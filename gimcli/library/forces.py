@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gimcli.dynamics.force_motion import ForceMotion
-from gimcli.dynamics.force_statistics import Amount, ForceStatistics, ForceSummary, amounts
+from gimcli.dynamics.force_statistics import ForceAmount, ForceStatistics, ForceSummary, amounts
 from gimcli.dynamics.force_table import force_table
 from gimcli.dynamics.forces import motion_forces
 from gimcli.dynamics.physical import require_action
@@ -173,7 +173,7 @@ class ForcesResult(RowsResult):
         """Mean load [N] and speed [rev/min] of every pin, by the name of its reaction."""
         return self.summary.bearings
 
-    def _amounts_at(self, times: FloatArray) -> dict[str, Amount]:
+    def _amounts_at(self, times: FloatArray) -> dict[str, ForceAmount]:
         """Return efforts and reactions at increasing normalised times."""
         mechanism, wanted = self.mechanism, times
         if any(mechanism.gauges[spring.gauge].rotary for spring in mechanism.dynamics.springs):
@@ -184,7 +184,7 @@ class ForcesResult(RowsResult):
         forces = ForceMotion(mechanism, len(apart), "off").take(piece)
         found = amounts(with_rotors(force_table(piece, forces), forces), forces.bounded)
         rows = np.searchsorted(apart, times + CLOSE) - 1
-        return {name: Amount(amount.unit, amount.values[rows]) for name, amount in found.items()}
+        return {name: ForceAmount(amount.unit, amount.values[rows]) for name, amount in found.items()}
 
     def _inputs_at(self, times: FloatArray) -> FloatArray:
         """Return the inputs (actuators, times) at normalised times, in the file's units."""
