@@ -77,6 +77,9 @@ class DrawnLinkage:
             self._input(number, actuator)
         self._blocks()
         self._points()
+        if own.couplings:
+            names = ", ".join(own.actuators[coupling.follower].name for coupling in own.couplings)
+            self.pose.left_out.append(f"{names}: the coupling is left out; they are inputs with speeds of their own")
         if own.floating:
             self.pose.left_out.append(f"the held member {own.members[FRAME].name} is written as the ground")
 

@@ -203,7 +203,10 @@ class PlusDrawing:
                 continue
             for body in further:
                 self.drawn.bodies[body].remove(turn.joint)
-            self._added(f"{turn.joint} pin", self.drawn.places[turn.joint], turn.reference, *further)
+            pin = self._added(f"{turn.joint} pin", self.drawn.places[turn.joint], turn.reference, *further)
+            for other in self.drawn.turns:
+                if other is not turn and other.joint == turn.joint and other.body in further:
+                    other.joint = pin.name
 
     def _ordered(self) -> list[str]:
         """Return the bodies, each input's reference before the body that it turns: PMKS+ takes them in this order."""

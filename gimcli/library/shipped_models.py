@@ -30,6 +30,9 @@ THEMES = {
     ),
     "Several inputs and platforms": ("five_bar", "gim_fig11", "platform_3rpr", "platform_3rrr", "floating_hexagon"),
     "Lifts": ("scissor_lift",),
+    "Gears, belts and racks": (
+        "geared_five_bar", "cardan_gear", "planetary_gear", "belt_drive", "rack_lift", "deltoid",
+    ),
     "Forces and dynamics: engines, presses and machine tools": (
         "engine", "punch", "knuckle_press", "crank_press", "shaper", "pump_jack",
     ),

@@ -11,7 +11,7 @@ from gimcli.mechanism import FRAME, Mechanism
 from gimcli.model.bearers import node_of
 from gimcli.model.law_ends import ended
 from gimcli.model.references import CLOSEST
-from gimcli.model.schema import Actuator, Gauge, Law, Link, Model
+from gimcli.model.schema import Actuator, Gauge, Gear, Law, Link, Model
 from gimcli.model.yaml_text import yaml_text
 
 
@@ -61,6 +61,7 @@ class _LongForm:
                 for name, p in model.prismatic.items()
             },
             "actuators": {name: self._actuator(k, one) for k, (name, one) in enumerate(model.actuators.items())},
+            "gears": {name: self._gear(one) for name, one in model.gears.items()},
             "points": self._points(), "trace": list(mechanism.traced), "duration": mechanism.duration,
             "masses": self._masses(), "gravity": model.gravity, "loads": self._loads(), "springs": self._springs(),
             "dampers": {name: {**_gauge(one), "damping": one.damping} for name, one in model.dampers.items()},
@@ -106,7 +107,10 @@ class _LongForm:
 
     def _actuator(self, number: int, actuator: Actuator) -> dict[str, Any]:
         own = {"type": "rotary" if actuator.rotary else "linear", **_gauge(actuator)}
-        own["law"] = self._law(number, actuator.law or Law())
+        if actuator.follows is None:
+            own["law"] = self._law(number, actuator.law or Law())
+        else:
+            own |= self._coupled(number, actuator)
         if actuator.free:
             own |= {"free": True, **_given(start=actuator.start), "speed": actuator.speed}
         if actuator.effort is not None:
@@ -119,6 +123,19 @@ class _LongForm:
             ratio = rotor.ratio if rotor.lead is None else None
             own["rotor"] = _given(inertia=rotor.inertia, ratio=ratio, lead=rotor.lead)
         return own
+
+    def _coupled(self, number: int, actuator: Actuator) -> dict[str, Any]:
+        """Return the keys of an actuator that follows another; without a phase it agrees with the drawn position."""
+        leader, ratio, phase = str(actuator.follows), actuator.ratio, actuator.phase
+        ratio = 1.0 if ratio is None else ratio
+        if phase is None:
+            drawn = self.mechanism.inputs_to_file(np.array([one.drawn for one in self.mechanism.actuators]))
+            phase = drawn[self.mechanism.actuators[number].name] - ratio * drawn[leader]
+        return {"follows": leader, "ratio": ratio, "phase": phase}
+
+    @staticmethod
+    def _gear(gear: Gear) -> dict[str, Any]:
+        return _given(**{key: getattr(gear, key) for key in Gear.fields})
 
     def _law(self, number: int, law: Law) -> dict[str, Any]:
         profile = law.profile

@@ -41,7 +41,11 @@ def test_rows_that_are_ok_satisfy_the_file(name):
 @pytest.mark.parametrize("name", NAMES)
 def test_inputs_follow_the_laws(name):
     for actuator, drive in read(name)["actuators"].items():
-        value, law = known(name).value[actuator], drive["law"]
+        value, law = known(name).value[actuator], drive.get("law")
+        if law is None:
+            leader = known(name).value[drive["follows"]]
+            assert value == pytest.approx(drive["ratio"] * leader + drive["phase"], rel=1e-13, abs=1e-12)
+            continue
         if "by" in law:
             assert value[-1] - value[0] == pytest.approx(law["by"], rel=1e-12)
         else:
@@ -117,6 +121,7 @@ TURNING = [
     if all(
         d["type"] == "rotary" and abs(d["law"].get("by", d["law"].get("to", 0) - d["law"].get("from", 0))) == 360
         for d in read(name)["actuators"].values()
+        if "law" in d
     )
 ]
 

@@ -162,22 +162,28 @@ def uniform(ends):
 @pytest.mark.few
 @pytest.mark.parametrize("model", NAMES)
 def test_the_reversed_law_gives_the_same_positions(model, trace_model):
-    ends = {name: (value[0], value[-1]) for name, value in trace_model(model, steps=90).value.items()}
+    driven = trace_model(model, steps=90).value
+    ends = {name: (driven[name][0], driven[name][-1]) for name in drivers(model)}
     forward = trace_model(model, steps=90, laws=uniform(ends))
     backward = trace_model(model, steps=90, laws=uniform({name: (b, a) for name, (a, b) in ends.items()}))
     for node in read(model)["nodes"]:
         assert np.max(abs(forward.xy(node) - backward.xy(node)[::-1])) <= 1e-8 * size(model)
 
 
+def drivers(model):
+    """Return the actuators that follow no others."""
+    return [name for name, drive in read(model)["actuators"].items() if "follows" not in drive]
+
+
 def turns_fully(model):
-    laws = [drive["law"] for drive in read(model)["actuators"].values()]
+    laws = [read(model)["actuators"][name]["law"] for name in drivers(model)]
     return all(abs(law.get("by", law.get("to", 0) - law.get("from", 0))) == 360 for law in laws)
 
 
 @pytest.mark.parametrize("model", [name for name in NAMES if turns_fully(name)])
 def test_a_full_turn_closes(model, trace_model):
     m = trace_model(model, steps=90)
-    assert all(abs(abs(value[-1] - value[0]) - 360) < 1e-9 for value in m.value.values())
+    assert all(abs(abs(m.value[name][-1] - m.value[name][0]) - 360) < 1e-9 for name in drivers(model))
     for node in read(model)["nodes"]:
         assert abs(m.xy(node)[-1] - m.xy(node)[0]) <= 1e-9 * size(model)
 
@@ -633,6 +639,54 @@ def copy_at_half_size(m):
 def dyad_of_two_motors(m):
     b1, b2 = -2 + 5 * ray(m.value["motor_1"]), 2 + 5 * ray(m.value["motor_2"])
     yield m.xy("P"), meet(b1, 6, b2, 6)
+
+
+# --- gears, belts, racks and actuators that follow others ------------------------------------------------
+
+
+@law("geared_five_bar")
+def dyad_of_two_geared_cranks(m):
+    q = m.value["motor"]
+    yield m.xy("P"), meet(25 * ray(q), 86, 60 + 15 * ray(90 - 2 * q), 62)
+
+
+@law("cardan_gear")
+def line_and_ellipse_of_cardan(m):
+    q = np.radians(m.value["motor"])
+    yield m.xy("T"), 80 * np.cos(q)
+    yield m.xy("E"), 60 * np.cos(q) + 20j * np.sin(q)
+
+
+@law("planetary_gear")
+def train_of_willis(m):
+    arm = m.value["motor"] * 20 / (20 + 60)
+    yield m.xy("P"), 40 * ray(arm)
+    yield m.xy("M"), 40 * ray(arm) + 20 * ray(arm - 60 / 20 * arm)  # relative to the arm, the ring turns by -arm
+
+
+@law("belt_drive", 720)
+def wheels_in_series(m):
+    shaft = m.value["motor"] * 25 / 75
+    crank = 400 - 120j + 30 * ray(shaft * 15 / 30)
+    yield m.xy("s"), 220 + 60 * ray(90 + shaft)
+    yield m.xy("r"), 380 + 120j + 40 * ray(90 - shaft)
+    yield m.xy("f"), 640 - 120j + 25 * ray(90 + 6 * shaft / 2)
+    yield m.xy("c"), crank
+    yield m.xy("T"), crank.real + np.sqrt(140**2 - (crank.imag + 200) ** 2) - 200j
+
+
+@law("rack_lift")
+def rise_by_the_arc_of_the_pinion(m):
+    yield m.xy("W"), 150 + 150j + 30j * np.radians(m.value["motor"])
+    yield m.xy("A"), 30 * ray(m.value["motor"])
+
+
+@law("deltoid")
+def curve_of_steiner(m):
+    z = m.xy("P") / 50
+    yield z, 2 * ray(m.value["motor"]) + ray(-2 * m.value["motor"])
+    square = abs(z) ** 2
+    yield square**2 + 18 * square - 27, 8 * (z**3).real
 
 
 PLATFORM = np.array([0, 17.04, 13.236373239436618 + 16.096708466836507j])

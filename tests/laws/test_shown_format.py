@@ -11,12 +11,7 @@ from gimcli.model.json_schema import json_schema
 from gimcli.model.source import read_source
 
 SCHEMA = json_schema()
-UNUSUAL = {("Units.length", "um"), ("Units.length", "km")} | {
-    "Model.gears", "Actuator.follows", "Actuator.ratio", "Actuator.phase",
-    *(f"Gear.{k}" for k in ("type", "members", "pivots", "carrier", "ratio", "teeth", "radii", "pitch",
-                            "pressure_angle")),
-    *(("Gear.type", kind) for kind in ("external", "internal", "belt", "crossed", "rack")),
-}  # fmt: skip
+UNUSUAL = {("Units.length", "um"), ("Units.length", "km")}
 """Units in which no shipped model is written."""
 
 
@@ -78,7 +73,7 @@ def test_masses_and_forces_of_nodes_are_shown():
 def test_the_page_names_models_that_show_each_section(shown):
     text = (MANUAL / "models.md").read_text(encoding="utf-8")
     rows = re.findall(r"(?m)^\| `(\w+)`[^|]*\| (.*) \|$", text[text.index("## Which model shows") :])
-    assert {section for section, _ in rows} == set(SCHEMA["properties"]) - {"name", "source", "trace", "links", "gears"}
+    assert {section for section, _ in rows} == set(SCHEMA["properties"]) - {"name", "source", "trace", "links"}
     for section, models in rows:
         for name in re.findall(r"`(\w+)`", models):
             assert f"Model.{section}" in shown[name], (section, name)

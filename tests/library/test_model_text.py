@@ -51,6 +51,7 @@ def test_the_new_file_has_the_same_dimensions_and_is_solved_at_once(path, tmp_pa
     """At 7 % of the laws; the file drawn there has all lengths, and the iteration starts at the solution."""
     m = gimcli.load(path)
     at = {a.name: float(m.value_to_file(k, a.law(np.array([0.07])))[0]) for k, a in enumerate(m.actuators)}
+    at = {m.actuators[k].name: at[m.actuators[k].name] for k in m.drivers}
     p, new = gimcli.solve(m, at), tmp_path / path.name
     p.save(new)
     size = m.size * m.scale

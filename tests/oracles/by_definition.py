@@ -52,8 +52,8 @@ class Definition:
             yield name, _rigid(shape, z)
         for name, pair in self.prismatic.items():
             yield from self._slides(name, pair, z)
-        for name, value in inputs.items():
-            yield name, self._drive(self.actuators[name], z, value)
+        for name in inputs.keys() & self.actuators.keys():  # gears have inputs of their own
+            yield name, self._drive(self.actuators[name], z, inputs[name])
 
     def worst(self, z, inputs):
         """Return the largest error and its constraint; NaN counts as infinite."""

@@ -22,7 +22,8 @@ def released(stem, change=None):
         for section in ("loads", "springs", "dampers", "friction"):
             data.pop(section, None)
         for actuator in data["actuators"].values():
-            actuator["free"] = True
+            if "follows" not in actuator:
+                actuator["free"] = True
             for key in ("start", "speed", "effort"):
                 actuator.pop(key, None)
         if change:

@@ -200,12 +200,19 @@ def moved(spec, turn=0.0, shift=0j, scale=1.0, mirror=False):
             if key in point:
                 point[key] = change(point[key])
     for drive in spec["actuators"].values():
-        rotary, law = drive["type"] == "rotary", drive["law"]
+        rotary, law = drive["type"] == "rotary", drive.get("law", {})
+        if "phase" in drive:
+            assert rotary
+            assert "reference" in drive
+            drive["phase"] = side * drive["phase"] - drive["ratio"] * turn  # the leader's input changes by `turn`
         assert set(law) <= {"from", "to", "by", "profile"}
         assert isinstance(law.get("profile", ""), str)
         for key in {"from", "to", "by"} & set(law):
             start = turn if key != "by" and "reference" not in drive else 0.0
             law[key] = law[key] * side + start if rotary else law[key] * scale
+    for gear in spec.get("gears", {}).values():
+        gear |= {"radii": [scale * radius for radius in gear["radii"]]} if "radii" in gear else {}
+        gear |= {"pitch": scale * gear["pitch"]} if "pitch" in gear else {}
     return spec, there
 
 
