@@ -42,6 +42,7 @@ GROUPS: dict[str, dict[str, str]] = {
         "circuits": "Find which configurations the motion connects.",
     },
     "Forces and dynamics": {
+        "equilibrium": "Find the positions in which all forces balance.",
         "forces": "Find driving efforts and reactions for a prescribed motion.",
         "simulate": "Simulate the motion of free inputs under forces.",
         "reduce": "Find the equivalent one-degree-of-freedom model.",

@@ -37,7 +37,8 @@ THEMES = {
         "engine", "punch", "knuckle_press", "crank_press", "shaper", "pump_jack",
     ),
     "Forces and dynamics: cylinders, springs and dampers": (
-        "excavator", "lift_table", "suspension", "hatch", "garage_door", "toggle_clamp",
+        "excavator", "lift_table", "suspension", "hatch", "garage_door", "toggle_clamp", "snap_hinge",
+        "balanced_lamp",
     ),
     "Forces and dynamics: swings, legs, robots, wipers": (
         "swing", "watt_durango", "strandbeest", "pick_and_place", "wiper",

@@ -241,7 +241,7 @@ DYNAMIC = [model.name for model in gimcli.shipped_models() if model.massive]
 
 
 def test_many_models_have_masses():
-    assert {*PLACES, "excavator", "pick_and_place", "watt_1", "watt_durango"} == set(DYNAMIC)
+    assert {*PLACES, "balanced_lamp", "excavator", "pick_and_place", "watt_1", "watt_durango"} == set(DYNAMIC)
     assert len(DYNAMIC) >= 12
 
 

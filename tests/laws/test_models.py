@@ -753,6 +753,13 @@ def height_of_three_stages(m):
         yield m.xy(f"C{k}"), (k - 0.5) * stage + w / 2
 
 
+@law("snap_hinge")
+def four_bar_with_a_snap(m):
+    a = 20 * ray(m.value["motor"])
+    yield m.xy("A"), a
+    yield m.xy("B"), meet(a, 70, 60, 90)
+
+
 RAMS_DRAWN = {
     "boom_ram": (167.59189718837808, 167.59189718837808),
     "arm_ram": (158.12019819610975, 158.12019819610975),

@@ -97,6 +97,8 @@ CASES = {
     "singularities": ("parallelogram", ["singularities"]),
     "singularities, limits": ("chebyshev", ["singularities"]),
     "circuits": ("crank_rocker", ["circuits", "--samples", "8"]),
+    "equilibrium": ("snap_hinge", ["equilibrium"]),
+    "equilibrium, several": ("balanced_lamp", ["equilibrium", "--set", "lamp=0.7", "--starts", "3"]),
     "forces": ("watt_1", ["forces", "-n", "6"]),
     "forces, sliding": (massive("crank_shaper"), ["forces", "-n", "6"]),
     "forces, redundant": (massive("parallelogram_third_crank"), ["forces", "-n", "6"]),

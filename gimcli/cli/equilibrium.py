@@ -1,0 +1,181 @@
+"""`gim equilibrium`: positions in which all forces balance."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from gimcli.cli.arguments import (
+    INPUTS,
+    METHOD,
+    MODEL,
+    NONE,
+    Assembly,
+    At,
+    Json,
+    ModelPath,
+    Out,
+    PngFile,
+    Set,
+    Tolerance,
+    pairs,
+)
+from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
+
+if TYPE_CHECKING:
+    from gimcli.dynamics.equilibria import Equilibrium
+    from gimcli.library.equilibrium import EquilibriumResult
+
+HELP = (
+    "Inputs with `free: true`, or named by --free, are released, the others are held at --at. With one released input"
+    " all equilibria of the circuit are found, each with its potential, its stability, and the effort that pushes the"
+    " mechanism over the next one. With several they are searched from random starts. Dampers and friction do not act."
+)
+EXAMPLES = (
+    "gim equilibrium snap_hinge -o hinge.png",
+    "gim equilibrium balanced_lamp --set lamp=0.7",
+)
+SHOWN = 40
+
+
+@with_picture_options
+def command(
+    model: ModelPath = MODEL,
+    changes: Set = NONE,
+    free: Annotated[
+        list[str],
+        typer.Option(
+            "--free", metavar="ACTUATOR", help="Input that is released; repeatable, or with commas.",
+            rich_help_panel=INPUTS,
+        ),
+    ] = NONE,
+    at: At = NONE,
+    time: Annotated[
+        float, typer.Option("--time", metavar="T", help="Time of tables over the time [s].", rich_help_panel=INPUTS)
+    ] = 0.0,
+    assembly: Assembly = "",
+    starts: Annotated[
+        int,
+        typer.Option(
+            "--starts", metavar="N", min=1, max=100_000, help="Starts, if several inputs are released.",
+            rich_help_panel=METHOD,
+        ),
+    ] = 24,
+    seed: Annotated[
+        int, typer.Option("--seed", metavar="N", min=0, help="Seed of the random starts.", rich_help_panel=METHOD)
+    ] = 0,
+    tolerance: Tolerance = 1e-10,
+    out: Out = NONE,
+    png: PngFile = None,
+    as_json: Json = False,
+    drawing: Drawing = NO_OPTIONS,
+) -> None:  # fmt: skip
+    """Find the equilibria."""
+    from gimcli.cli.outputs import Outputs
+    from gimcli.cli.progress import progress_bar
+    from gimcli.library.equilibrium import EquilibriumResult, equilibrium
+
+    outputs = Outputs(EquilibriumResult, model, out, png=png, as_json=as_json, drawing=drawing)
+    inputs = pairs(at)
+    mechanism = outputs.loaded(assembly, inputs, tolerance, changes=changes)
+    found = equilibrium(
+        mechanism, free, inputs, time=time, starts=starts, seed=seed, tolerance=tolerance, progress=progress_bar
+    )
+    outputs.write(found)
+    outputs.finish(found, _print)
+
+
+def _print(result: EquilibriumResult) -> None:
+    from gimcli.cli.console import print_more, print_table
+    from gimcli.library.rounding import at_inputs, number
+    from gimcli.table import labelled
+
+    mechanism, found = result.mechanism, result.found
+    if found.found:
+        head = [
+            "",
+            *(labelled(a.name, mechanism.unit_of(a)) for a in mechanism.actuators),
+            "potential [J]",
+            "stability",
+        ]
+        head += _heads(result)
+        rows = [_row(result, k, one) for k, one in enumerate(found.found[:SHOWN])]
+        numbers = (0, *range(1, 2 + len(mechanism.actuators)), *range(3 + len(mechanism.actuators), len(head)))
+        print_table(result.headline(), head, rows, numbers)
+        print_more(len(found.found), SHOWN)
+        if any(one.pushes for one in found.found):
+            typer.echo("up, down: greatest effort on the path to the next equilibrium (-: the input reaches a limit)")
+    else:
+        typer.echo(result.headline())
+    for name, value in result.holding.items():
+        unit = result.unit(found.released[result.released.index(name)])
+        where = at_inputs(mechanism, result.inputs(found.start_inputs))
+        typer.echo(f"effort of {name} that holds the mechanism at {where}: {number(value, found.size)} {unit}")
+    for sentence in remarks(result):
+        typer.echo(sentence)
+    for k, one in enumerate(found.found):
+        if one.status.value:
+            typer.echo(
+                f"equilibrium {k + 1}: {one.status.word}: remaining force {one.residual:.1e} of its contributions"
+            )
+
+
+def _heads(result: EquilibriumResult) -> list[str]:
+    if len(result.found.released) > 1:
+        return ["unstable directions"]
+    main = result.found.released[0]
+    actuator, unit = result.mechanism.actuators[main], result.unit(main)
+    stiffness = "N m/rad" if actuator.rotary else "N/m"
+    heads = [f"stiffness [{stiffness}]"]
+    if any(one.pushes for one in result.found.found):
+        heads += [f"up [{unit}]", "barrier [J]", f"down [{unit}]", "barrier [J]"]
+    return heads
+
+
+def _row(result: EquilibriumResult, k: int, one: Equilibrium) -> list[str]:
+    from gimcli.library.rounding import greatest, input_value, number
+
+    mechanism, found = result.mechanism, result.found
+    inputs = result.inputs(one.inputs)
+    energy = greatest(other.potential for other in found.found)
+    word = one.stability + {2: " (double root)", 0: " (one of a continuum)"}.get(one.multiplicity, "")
+    row = [str(k + 1), *(input_value(mechanism, n, v) for n, v in inputs.items()), number(one.potential, energy), word]
+    if len(found.released) > 1:
+        return [*row, str(one.negative)]
+    row.append("-" if one.stiffness is None else number(float(one.stiffness[0, 0])))
+    if any(other.pushes for other in found.found):
+        for sense in (1, -1):
+            push = next((p for p in one.pushes if p.sense == sense), None)
+            effort = "" if push is None else "-" if push.effort is None else number(push.effort)
+            row += [effort, "" if push is None else number(push.barrier, energy)]
+    return row
+
+
+def remarks(result: EquilibriumResult) -> list[str]:
+    """Return what the list of equilibria does not prove, and why, as sentences."""
+    found, lines = result.found, []
+    if found.everywhere and found.history is not None and found.size:
+        lines.append(f"the potential is {found.history.potential[0]:.10g} J on the whole circuit")
+    if not found.conservative:
+        lines.append(
+            "a force turns with a member or follows a table over an input: the potential is that of the other forces"
+            + (", less the work of this force since the start" if found.history is not None else "")
+        )
+    if found.starts and found.everywhere:
+        lines.append(f"{found.starts} random positions were examined, which is no proof for all")
+    elif found.starts:
+        failed = f"; {found.failed} did not converge" if found.failed else ""
+        lines.append(f"searched from {found.starts} starts{failed}: no proof that there are no others (--starts)")
+    if found.crossings:
+        lines.append(
+            f"{found.crossings} change point{'s' * (found.crossings != 1)} on the circuit: the branches that leave"
+            " there were not searched (gim singularities lists them)"
+        )
+    if found.gain:
+        lines.append(f"the potential changes by {found.gain:.6g} J in each turn of the circuit")
+    if found.cut:
+        lines.append("a torsion spring is wound in each turn: equilibria in further turns were not searched")
+    if found.history is not None and not found.closed:
+        lines.append(f"the circuit is not closed: {found.ended}")
+    return lines

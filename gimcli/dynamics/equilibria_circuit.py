@@ -1,0 +1,293 @@
+"""All equilibria of a mechanism with one released input, along the whole circuit of its start position."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from functools import cached_property
+
+import numpy as np
+
+from gimcli.branching.resampling import lengths
+from gimcli.branching.singular_positions import drawn_circuit
+from gimcli.continuation.circuit import Circuit
+from gimcli.continuation.curve import PositionCurve
+from gimcli.dynamic_data import TIME
+from gimcli.dynamics.equilibria import (
+    STABLE,
+    UNDECIDED,
+    UNSTABLE,
+    BalanceHistory,
+    Equilibria,
+    Equilibrium,
+    Push,
+)
+from gimcli.dynamics.equilibria_balance import StaticBalance
+from gimcli.dynamics.equilibria_curve import BALANCE, BalanceCurve, BalancePoint, CurveStop, joined
+from gimcli.dynamics.equilibria_freedoms import released_inputs_line
+from gimcli.dynamics.equilibria_roots import CurveRoot, curve_roots
+from gimcli.mechanism import ConstantLaw, FloatArray, Mechanism
+from gimcli.positions.inputs import InputLine
+from gimcli.progress import Progress, no_progress
+from gimcli.status import Status
+
+ROUNDING = 1e-9
+"""Change of the potential in one round, relative to its range, that is an error of the integral."""
+
+MEETING = 1e-6
+"""Distance below which an equilibrium is at a change point; such points are known to half the digits."""
+
+RESTING = 1e-9
+"""Component of a unit tangent below which the input is at a limit."""
+
+
+def released_circuit(mechanism: Mechanism, released: int, inputs: FloatArray, tolerance: float) -> Circuit:
+    """Return the circuit through the start inputs (actuators,) on which one input moves and the others are held."""
+    base, along = released_inputs_line(mechanism, [released], inputs)
+    values = base + along[:, 0] * inputs[released]
+    own = tuple(replace(a, law=ConstantLaw(float(u))) for a, u in zip(mechanism.actuators, values, strict=True))
+    held = replace(mechanism, actuators=own)
+    return drawn_circuit(held, tolerance, PositionCurve(held, InputLine(base, along[:, 0], released)))
+
+
+def circuit_equilibria(
+    circuit: Circuit, balance: StaticBalance, middle: float, progress: Progress = no_progress
+) -> Equilibria:
+    """Return all equilibria on a circuit, in its order.
+
+    middle: value of the released input [rad] from which a full turn extends by half a turn to both sides.
+    """
+    return _CircuitSearch(BalanceCurve(circuit, balance), middle, progress).run()
+
+
+class _CircuitSearch:
+    def __init__(self, curve: BalanceCurve, middle: float, progress: Progress) -> None:
+        assert curve.circuit.curve.line is not None
+        self.curve, self.circuit, self.mechanism = curve, curve.circuit, curve.circuit.mechanism
+        self.main, self.middle, self.progress = curve.circuit.curve.line.main, middle, progress
+        rotary = self.mechanism.actuators[self.main].rotary
+        self.metre = 1.0 if rotary else curve.balance.metre
+        self.points: list[BalancePoint] = []
+        self.roots: list[CurveRoot] = []
+        self.cut = False
+        marks = lengths(self.circuit)
+        self.along = marks / marks[-1]
+
+    def run(self) -> Equilibria:
+        self.points = self.curve.resolved(0)
+        sizes = [at.size for at in self.points]
+        everywhere = max(abs(at.force) for at in self.points) <= BALANCE.nothing * max(sizes)
+        if not everywhere:
+            self.roots = self._roots(self.points)
+            if self.curve.winds:
+                self._wind()
+        self.potential = np.array([at.potential for at in self.points]) - self._work()
+        listed = [self._equilibrium(root) for root in self.roots]
+        listed = [replace(one, pushes=self._pushes(k, listed)) for k, one in enumerate(listed)]
+        listed = self._turned(listed)
+        curve, start = self.circuit.curve, self.curve.places[self.circuit.start]
+        return Equilibria(
+            tuple(listed), (self.main,), curve.nodes(start.p), curve.inputs(float(start.p[-1])),
+            np.array([start.effort / self.metre]), self.curve.balance.conservative, everywhere, max(sizes),
+            self._history(), self.circuit.closed, self.circuit.ended, len(self.circuit.crossings), self._gain(),
+            self.curve.winds, self.cut,
+        )  # fmt: skip
+
+    # -- rounds ---------------------------------------------------------------------------------------
+
+    def _roots(self, points: list[BalancePoint]) -> list[CurveRoot]:
+        """Return the roots between points that are not known."""
+        fresh = curve_roots(self.curve, points)
+        return [root for root in fresh if not any(self._same(root, other) for other in self.roots)]
+
+    def _add_round(self, number: int) -> list[BalancePoint]:
+        """Add the points and the roots of a round; return its points."""
+        points = self.curve.resolved(number)
+        self.progress(abs(number), BALANCE.rounds)
+        if number < 0:
+            points[-1] = joined(points[-1], self.points[0])
+        else:
+            points[0] = joined(points[0], self.points[-1])
+        fresh, before, after = self._roots(points), points[:-1], points[1:]
+        self.points = [*before, *self.points] if number < 0 else [*self.points, *after]
+        self.roots = [*fresh, *self.roots] if number < 0 else [*self.roots, *fresh]
+        return points
+
+    def _same(self, one: CurveRoot, other: CurveRoot) -> bool:
+        near = BALANCE.cluster if max(one.multiplicity, other.multiplicity) > 1 else 1e-9
+        return abs(one.at.mark - other.at.mark) <= 1.0 and float(np.linalg.norm(one.at.p - other.at.p)) <= near
+
+    def _wind(self) -> None:
+        """Examine further rounds, in both senses, until a torsion spring exceeds all other forces."""
+        for sense in (1, -1):
+            for number in range(1, BALANCE.rounds + 1):
+                before = len(self.roots)
+                points = self._add_round(sense * number)
+                if len(self.roots) == before and all(sense * at.force < 0.0 for at in points):
+                    break
+            else:
+                self.cut = True
+
+    def _work(self) -> FloatArray:
+        """Return the work of the forces without a potential since the start [J]."""
+        work = self.curve.work(self.points)
+        first = next(k for k, at in enumerate(self.points) if at.mark >= self.circuit.start)
+        return np.asarray(work - work[first])
+
+    def _gain(self) -> float:
+        """Return the change of the potential in one round of a closed circuit [J]; 0 if it is rounding."""
+        change = float(self.potential[-1] - self.potential[0])
+        if not self.circuit.closed or self.curve.winds or abs(change) <= ROUNDING * float(np.ptp(self.potential)):
+            return 0.0
+        return change
+
+    # -- equilibria -----------------------------------------------------------------------------------
+
+    def _equilibrium(self, root: CurveRoot) -> Equilibrium:
+        at, curve = root.at, self.circuit.curve
+        open_one = root.multiplicity % 2 == 0 or self._meets(at)
+        stability = UNDECIDED if open_one else UNSTABLE if root.rises else STABLE
+        stiffness = None
+        if abs(at.rate) > RESTING:
+            own = -at.slope if root.multiplicity == 1 else 0.0
+            stiffness = np.array([[own / (at.rate * self.metre) ** 2]])
+        return Equilibrium(
+            curve.nodes(at.p), curve.inputs(float(at.p[-1])), self._potential(at), stability,
+            int(stability == UNSTABLE), root.multiplicity, stiffness, root.residual,
+            Status.OK if root.converged else Status.NOT_CONVERGED, self._fraction(at.stop),
+        )  # fmt: skip
+
+    def _meets(self, at: BalancePoint) -> bool:
+        """Return whether other branches meet at a point: the forces along them do not count."""
+        return any(np.linalg.norm(at.p[:-1] - met.p[:-1]) <= MEETING for met in self.circuit.crossings.values())
+
+    def _fraction(self, stop: CurveStop) -> float:
+        low, high = self.along[stop.index], self.along[min(stop.index + 1, self.curve.count)]
+        return stop.round + float(low + stop.part * (high - low))
+
+    def _potential(self, at: BalancePoint) -> float:
+        """Return the potential of a point, less the work of the forces without a potential since the start."""
+        if self.curve.balance.conservative:
+            return at.potential
+        k = max(k for k, own in enumerate(self.points) if own.mark <= at.mark)
+        before = self.points[k]
+        return at.potential - before.potential + float(self.potential[k]) - float(self.curve.work([before, at])[1])
+
+    # -- pushes ---------------------------------------------------------------------------------------
+
+    def _pushes(self, number: int, listed: list[Equilibrium]) -> tuple[Push, ...]:
+        if listed[number].stability != STABLE:
+            return ()
+        found = (self._push(number, sense, listed) for sense in (1, -1))
+        return tuple(push for push in found if push is not None)
+
+    def _push(self, number: int, sense: int, listed: list[Equilibrium]) -> Push | None:
+        """Return what it takes to reach the next equilibrium in a sense of the circuit; None if there is none."""
+        target, wraps = number + sense, False
+        if not 0 <= target < len(listed):
+            if not self.circuit.closed or self.curve.winds or len(listed) < 2:
+                return None
+            target, wraps = target % len(listed), True
+        path = self._path(number, target, sense, wraps)
+        barrier = listed[target].potential - listed[number].potential + sense * wraps * self._gain()
+        direction = sense if path[0].rate >= 0.0 else -sense
+        effort, at = self._greatest(path)
+        inputs = self.circuit.curve.inputs(float(at.p[-1]))
+        return Push(direction, None if effort is None else effort / self.metre, inputs, barrier, target)
+
+    def _path(self, number: int, target: int, sense: int, wraps: bool) -> list[BalancePoint]:
+        """Return the points from one root to another, in a sense of the circuit."""
+        one, other = self.roots[number].at, self.roots[target].at
+        points = self.points[:-1] if wraps else self.points
+        low, high = (one, other) if sense > 0 else (other, one)
+        if wraps:
+            between = [at for at in points if at.mark > low.mark] + [at for at in points if at.mark < high.mark]
+        else:
+            between = [at for at in points if low.mark < at.mark < high.mark]
+        path = [low, *(between or [self.curve.middle(low, high)]), high]
+        return path if sense > 0 else path[::-1]
+
+    def _greatest(self, path: list[BalancePoint]) -> tuple[float | None, BalancePoint]:
+        """Return the effort of greatest magnitude on a path between two roots, and its point."""
+        for at in path:
+            if at.rate * path[0].rate <= RESTING**2 or abs(at.rate) <= RESTING:
+                return None, at
+        k = max(range(len(path)), key=lambda k: abs(path[k].effort))
+        best = path[k]
+        for one, other in ((path[k - 1], best), (best, path[k + 1])) if 0 < k < len(path) - 1 else ():
+            found = self._extreme(one, other)
+            if found is not None and abs(found.effort) >= abs(best.effort):
+                best = found
+        return best.effort, best
+
+    def _extreme(self, one: BalancePoint, other: BalancePoint) -> BalancePoint | None:
+        """Return the point between two points at which the effort is greatest; None if there is none."""
+        from scipy.optimize import brentq
+
+        if one.mark > other.mark:
+            one, other = other, one
+        if one.effort_slope * other.effort_slope >= 0.0 or one.stop.round != other.stop.round:
+            return None
+        low, high = self.curve.parts(one, other)
+
+        def point(part: float) -> BalancePoint:
+            return self.curve.at(CurveStop(one.stop.round, one.stop.index, part))
+
+        ends = [point(low).effort_slope, point(high).effort_slope]
+        if other.stop.index > one.stop.index + 1 or ends[0] * ends[1] >= 0.0:
+            return None
+        return point(float(brentq(lambda part: point(part).effort_slope, low, high, xtol=1e-14)))
+
+    def _history(self) -> BalanceHistory:
+        curve, p = self.circuit.curve, np.array([at.p for at in self.points]).T
+        turns = np.array([self._turns(q) for q in p[-1].tolist()])
+        p[-1] += turns * self.curve.turn
+        potential = self.potential + turns * self._gain()
+        fraction = np.array([self._fraction(at.stop) for at in self.points])
+        effort = np.array([at.effort if abs(at.rate) > RESTING else math.inf for at in self.points]) / self.metre
+        first = int(np.argmax(turns != turns[0]))  # the row at which the turn around the middle begins
+        if first:
+            order = [*range(first, len(turns) - 1), *range(first + 1)]
+            p, potential, fraction, effort = p[:, order], potential[order], fraction[order], effort[order]
+            p[-1, -1], potential[-1] = p[-1, 0] + self.curve.turn, potential[0] + self._gain()
+        inputs = np.array([curve.inputs(q) for q in p[-1].tolist()]).T
+        return BalanceHistory(curve.nodes(p), inputs, fraction, potential, effort)
+
+    # -- turns ----------------------------------------------------------------------------------------
+
+    @cached_property
+    def _single(self) -> bool:
+        """Whether the released input makes full turns in one sense, so that they may begin anywhere."""
+        q = np.array([at.p[-1] for at in self.points])
+        steady = bool(np.all(np.diff(q) * np.sign(self.curve.turn) > 0.0))
+        balance = self.curve.balance
+        tabled = any(load.over != TIME for load in balance.loads if load.curve is not None)
+        tabled |= any(e.effort.curve is not None and e.effort.over == "value" for e in balance.efforts)
+        return steady and abs(self.curve.turn) > 0.0 and not self.curve.winds and not tabled
+
+    def _turns(self, q: float) -> int:
+        """Return the number of rounds by which a value of the input is moved to be next to the middle."""
+        return round((self.middle - q) / self.curve.turn) if self._single else 0
+
+    def _turned(self, listed: list[Equilibrium]) -> list[Equilibrium]:
+        """Return equilibria and pushes with inputs and potentials of the turn around the middle, in its order."""
+        moved = [self._moved(one) for one in listed]
+        if not self._single:
+            return moved
+        sense = math.copysign(1.0, self.curve.turn)
+        order = sorted(range(len(moved)), key=lambda k: sense * moved[k].inputs[self.main])
+        places = {old: new for new, old in enumerate(order)}
+        renumbered = [tuple(replace(p, target=places[p.target]) for p in one.pushes) for one in moved]
+        return [replace(moved[k], pushes=renumbered[k]) for k in order]
+
+    def _moved(self, one: Equilibrium) -> Equilibrium:
+        turns = self._turns(float(one.inputs[self.main]))
+        pushes = tuple(replace(push, inputs=self._rolled(push.inputs)) for push in one.pushes)
+        potential = one.potential + turns * self._gain()
+        return replace(one, inputs=self._rolled(one.inputs), potential=potential, pushes=pushes)
+
+    def _rolled(self, inputs: FloatArray) -> FloatArray:
+        """Return inputs (actuators,) in the turn around the middle."""
+        line = self.circuit.curve.line
+        assert line is not None
+        return np.asarray(inputs + line.along * (self._turns(float(inputs[self.main])) * self.curve.turn))

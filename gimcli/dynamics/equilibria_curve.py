@@ -1,0 +1,284 @@
+"""The generalised force along the circuit of one released input, as a function of the arc length.
+
+Q(s) is the force along the unit tangent of the curve of positions and input, so that limits and dead points of the
+input are ordinary points. Q and its exact derivative are known at every point. Points are added until the cubic through
+two neighbours also gives Q between them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+
+from gimcli.branching.resampling import beside, heading, settled
+from gimcli.continuation.arclength import place
+from gimcli.continuation.circuit import CIRCUIT, Circuit
+from gimcli.dynamics.equilibria_balance import GeneralisedForces, StaticBalance
+from gimcli.dynamics.equilibria_freedoms import Freedoms
+from gimcli.mechanism import FloatArray
+
+
+@dataclass(frozen=True)
+class BalanceConstants:
+    """Constants of the search along a circuit; forces are relative to the sum of their contributions."""
+
+    resolved: float = 2e-4  # greatest error of the cubic between two points
+    integrated: float = 2e-6  # the same, where the force is integrated
+    depth: int = 12  # most halvings of the interval between two points of the circuit
+    nothing: float = 1e-11  # a force below this everywhere is 0
+    touching: float = 1e-12  # a least force below this is a double root
+    residual: float = 1e-10  # greatest force at a root
+    flat: float = 1e-5  # slope below which a root may be a multiple one
+    window: float = 0.02  # half the width of the interval in which a multiple root is examined
+    cluster: float = 1e-4  # greatest distance of the roots of a polynomial that are one multiple root
+    rounds: int = 12  # most rounds in each sense over which a torsion spring is wound
+
+
+BALANCE = BalanceConstants()
+
+
+@dataclass(frozen=True)
+class CurveStop:
+    """Where a point is on a circuit: after point `index` of the circuit, in some round."""
+
+    round: int
+    index: int
+    part: float  # 0..1, fraction of the step to the next point
+
+    def mark(self, count: int) -> float:
+        """Return a number that grows along the circuit; `count` is the number of steps of a round."""
+        return self.round * count + self.index + self.part
+
+
+@dataclass(frozen=True)
+class BalancePoint:
+    """A position on the circuit with the force along it."""
+
+    stop: CurveStop
+    mark: float
+    p: FloatArray = field(repr=False)  # (n + 1,)
+    tangent: FloatArray = field(repr=False)  # (n + 1,)
+    bend: FloatArray = field(repr=False)  # (n + 1,) second derivative by the arc length
+    potential: float  # J
+    force: float  # J per unit of length
+    slope: float  # its derivative
+    rest: float  # the part of the force without a potential
+    rest_slope: float
+    size: float
+    stiffness: float
+    angles: FloatArray = field(repr=False)
+
+    @property
+    def rate(self) -> float:
+        """The derivative of the released input by the arc length."""
+        return float(self.tangent[-1])
+
+    @property
+    def effort(self) -> float:
+        """The effort that holds the input [J per unit of the input]; infinite at a dead point of the input."""
+        return -self.force / self.rate if self.rate else math.inf
+
+    @property
+    def effort_slope(self) -> float:
+        """The derivative of the effort by the arc length, times the square of `rate`."""
+        return self.force * float(self.bend[-1]) - self.slope * self.rate
+
+
+class BalanceCurve:
+    """The force along a circuit."""
+
+    def __init__(self, circuit: Circuit, balance: StaticBalance) -> None:
+        assert circuit.curve.line is not None
+        self.circuit, self.balance = circuit, balance
+        line = circuit.curve.line
+        self.freedoms = Freedoms(circuit.mechanism, line.base, line.along[:, None])
+        self.count = len(circuit.places) - 1
+
+    # -- points ---------------------------------------------------------------------------------------
+
+    @cached_property
+    def places(self) -> list[BalancePoint]:
+        """The points of the circuit, in the round 0."""
+        own = self.circuit.places
+        stops = [CurveStop(0, k, 0.0) for k in range(len(own))]
+        found = self._points(stops, [at.p for at in own], [at.tangent for at in own], self._begin())
+        turned = found[-1].angles - found[0].angles
+        if self.circuit.closed and not np.any(np.abs(turned[: len(self.balance.twisted)]) > 1.0):
+            found[-1] = joined(found[-1], found[0])
+        return found
+
+    def _begin(self) -> FloatArray:
+        """Return the angles near the first point of the circuit: at its start they are near the initial ones."""
+        start, initial = self.circuit.start, self.balance.initial_angles()
+        if not len(initial):
+            return initial
+        own = self.circuit.places[: start + 1][::-1]
+        stops = [CurveStop(0, 0, 0.0)] * len(own)
+        return self._points(stops, [at.p for at in own], [at.tangent for at in own], initial)[-1].angles
+
+    @cached_property
+    def winding(self) -> FloatArray:
+        """Whole turns [rad] by which the angles grow in one round."""
+        change = self.places[-1].angles - self.places[0].angles
+        turn = 2.0 * math.pi
+        return turn * np.round(change / turn) if self.circuit.closed else 0.0 * change
+
+    @cached_property
+    def turn(self) -> float:
+        """The growth of the released input in one round."""
+        change = float(self.circuit.places[-1].p[-1] - self.circuit.places[0].p[-1])
+        line = self.circuit.curve.line
+        rotary = line is not None and self.circuit.mechanism.actuators[line.main].rotary
+        return 2.0 * math.pi * round(change / (2.0 * math.pi)) if rotary and self.circuit.closed else 0.0
+
+    @property
+    def winds(self) -> bool:
+        """Whether a torsion spring is wound further in each round, so that rounds differ."""
+        return bool(np.any(self.winding[: len(self.balance.twisted)]))
+
+    @property
+    def gain(self) -> float:
+        """The change of the potential in one round [J], as by a constant torque on a crank."""
+        return self.places[-1].potential - self.places[0].potential
+
+    def round(self, number: int) -> list[BalancePoint]:
+        """Return the points of the circuit in a round."""
+        if number == 0:
+            return self.places
+        shift = np.append(np.zeros(len(self.places[0].p) - 1), number * self.turn)
+        stops = [CurveStop(number, k, 0.0) for k in range(len(self.places))]
+        near = self.places[0].angles + number * self.winding
+        return self._points(stops, [at.p + shift for at in self.places], [at.tangent for at in self.places], near)
+
+    def at(self, stop: CurveStop) -> BalancePoint:
+        """Return the point at a stop."""
+        return self.all_at([stop])[0]
+
+    def all_at(self, stops: Sequence[CurveStop]) -> list[BalancePoint]:
+        """Return the points at some stops."""
+        own = [self._position(stop) for stop in stops]
+        shift = [
+            np.append(np.zeros(len(p) - 1), stop.round * self.turn) for stop, (p, _) in zip(stops, own, strict=True)
+        ]
+        near = [self.places[stop.index].angles + stop.round * self.winding for stop in stops]
+        return self._points(
+            stops, [p + more for (p, _), more in zip(own, shift, strict=True)], [t for _, t in own], np.array(near).T
+        )
+
+    def _position(self, stop: CurveStop) -> tuple[FloatArray, FloatArray]:
+        """Return position and tangent (n + 1,) at a stop, in the round 0."""
+        circuit, k, part = self.circuit, stop.index, stop.part
+        p, along = settled(circuit, k, part), heading(circuit, k, part)
+        if part in (0.0, 1.0) or beside(circuit, k, p):
+            return p, along / np.linalg.norm(along)
+        return p, place(circuit.curve, p, along).tangent
+
+    def near(self, stop: CurveStop, p: FloatArray, along: FloatArray) -> BalancePoint:
+        """Return the point at a position p (n + 1,) of the round 0 near a stop, its tangent in the sense of `along`."""
+        moved, tangent = p.copy(), place(self.circuit.curve, p, along).tangent
+        moved[-1] += stop.round * self.turn
+        near = self.places[stop.index].angles + stop.round * self.winding
+        return self._points([stop], [moved], [tangent], near)[0]
+
+    def _points(
+        self, stops: Sequence[CurveStop], p: list[FloatArray], tangents: list[FloatArray], near: FloatArray
+    ) -> list[BalancePoint]:
+        """Return points with the forces; `near` as in `StaticBalance`."""
+        bends = [self._bend(*each) for each in zip(stops, p, tangents, strict=True)]
+        jet = self.freedoms.jet(np.array(p).T, np.array(tangents).T[None], np.array(bends).T[None, None])
+        return self._split(stops, p, tangents, bends, self.balance(jet, near))
+
+    def _bend(self, stop: CurveStop, p: FloatArray, tangent: FloatArray) -> FloatArray:
+        """Return the second derivative of a point by the arc length; where branches meet, from the points beside it."""
+        circuit, k = self.circuit, stop.index
+        met = [j for j in (k, k + 1) if j in circuit.crossings]
+        if not any(np.linalg.norm(circuit.places[j].p[:-1] - p[:-1]) <= CIRCUIT.beside for j in met):
+            return np.asarray(self.freedoms.bends(p, tangent[None])[0, 0])
+        low, high = circuit.places[max(met[0] - 1, 0)], circuit.places[min(met[0] + 1, self.count)]
+        return np.asarray((high.tangent - low.tangent) / np.linalg.norm(high.p - low.p))
+
+    def _split(
+        self, stops: Sequence[CurveStop], p: list[FloatArray], tangents: list[FloatArray], bends: list[FloatArray],
+        found: GeneralisedForces,
+    ) -> list[BalancePoint]:  # fmt: skip
+        return [
+            BalancePoint(
+                stop, stop.mark(self.count), p[k], tangents[k], bends[k], float(found.potential[k]),
+                float(found.q[0, k]), float(found.slope[0, 0, k]), float(found.rest[0, k]),
+                float(found.rest_slope[0, 0, k]), float(found.size[0, k]), float(found.stiffness[k]),
+                found.angles[:, k],
+            )
+            for k, stop in enumerate(stops)
+        ]  # fmt: skip
+
+    # -- resolution -----------------------------------------------------------------------------------
+
+    def resolved(self, number: int) -> list[BalancePoint]:
+        """Return so many points of a round, from its first to its last, that cubics give the force between them."""
+        own = self.round(number)
+        least = BALANCE.nothing * float(np.median([at.size for at in own]))
+        found, open_ones = list(own), list(pairwise(own))
+        for _ in range(BALANCE.depth):
+            if not open_ones:
+                break
+            middles = self.all_at([self._half(a, b) for a, b in open_ones])
+            found += middles
+            each = [
+                (a, m, b) for (a, b), m in zip(open_ones, middles, strict=True) if not self._is_cubic(a, m, b, least)
+            ]
+            open_ones = [pair for a, m, b in each for pair in ((a, m), (m, b))]
+        return sorted(found, key=lambda at: at.mark)
+
+    def _half(self, a: BalancePoint, b: BalancePoint, part: float = 0.5) -> CurveStop:
+        low, high = self.parts(a, b)
+        return CurveStop(a.stop.round, a.stop.index, low + part * (high - low))
+
+    def _is_cubic(self, a: BalancePoint, middle: BalancePoint, b: BalancePoint, least: float) -> bool:
+        """Return whether the cubic between two points gives the force at the middle; `least`: size of no force."""
+        guess = 0.5 * (a.force + b.force) + 0.125 * distance(a, b) * (a.slope - b.slope)
+        scale = max(a.size, b.size, middle.size)
+        error = BALANCE.resolved if self.balance.conservative else BALANCE.integrated
+        return scale <= least or abs(guess - middle.force) <= error * scale
+
+    def middle(self, a: BalancePoint, b: BalancePoint, part: float = 0.5) -> BalancePoint:
+        """Return the point between two points of the same step of the circuit."""
+        return self.at(self._half(a, b, part))
+
+    def parts(self, a: BalancePoint, b: BalancePoint) -> tuple[float, float]:
+        """Return the fractions of two points of the same step, the second of which may be the end of the step."""
+        return a.stop.part, b.stop.part if b.stop.index == a.stop.index else 1.0
+
+    def work(self, points: Sequence[BalancePoint]) -> FloatArray:
+        """Return the work (points,) of the forces without a potential from the first point on [J].
+
+        It is the integral of the cubic through each two points, which are resolved.
+        """
+        if self.balance.conservative:
+            return np.zeros(len(points))
+        each = [0.0]
+        for a, b in pairwise(points):
+            h = arc_length(a, b)
+            each.append(0.5 * h * (a.rest + b.rest) + h**2 / 12.0 * (a.rest_slope - b.rest_slope))
+        return np.cumsum(each)
+
+
+def arc_length(a: BalancePoint, b: BalancePoint) -> float:
+    """Return the arc length between two points: that of a circle of the mean square of their curvatures."""
+    chord, square = distance(a, b), 0.5 * float(a.bend @ a.bend + b.bend @ b.bend)
+    bent = square * chord**2
+    return chord * (1.0 + bent / 24.0 + 3.0 * bent**2 / 640.0)
+
+
+def joined(point: BalancePoint, same: BalancePoint) -> BalancePoint:
+    """Return a point with the force of the same point in another round: rounding may give it the other sign."""
+    return replace(point, force=same.force, slope=same.slope)
+
+
+def distance(a: BalancePoint, b: BalancePoint) -> float:
+    """Return the distance of two points in the space of positions and inputs."""
+    return float(np.linalg.norm(b.p - a.p))

@@ -1,0 +1,129 @@
+"""The positions that a mechanism can take if some of its inputs are released, as solutions of F(x, u(q)) = 0.
+
+The unknowns y = (x, q) are the coordinates of the moving nodes and the k released inputs. The directions of motion are
+the null space of the Jacobian, so that limits and dead points of an input are ordinary positions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from gimcli.dynamics.equilibria_balance import PositionJet
+from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+from gimcli.structure.system import system_of
+
+CORRECTIONS = 12
+"""Greatest number of Gauss-Newton corrections of a position."""
+
+SETTLED, ROUNDING = 1e-15, 1e-11
+"""A correction below SETTLED is the last one; below ROUNDING, the last one is that which is no smaller than before."""
+
+LOST = 1e-10
+"""Singular values below this fraction of the greatest are 0."""
+
+
+def released_inputs_line(
+    mechanism: Mechanism, released: Sequence[int], inputs: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return base (actuators,) and along (actuators, k) of u = base + along q through some inputs (actuators,).
+
+    released: numbers of k actuators that follow no others; those that follow them move too, the others are held.
+    """
+    along = mechanism.following[:, [mechanism.drivers.index(k) for k in released]]
+    values = mechanism.coupled(inputs)
+    return values - along @ values[list(released)], along
+
+
+class Freedoms:
+    """Positions of a mechanism with released inputs: u = base + along q."""
+
+    def __init__(self, mechanism: Mechanism, base: FloatArray, along: FloatArray) -> None:
+        self.mechanism, self.system = mechanism, system_of(mechanism)
+        self.base, self.along = base, along  # (actuators,), (actuators, k)
+
+    @property
+    def count(self) -> int:
+        """The number k of released inputs."""
+        return int(self.along.shape[1])
+
+    def point(self, z: ComplexArray, q: FloatArray) -> FloatArray:
+        """Return y (n + k,) of positions z (nodes,)."""
+        return np.concatenate([self.system.coordinates(z), q])
+
+    def nodes(self, y: FloatArray) -> ComplexArray:
+        """Return the positions (nodes,) of y (n + k,), or (nodes, rows) of y (n + k, rows)."""
+        return self.system.nodes(y[: self.system.n])
+
+    def inputs(self, y: FloatArray) -> FloatArray:
+        """Return the inputs (actuators,) of y (n + k,), or (actuators, rows) of y (n + k, rows)."""
+        free = self.along @ y[self.system.n :]
+        return np.asarray(self.base.reshape(-1, *[1] * (free.ndim - 1)) + free)
+
+    def residual(self, y: FloatArray) -> FloatArray:
+        """Return the equations (m,)."""
+        return self.system.residual(y[: self.system.n], self.inputs(y))
+
+    def jacobian(self, y: FloatArray) -> FloatArray:
+        """Return the derivatives of the equations (m, n + k)."""
+        x, u = y[: self.system.n], self.inputs(y)
+        columns = [self.system.along_inputs(x, u, rate) for rate in self.along.T]
+        return np.hstack([self.system.jacobian(x, u), np.array(columns).T.reshape(-1, self.count)])
+
+    def directions(self, y: FloatArray) -> FloatArray:
+        """Return orthonormal directions of motion (k, n + k)."""
+        return np.asarray(np.linalg.svd(self.jacobian(y), full_matrices=True)[2][self.system.n :])
+
+    def bends(self, y: FloatArray, directions: FloatArray) -> FloatArray:
+        """Return the second derivatives of the position (j, j, n + k) along directions (j, n + k).
+
+        They are perpendicular to all directions of motion; in a singular position they are those of least norm.
+        """
+        x, u, count = y[: self.system.n], self.inputs(y), len(directions)
+        full = [np.concatenate([v[: self.system.n], self.along @ v[self.system.n :]]) for v in directions]
+        pairs = [(a, b) for a in range(count) for b in range(a, count)]
+        right = np.array([-self.system.second(x, u, full[a], full[b]) for a, b in pairs]).T
+        found = np.linalg.lstsq(self.jacobian(y), right, rcond=LOST)[0]
+        result = np.zeros((count, count, len(y)))
+        for k, (a, b) in enumerate(pairs):
+            result[a, b] = result[b, a] = found[:, k]
+        return result
+
+    def settled(self, y: FloatArray) -> FloatArray | None:
+        """Return the solution nearest to y (n + k,); None without convergence."""
+        y, last = y.copy(), np.inf
+        for _ in range(CORRECTIONS):
+            error = self.residual(y)
+            if not np.isfinite(error).all():
+                return None
+            left, values, right = np.linalg.svd(self.jacobian(y), full_matrices=False)
+            kept = min(self.system.n, int(np.sum(values > LOST * values[0])))
+            step = right[:kept].T @ ((left[:, :kept].T @ error) / values[:kept])
+            y -= step
+            size = float(np.linalg.norm(step))
+            if size <= SETTLED or (size <= ROUNDING and size >= 0.5 * last):
+                return y
+            if size > 2.0 * last:
+                return None
+            last = size
+        return y if last <= ROUNDING else None
+
+    def jet(self, y: FloatArray, first: FloatArray, second: FloatArray) -> PositionJet:
+        """Return positions y (n + k, rows) with derivatives (j, n + k, rows) and (j, j, n + k, rows)."""
+        n, nodes = self.system.n, self.nodes(y)
+        j, rows = first.shape[0], y.shape[1]
+
+        def by_node(v: FloatArray) -> ComplexArray:
+            lead = v.shape[:-2]
+            result = np.zeros((*lead, len(self.mechanism.nodes), rows), dtype=complex)
+            pairs = v[..., :n, :].reshape(*lead, len(self.system.free), 2, rows)
+            result[..., self.system.free, :] = pairs[..., 0, :] + 1j * pairs[..., 1, :]
+            return result
+
+        rates = np.einsum("uk,jkr->jur", self.along, first[:, n:])
+        bends = np.einsum("uk,ijkr->ijur", self.along, second[:, :, n:])
+        return PositionJet(
+            nodes, by_node(first), by_node(second), self.inputs(y).reshape(-1, rows),
+            rates.reshape(j, -1, rows), bends.reshape(j, j, -1, rows),
+        )  # fmt: skip

@@ -1,0 +1,280 @@
+"""Equilibria of several released inputs, by Newton's method from the drawing and from random starts.
+
+In an orthonormal basis of the directions of motion the generalised forces Q and their derivatives dQ are exact. A step
+a solves dQ a = -Q; the position is then settled onto the constraints. Each second start descends on the potential
+instead, with the eigenvalues of -dQ made positive, as it finds stable positions more often. Random starts are reached
+by a walk along the constraints, so that all equilibria are found on the configuration of the drawing. Source: Nocedal &
+Wright, Numerical Optimization, 2006, sections 3.4 and 11.2.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from gimcli.dynamics.equilibria import STABLE, UNDECIDED, UNSTABLE, Equilibria, Equilibrium
+from gimcli.dynamics.equilibria_balance import StaticBalance
+from gimcli.dynamics.equilibria_curve import BALANCE
+from gimcli.dynamics.equilibria_freedoms import Freedoms, released_inputs_line
+from gimcli.errors import UnassembledError
+from gimcli.mechanism import FloatArray, Mechanism
+from gimcli.motion.start import settled, start_position
+from gimcli.positions.dispatch import plain
+from gimcli.progress import Progress, no_progress
+from gimcli.status import Status
+from gimcli.structure.plan import make_plan
+
+
+@dataclass(frozen=True)
+class NewtonStartConstants:
+    """Constants of the search; lengths are those of the space of positions and inputs."""
+
+    iterations: int = 60  # most steps from a start
+    longest: float = 0.4  # greatest step
+    shortest: float = 1e-9  # least trust radius
+    converged: float = 1e-13  # force relative to its contributions, below which the last step is taken
+    pull: float = 0.5  # greatest correction, relative to the step
+    walk: int = 24  # most steps of a random walk
+    stride: float = 0.25  # length of such a step
+    same: float = 1e-6  # distance of equilibria that are the same
+    zero: float = 1e-9  # eigenvalue, relative to the greatest contribution, that is 0
+    continuum: int = 6  # most equilibria of a continuum that are listed
+
+
+SEARCH = NewtonStartConstants()
+
+
+@dataclass(frozen=True)
+class BalancedPlace:
+    """A position with its directions of motion and the forces along them."""
+
+    y: FloatArray  # (n + k,)
+    basis: FloatArray = field(repr=False)  # (j, n + k)
+    q: FloatArray  # (j,)
+    slope: FloatArray  # (j, j) dQ
+    size: float  # greatest sum of contributions to a force
+    stiffness: float  # sum of contributions to `slope`
+    potential: float
+    angles: FloatArray = field(repr=False)
+
+    @property
+    def force(self) -> float:
+        """The greatest generalised force."""
+        return float(np.max(np.abs(self.q), initial=0.0))
+
+
+def released_search(
+    mechanism: Mechanism, released: tuple[int, ...], inputs: FloatArray, balance: StaticBalance, tolerance: float
+) -> EquilibriumSearch:
+    """Return the search from the position at some inputs (actuators,); raise UnassembledError if there is none."""
+    start = start_position(mechanism, make_plan(mechanism), inputs, plain, tolerance)
+    if start.status not in (Status.OK, Status.SINGULAR):
+        raise UnassembledError(f"{mechanism.name} cannot be assembled at the start: {start.status.text}")
+    freedoms = Freedoms(mechanism, *released_inputs_line(mechanism, released, inputs))
+    y = freedoms.settled(freedoms.point(settled(mechanism, start), inputs[list(released)]))
+    if y is None:
+        raise UnassembledError(f"{mechanism.name} cannot be assembled at the start: {Status.SINGULAR.text}")
+    return EquilibriumSearch(freedoms, balance, y, released)
+
+
+class EquilibriumSearch:
+    """The search from one start position y (n + k,)."""
+
+    def __init__(
+        self, freedoms: Freedoms, balance: StaticBalance, start: FloatArray, released: tuple[int, ...]
+    ) -> None:  # fmt: skip
+        self.freedoms, self.balance, self.released = freedoms, balance, released
+        self.start = self.place(start, balance.initial_angles())
+        self.scale, self.stiff = self.start.size, self.start.stiffness
+
+    def place(self, y: FloatArray, near: FloatArray) -> BalancedPlace:
+        """Return the forces at a settled position; `near` are the angles of a position nearby."""
+        freedoms, basis = self.freedoms, self.freedoms.directions(y)
+        jet = freedoms.jet(y[:, None], basis[:, :, None], freedoms.bends(y, basis)[..., None])
+        found = self.balance(jet, near[:, None])
+        size = float(np.max(found.size, initial=0.0))
+        return BalancedPlace(
+            y, basis, found.q[:, 0], found.slope[:, :, 0], size, float(found.stiffness[0]), float(found.potential[0]),
+            found.angles[:, 0],
+        )  # fmt: skip
+
+    def run(self, starts: int, seed: int, progress: Progress = no_progress) -> Equilibria:
+        """Return the equilibria found from the drawing and `starts` - 1 random starts."""
+        roots: list[BalancedPlace] = []
+        places, failed = list(self._starts(starts, seed)), 0
+        self.scale = max(place.size for place in places)
+        self.stiff = max(place.stiffness for place in places)
+        everywhere = max(place.force for place in places) <= BALANCE.nothing * self.scale
+        for k, place in enumerate(places if not everywhere else ()):
+            progress(k, starts)
+            found = self._newton(place, descends=k % 2 == 1 and self.balance.conservative)
+            if found is None and self.balance.conservative:
+                found = self._newton(place, descends=True)
+            failed += found is None
+            if found is not None and not any(self._same(found, known) for known in roots):
+                roots.append(found)
+        listed = self._listed(roots)
+        z, inputs = self.freedoms.nodes(self.start.y), self.freedoms.inputs(self.start.y)
+        return Equilibria(
+            tuple(listed), self.released, z, inputs, self._efforts(self.start), self.balance.conservative, everywhere,
+            self.scale, starts=starts, failed=failed,
+        )  # fmt: skip
+
+    def residual(self, place: BalancedPlace) -> float:
+        """Return the force relative to the greatest sum of its contributions."""
+        return place.force / self.scale if self.scale else 0.0
+
+    # -- starts ---------------------------------------------------------------------------------------
+
+    def _starts(self, starts: int, seed: int) -> Iterator[BalancedPlace]:
+        yield self.start
+        random = np.random.default_rng(seed)
+        for _ in range(starts - 1):
+            yield self._walked(random)
+
+    def _walked(self, random: np.random.Generator) -> BalancedPlace:
+        """Return the end of a walk in a random direction on the constraints, turned a little in each step."""
+        here = self.start
+        heading = random.normal(size=len(here.y))
+        for _ in range(int(random.integers(SEARCH.walk // 4, SEARCH.walk + 1))):
+            heading = heading / np.linalg.norm(heading) + 0.2 * random.normal(size=len(heading)) / math.sqrt(
+                len(heading)
+            )
+            along = here.basis.T @ (here.basis @ heading)
+            step = SEARCH.stride * along / max(float(np.linalg.norm(along)), 1e-12)
+            y = self._settled(here.y, step)
+            if y is None:
+                heading = -heading
+                continue
+            here = self.place(y, here.angles)
+            heading = step + 0.05 * SEARCH.stride * heading
+        return here
+
+    def _settled(self, y: FloatArray, step: FloatArray) -> FloatArray | None:
+        """Return the position after a step; None if it is not near the step's end."""
+        found = self.freedoms.settled(y + step)
+        if found is None or np.linalg.norm(found - y - step) > SEARCH.pull * np.linalg.norm(step) + 1e-10:
+            return None
+        return found
+
+    # -- Newton's method ------------------------------------------------------------------------------
+
+    def _newton(self, here: BalancedPlace, descends: bool) -> BalancedPlace | None:
+        """Return the equilibrium that the steps from a start lead to; None without convergence."""
+        radius = SEARCH.longest
+        for _ in range(SEARCH.iterations):
+            if self.residual(here) <= SEARCH.converged:
+                return self._last(here)
+            step = self._step(here, radius, descends)
+            there = self._tried(here, step)
+            if there is not None and self._better(here, there, descends):
+                here, radius = there, min(2.0 * radius, SEARCH.longest)
+            elif self.residual(here) <= BALANCE.residual:
+                return here
+            else:
+                radius = 0.25 * min(radius, float(np.linalg.norm(step)))
+                if radius < SEARCH.shortest:
+                    return None
+        return here if self.residual(here) <= BALANCE.residual else None
+
+    def _step(self, here: BalancedPlace, radius: float, descends: bool) -> FloatArray:
+        """Return the step (j,) in the directions of motion, no longer than the radius."""
+        if descends:
+            values, vectors = np.linalg.eigh(-0.5 * (here.slope + here.slope.T))
+            bound = SEARCH.zero * max(here.stiffness, self.stiff)
+            step = vectors @ ((vectors.T @ here.q) / np.maximum(np.abs(values), bound))
+        else:
+            step = np.linalg.lstsq(here.slope, -here.q, rcond=SEARCH.zero)[0]
+            if np.linalg.norm(step) > radius:
+                step = self._damped(here, radius)
+        length = float(np.linalg.norm(step))
+        return np.asarray(step if length <= radius else step * (radius / length))
+
+    def _damped(self, here: BalancedPlace, radius: float) -> FloatArray:
+        """Return the Levenberg-Marquardt step of about the length of the radius."""
+        left, values, right = np.linalg.svd(here.slope)
+        force = left.T @ -here.q
+        damping = SEARCH.zero * values[0] ** 2 + 1e-300
+        for _ in range(60):
+            step = right.T @ (values * force / (values**2 + damping))
+            if np.linalg.norm(step) <= radius:
+                break
+            damping *= 3.0
+        return np.asarray(step)
+
+    def _tried(self, here: BalancedPlace, step: FloatArray) -> BalancedPlace | None:
+        y = self._settled(here.y, here.basis.T @ step)
+        return None if y is None else self.place(y, here.angles)
+
+    def _better(self, here: BalancedPlace, there: BalancedPlace, descends: bool) -> bool:
+        smaller = float(np.linalg.norm(there.q)) < float(np.linalg.norm(here.q))
+        if descends and self.residual(here) > 1e-6:
+            return there.potential < here.potential
+        return smaller
+
+    def _last(self, here: BalancedPlace) -> BalancedPlace:
+        """Return an equilibrium after one more step, if that decreases the force."""
+        there = self._tried(here, self._step(here, SEARCH.same, False)) if self.residual(here) else None
+        return there if there is not None and self._better(here, there, False) else here
+
+    # -- results --------------------------------------------------------------------------------------
+
+    def _same(self, one: BalancedPlace, other: BalancedPlace) -> bool:
+        wound = np.abs(one.angles - other.angles)[: len(self.balance.twisted)]
+        near = np.max(np.abs(self.freedoms.nodes(one.y) - self.freedoms.nodes(other.y))) <= SEARCH.same
+        return bool(near and np.max(wound, initial=0.0) <= 1.0)
+
+    def _listed(self, roots: list[BalancedPlace]) -> list[Equilibrium]:
+        """Return the equilibria in the order of their potential; only some of a continuum."""
+        found = sorted((self._equilibrium(root) for root in roots), key=lambda one: one.potential)
+        continued = [one for one in found if one.multiplicity == 0][SEARCH.continuum :]
+        return [one for one in found if not any(one is other for other in continued)]
+
+    def _equilibrium(self, root: BalancedPlace) -> Equilibrium:
+        tensor = -root.slope
+        values = np.linalg.eigvals(tensor).real if not self.balance.conservative else np.linalg.eigvalsh(tensor)
+        zero = SEARCH.zero * max(root.stiffness, self.stiff)
+        negative = int(np.sum(values < -zero))
+        flat = bool(np.any(np.abs(values) <= zero))
+        decided = UNSTABLE if negative else UNDECIDED if flat or not self.balance.conservative else STABLE
+        return Equilibrium(
+            self.freedoms.nodes(root.y), self._near_start(root), root.potential, decided, negative,
+            0 if flat else 1, self._by_inputs(root, tensor), self.residual(root),
+        )  # fmt: skip
+
+    def _near_start(self, root: BalancedPlace) -> FloatArray:
+        """Return the inputs (actuators,), rotary ones within half a turn of the start if no spring counts turns."""
+        own, start = self.freedoms.inputs(root.y), self.freedoms.inputs(self.start.y)
+        if len(root.angles) or not self.balance.conservative:
+            return own
+        rotary, turn = [a.rotary for a in self.freedoms.mechanism.actuators], 2.0 * math.pi
+        return np.where(rotary, own - turn * np.round((own - start) / turn), own)
+
+    def _rates(self, place: BalancedPlace) -> FloatArray | None:
+        """Return the released inputs [rad or m] along the directions of motion (j, k); None at a limit of an input."""
+        own = place.basis[:, self.freedoms.system.n :] * self._metres()
+        if own.shape[0] != own.shape[1] or not np.linalg.cond(own) < 1.0 / SEARCH.zero:
+            return None
+        return np.asarray(own)
+
+    def _metres(self) -> FloatArray:
+        """Return m per unit of the normal frame, or 1, of the released inputs."""
+        rotary = [self.freedoms.mechanism.actuators[k].rotary for k in self.released]
+        return np.where(rotary, 1.0, self.balance.metre)
+
+    def _by_inputs(self, place: BalancedPlace, tensor: FloatArray) -> FloatArray | None:
+        """Return the second derivatives of the potential by the released inputs; exact where all forces are 0."""
+        rates = self._rates(place)
+        if rates is None:
+            return None
+        inverse = np.linalg.inv(rates)
+        return np.asarray(inverse @ tensor @ inverse.T)
+
+    def _efforts(self, place: BalancedPlace) -> FloatArray:
+        rates = self._rates(place)
+        if rates is None:
+            return np.full(self.freedoms.count, math.inf)
+        return np.asarray(-np.linalg.solve(rates, place.q))

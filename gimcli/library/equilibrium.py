@@ -1,0 +1,269 @@
+"""Find the positions of static equilibrium of released inputs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gimcli.dynamics.equilibria import Equilibria, Equilibrium, Push
+from gimcli.dynamics.equilibria_balance import StaticBalance
+from gimcli.dynamics.equilibria_circuit import circuit_equilibria, released_circuit
+from gimcli.dynamics.equilibria_search import released_search
+from gimcli.errors import UsageError
+from gimcli.library.inputs import in_file_units, inputs_of, refuse_count
+from gimcli.library.places import coordinates
+from gimcli.library.released import released_inputs
+from gimcli.library.result import Result
+from gimcli.mechanism import Mechanism
+from gimcli.positions.options import Options
+from gimcli.progress import Phases, no_phases
+from gimcli.status import Status
+from gimcli.structure.drive_check import explained
+from gimcli.table import Column, Table, xy_columns
+
+if TYPE_CHECKING:
+    from gimcli.output.picture import Content
+
+ROUND = 1e-12
+"""A smaller input, in the file's unit, is shown as 0."""
+
+MOST_STARTS = 100_000
+
+SAMPLES = 65
+"""Number of values of a law from which its middle is determined."""
+
+SENSES = {1: "up", -1: "down"}
+"""Words for the sense in which an input is pushed, as in the names of columns."""
+
+
+def equilibrium(
+    mechanism: Mechanism, free: str | Sequence[str] = (), at: Mapping[str, float | str] | None = None, *,
+    time: float = 0.0, starts: int = 24, seed: int = 0, tolerance: float = 1e-10, progress: Phases = no_phases,
+) -> EquilibriumResult:  # fmt: skip
+    """Find the positions in which weight, springs, loads and constant efforts balance.
+
+    With one released input all positions of the circuit of the start position are examined. With several, Newton's
+    method is used from the start position and from random ones: others may exist.
+
+    Args:
+        mechanism: from `load` or `loads`; it needs masses, loads or springs.
+        free: names of inputs that are released besides those with `free: true`; a single input needs no name.
+        at: values of the inputs in the file's units, at which the others are held and the search begins; by default the
+            starts of their laws.
+        time: time of tables over the time [s].
+        starts: number of starts with several released inputs, the first one from the start position.
+        seed: seed of the random starts.
+        tolerance: largest accepted error of a constraint, relative to the mechanism's size; from 1e-14 to below 1.
+        progress: function of the name of a phase; returns a function of (done, all), for a progress bar.
+
+    Returns:
+        An EquilibriumResult: one row for each equilibrium, with inputs, potential, stability and the efforts that push
+        the mechanism over the next one. `.everywhere` is true if all positions balance.
+
+    Raises:
+        UsageError: an unknown name, an invalid argument, or several inputs of which none is released.
+        ModelError: no masses, loads or springs are defined, or the unit of length is not physical.
+        StructureError: the mechanism has no actuator, or is not fully driven, over-driven or contradictory.
+        UnassembledError: the start position cannot be assembled.
+    """
+    refuse_count("starts", starts, 1, MOST_STARTS)
+    refuse_count("seed", seed, 0, 2**63)
+    if not math.isfinite(time):
+        raise UsageError(f"time: expected a finite number, got {time}")
+    allowed = Options.checked("auto", "spectral", tolerance, "off").tolerance
+    released, values = released_inputs(mechanism, free), inputs_of(mechanism, at, {})
+    balance = StaticBalance(mechanism, released, time)
+    with explained(mechanism):
+        if len(released) == 1:
+            circuit = released_circuit(mechanism, released[0], values, allowed)
+            middle = _middle(mechanism, released[0], values)
+            found = circuit_equilibria(circuit, balance, middle, progress("forces along the circuit"))
+        else:
+            search = released_search(mechanism, released, values, balance, allowed)
+            found = search.run(starts, seed, progress("searching equilibria"))
+    return EquilibriumResult(mechanism, found, time)
+
+
+class EquilibriumResult(Result):
+    """The equilibria, one row each; `everywhere`, `equilibria` (a list of dicts) and `holding` (efforts at the start).
+
+    With one released input `curve()` is the table of potential and effort along the circuit.
+    """
+
+    KIND = "equilibrium"
+
+    def __init__(self, mechanism: Mechanism, found: Equilibria, time: float) -> None:
+        self.mechanism, self.found, self.time = mechanism, found, time
+
+    # -- what was found -------------------------------------------------------------------------------
+
+    @property
+    def count(self) -> int:
+        """The number of equilibria in the list."""
+        return len(self.found.found)
+
+    @property
+    def everywhere(self) -> bool:
+        """Whether all examined positions are in equilibrium."""
+        return self.found.everywhere
+
+    @property
+    def complete(self) -> bool:
+        """Whether the whole circuit of one released input was examined; a search of several is no proof."""
+        found = self.found
+        return found.history is not None and not (found.cut or found.crossings) and self.answered
+
+    @property
+    def answered(self) -> bool:
+        """Whether all iterations converged; of the starts with several released inputs, at least one."""
+        found = self.found
+        lost = found.starts > 0 and found.failed == found.starts
+        return not lost and all(one.status is Status.OK for one in found.found)
+
+    @property
+    def released(self) -> tuple[str, ...]:
+        """The names of the released inputs."""
+        return tuple(self.mechanism.actuators[k].name for k in self.found.released)
+
+    @property
+    def holding(self) -> dict[str, float]:
+        """The efforts [N m or N] of the released inputs that hold the mechanism in the start position."""
+        return {name: float(value) for name, value in zip(self.released, self.found.holding, strict=True)}
+
+    @property
+    def equilibria(self) -> list[dict[str, Any]]:
+        """The equilibria: inputs, potential, stability, stiffness, pushes over the next one, coordinates of nodes."""
+        return [self._one(k, one) for k, one in enumerate(self.found.found)]
+
+    def inputs(self, values: NDArray[np.float64]) -> dict[str, float]:
+        """Return inputs (actuators,) in the file's units."""
+        found = in_file_units(self.mechanism, values)
+        return {name: value if abs(value) > ROUND else 0.0 for name, value in found.items()}
+
+    def unit(self, number: int) -> str:
+        """Return the unit of the effort of an actuator."""
+        return "N m" if self.mechanism.actuators[number].rotary else "N"
+
+    # -- reports --------------------------------------------------------------------------------------
+
+    def headline(self) -> str:
+        """Return the result in one line."""
+        name, found = self.mechanism.name, self.found
+        if found.everywhere:
+            why = "no force acts on the released inputs" if not found.size else "all examined positions balance"
+            return f"{name}: in equilibrium everywhere ({why})"
+        stable = sum(one.stability == "stable" for one in found.found)
+        count = f"{self.count} equilibri{'um' if self.count == 1 else 'a'}" if self.count else "no equilibrium"
+        return f"{name}: {count}{f', {stable} stable' if self.count else ''}"
+
+    def report(self) -> dict[str, Any]:
+        """Return the report that --json prints."""
+        found = self.found
+        report: dict[str, Any] = {
+            "released": list(self.released), "time": self.time, "at": self.inputs(found.start_inputs),
+            "holding": {name: _finite(value) for name, value in self.holding.items()},
+            "everywhere": found.everywhere, "conservative": found.conservative, "complete": self.complete,
+            "equilibria": self.equilibria,
+        }  # fmt: skip
+        if found.history is None:
+            return {**report, "starts": found.starts, "failed": found.failed}
+        span = [float(np.min(found.history.potential)), float(np.max(found.history.potential))]
+        return {
+            **report, "potential": span, "closed": found.closed, "ended": found.ended, "crossings": found.crossings,
+            "gain": found.gain, "winds": found.winds,
+        }  # fmt: skip
+
+    def _one(self, number: int, one: Equilibrium) -> dict[str, Any]:
+        z = self.mechanism.to_file(one.z)
+        return {
+            "number": number + 1, "inputs": self.inputs(one.inputs), "potential": one.potential,
+            "stability": one.stability, "negative": one.negative, "multiplicity": one.multiplicity,
+            "stiffness": None if one.stiffness is None else one.stiffness.tolist(), "residual": one.residual,
+            "status": one.status.word, "pushes": [self._push(push) for push in one.pushes],
+            "nodes": coordinates(dict(zip(self.mechanism.nodes, z, strict=True))),
+        }  # fmt: skip
+
+    def _push(self, push: Push) -> dict[str, Any]:
+        return {
+            "sense": SENSES[push.sense], "effort": push.effort, "at": self.inputs(push.inputs),
+            "barrier": push.barrier, "to": push.target + 1,
+        }  # fmt: skip
+
+    def table(self) -> Table:
+        """Return one row for each equilibrium: inputs, potential, stability, stiffness, pushes, coordinates."""
+        found, mechanism = self.found.found, self.mechanism
+        inputs = [self.inputs(one.inputs) for one in found]
+        columns = [Column("number", np.arange(1, len(found) + 1))]
+        for a in mechanism.actuators:
+            columns.append(Column(a.name, np.array([u[a.name] for u in inputs], dtype=float), mechanism.unit_of(a)))
+        columns += [
+            Column("potential", np.array([one.potential for one in found], dtype=float), "J"),
+            Column("stability", np.array([one.stability for one in found], dtype=str)),
+            Column("negative", np.array([one.negative for one in found], dtype=np.int64)),
+            Column("multiplicity", np.array([one.multiplicity for one in found], dtype=np.int64)),
+            *(self._pushes() if len(self.found.released) == 1 else ()),
+            Column("residual", np.array([one.residual for one in found], dtype=float)),
+            Column("status", np.array([one.status.word for one in found], dtype=str)),
+        ]
+        z = np.array([mechanism.to_file(one.z) for one in found]).reshape(len(found), len(mechanism.nodes))
+        for k, name in enumerate(mechanism.nodes):
+            columns += xy_columns(f"{name}.", z[:, k], mechanism.length_unit)
+        return Table(tuple(columns))
+
+    def _pushes(self) -> list[Column]:
+        """Return the columns of one released input: its stiffness, and what pushes it over the next equilibrium."""
+        found, main = self.found.found, self.found.released[0]
+        unit, actuator = self.unit(main), self.mechanism.actuators[main]
+        stiffness = [math.nan if one.stiffness is None else float(one.stiffness[0, 0]) for one in found]
+        columns = [Column("stiffness", np.array(stiffness, dtype=float), "N m/rad" if actuator.rotary else "N/m")]
+        for sense, word in SENSES.items():
+            own = [next((p for p in one.pushes if p.sense == sense), None) for one in found]
+            efforts = [math.nan if p is None or p.effort is None else p.effort for p in own]
+            places = [math.nan if p is None else self.inputs(p.inputs)[actuator.name] for p in own]
+            barriers = [math.nan if p is None else p.barrier for p in own]
+            columns += [
+                Column(f"{word}.effort", np.array(efforts, dtype=float), unit),
+                Column(f"{word}.at", np.array(places, dtype=float), self.mechanism.unit_of(actuator)),
+                Column(f"{word}.barrier", np.array(barriers, dtype=float), "J"),
+            ]
+        return columns
+
+    def curve(self) -> Table | None:
+        """Return inputs, potential [J] and holding effort along the circuit; None with several released inputs."""
+        history, mechanism = self.found.history, self.mechanism
+        if history is None:
+            return None
+        main = self.found.released[0]
+        columns = [Column("fraction", history.fraction)]
+        for k, a in enumerate(mechanism.actuators):
+            columns.append(Column(a.name, mechanism.value_to_file(k, history.inputs[k]), mechanism.unit_of(a)))
+        effort = np.where(np.isfinite(history.effort), history.effort, np.nan)
+        columns += [Column("potential", history.potential, "J"), Column("effort", effort, self.unit(main))]
+        return Table(tuple(columns))
+
+    def arrays(self) -> dict[str, NDArray[Any]]:
+        """Return the columns, and those of the curve as `curve.NAME`."""
+        curve = self.curve()
+        more = {} if curve is None else {f"curve.{column.name}": column.values for column in curve.columns}
+        return {**super().arrays(), **more}
+
+    def picture(self) -> Content | None:
+        """Return potential and effort over the input, and the mechanism in each equilibrium."""
+        from gimcli.library.equilibrium_picture import equilibrium_picture
+
+        return equilibrium_picture(self.mechanism, self.found, self.headline())
+
+
+def _middle(mechanism: Mechanism, released: int, values: NDArray[np.float64]) -> float:
+    """Return the middle of the law of an input; of a law that does not contain its start value, this value."""
+    law = mechanism.actuators[released].law(np.linspace(0.0, 1.0, SAMPLES))
+    inside = float(np.min(law)) <= values[released] <= float(np.max(law))
+    return 0.5 * float(np.min(law) + np.max(law)) if inside else float(values[released])
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None
