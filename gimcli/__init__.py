@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from gimcli.library.fit import fit
     from gimcli.library.forces import forces
     from gimcli.library.groups import groups
+    from gimcli.library.holding_forces import holding_forces
     from gimcli.library.load import load, loads
     from gimcli.library.mobility import mobility
     from gimcli.library.reduce import reduce
@@ -47,9 +48,9 @@ if TYPE_CHECKING:
 
 __all__ = [
     "GimError", "Mechanism", "ModelError", "OutputError", "StructureError", "UnassembledError", "UsageError",
-    "assembled", "check", "circuits", "configurations", "convert", "equilibrium", "fit", "forces", "groups", "load",
-    "loads", "mobility", "reduce", "sensitivity", "sequence", "shipped_models", "simulate", "singularities", "solve",
-    "sweep", "trace", "tradeoff", "workspace",
+    "assembled", "check", "circuits", "configurations", "convert", "equilibrium", "fit", "forces", "groups",
+    "holding_forces", "load", "loads", "mobility", "reduce", "sensitivity", "sequence", "shipped_models", "simulate",
+    "singularities", "solve", "sweep", "trace", "tradeoff", "workspace",
 ]  # fmt: skip
 
 _ERRORS = ("GimError", "ModelError", "OutputError", "StructureError", "UnassembledError", "UsageError")

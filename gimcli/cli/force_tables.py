@@ -46,6 +46,14 @@ def print_full(result: ForcesResult) -> None:
     _print_bearings(result)
 
 
+def print_open(names: list[str]) -> None:
+    """Print which reactions are not unique."""
+    typer.echo(
+        f"redundant constraints: the reactions at {', '.join(names)} are not determined; NODE.unique is the component"
+        " of a pin's reaction that is still determined"
+    )
+
+
 def _print_work(result: ForcesResult) -> None:
     size = greatest(value for work in result.work.values() for value in (work.positive, work.negative))
     rows = [

@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from gimcli.cli.arguments import (
+    INPUTS,
     MODEL,
     NONE,
     OUTPUT,
     Assembly,
+    At,
     Jit,
     JitOption,
     Json,
@@ -21,9 +23,11 @@ from gimcli.cli.arguments import (
     Set,
     Steps,
     Tolerance,
+    pairs,
 )
 from gimcli.cli.measures import PlotsOnly, refuse_unseen
 from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
+from gimcli.errors import UsageError
 
 if TYPE_CHECKING:
     from gimcli.dynamics.force_motion import ForceMotion
@@ -31,21 +35,35 @@ if TYPE_CHECKING:
 
 HELP = (
     "Driving torque [N m] or force [N] of every actuator, reaction in every pair, shaking force and moment, and the"
-    " power of all forces. The model needs `masses`, `loads`, `springs`, `dampers` or `friction`. Writes"
-    " MODEL.forces.csv and .png."
+    " power of all forces; with --at the efforts that hold one position at rest. The model needs `masses`, `loads`,"
+    " `springs`, `dampers` or `friction`. Writes MODEL.forces.csv and .png."
 )
 EXAMPLES = (
     "gim forces watt_1 --steps 360 -o results/",
     "gim forces engine --full -o results/",
+    "gim forces lift_table --at cylinder=0.5",
     'gim forces watt_1 -o pins.png --plot "reactions,hodograph:A"',
 )
+
+
+STEPS = 360
 
 
 @with_picture_options
 def command(
     model: ModelPath = MODEL,
     changes: Set = NONE,
-    steps: Steps = 360,
+    at: At = NONE,
+    time: Annotated[
+        float | None,
+        typer.Option(
+            "--time",
+            metavar="T",
+            help="With --at: time of loads with a table over time [s]; default 0.",
+            rich_help_panel=INPUTS,
+        ),
+    ] = None,
+    steps: Steps = STEPS,
     assembly: Assembly = "",
     tolerance: Tolerance = 1e-10,
     jit: JitOption = Jit.AUTO,
@@ -62,6 +80,12 @@ def command(
     drawing: Drawing = NO_OPTIONS,
 ) -> None:
     """Find efforts and reactions."""
+    if at:
+        _refuse_motion(steps, plot, full)
+        _hold(model, changes, at, time or 0.0, assembly, tolerance, jit, out, as_json, drawing)
+        return
+    if time is not None:
+        raise UsageError("--time is the time of the loads in one position: add --at ACTUATOR=VALUE")
     from gimcli.cli.console import note, note_doubtful_loading
     from gimcli.cli.outputs import Outputs
     from gimcli.cli.progress import progress_bar
@@ -75,6 +99,29 @@ def command(
     outputs.finish(found, partial(_print, full))
 
 
+def _refuse_motion(steps: int, plot: list[str], full: bool) -> None:
+    """Refuse options of a motion together with one position."""
+    given = {"--steps": steps != STEPS, "--plot": bool(plot), "--full": full}
+    for option in (name for name, is_given in given.items() if is_given):
+        raise UsageError(f"{option} is for a motion, --at for one position: remove one of them")
+
+
+def _hold(
+    model: str, changes: list[str], at: list[str], time: float, assembly: str, tolerance: float, jit: Jit,
+    out: list[str], as_json: bool, drawing: Drawing,
+) -> None:  # fmt: skip
+    """Find the forces of one position at rest."""
+    from gimcli.cli.holding import print_holding
+    from gimcli.cli.outputs import Outputs
+    from gimcli.library.holding_forces import HoldingResult, holding_forces
+
+    outputs, inputs = Outputs(HoldingResult, model, out, as_json=as_json, drawing=drawing), pairs(at)
+    mechanism = outputs.loaded(assembly, inputs, tolerance, changes=changes)
+    found = holding_forces(mechanism, inputs, time=time, tolerance=tolerance, jit=jit.value)
+    outputs.write(found)
+    outputs.finish(found, print_holding)
+
+
 def _print(full: bool, result: ForcesResult) -> None:
     found, check = result.found, result.found.balance
     balance = ""
@@ -85,20 +132,14 @@ def _print(full: bool, result: ForcesResult) -> None:
         balance = f"; power-balance error at most {check.error:.1e} W (relative: {check.drift:.0e})"
     typer.echo(f"forces at {found.determined} of {result.steps + 1} positions{balance}")
     if found.open:
+        from gimcli.cli.force_tables import print_open
+
         print_open(found.open)
     if found.friction is not None:
         from gimcli.cli.friction import print_friction
 
         print_friction(found.friction)
     _print_missing(found, result.steps)
-
-
-def print_open(names: list[str]) -> None:
-    """Print which reactions are not unique."""
-    typer.echo(
-        f"redundant constraints: the reactions at {', '.join(names)} are not determined; NODE.unique is the component"
-        " of a pin's reaction that is still determined"
-    )
 
 
 def _print_missing(found: ForceMotion, steps: int) -> None:

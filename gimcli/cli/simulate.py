@@ -101,7 +101,7 @@ def command(
 
 
 def _print(result: SimulateResult) -> None:
-    from gimcli.cli.forces import print_open
+    from gimcli.cli.force_tables import print_open
     from gimcli.cli.progress import end_bars
     from gimcli.library.rounding import number
 

@@ -1,0 +1,193 @@
+"""Find the efforts that hold one position at rest, and the reactions there."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gimcli.dynamics.force_motion import UNDETERMINED
+from gimcli.dynamics.force_statistics import UNITS
+from gimcli.dynamics.force_table import force_table, open_reactions
+from gimcli.dynamics.forces import Forces, motion_forces
+from gimcli.dynamics.physical import require_action
+from gimcli.errors import UsageError
+from gimcli.library.inputs import in_file_units, inputs_of, refuse_unmoved
+from gimcli.library.places import places
+from gimcli.library.result import Result
+from gimcli.library.rounding import titled
+from gimcli.mechanism import ConstantLaw, Mechanism
+from gimcli.motion.motion import Motion
+from gimcli.motion.solve import solve as solve_position
+from gimcli.positions.options import Options
+from gimcli.positions.position import Position
+from gimcli.status import Status
+from gimcli.structure.drive_check import explained, require_consistent
+from gimcli.table import Table
+
+if TYPE_CHECKING:
+    from gimcli.output.picture import Content
+
+LIMITS = ("least", "greatest")
+LEFT_OUT = ("step", "energy.kinetic", "efficiency", "friction", "residual")
+"""Columns of a motion that have no meaning at rest; those of powers are left out, too."""
+
+
+def holding_forces(
+    mechanism: Mechanism, at: Mapping[str, float | str] | None = None, *, time: float = 0.0, tolerance: float = 1e-10,
+    jit: str = "auto", **inputs: float,
+) -> HoldingResult:  # fmt: skip
+    """Find the efforts that hold one position at rest, for example `holding_forces(m, motor=60)`.
+
+    Args:
+        mechanism: from `load` or `loads`; it needs masses, loads, springs, dampers or friction.
+        at: dict of inputs by name, for names that are not Python names or are names of arguments.
+        time: time [s] at which tables of loads over the time are read.
+        tolerance: largest accepted error of a constraint, relative to the mechanism's size; from 1e-14 to below 1.
+        jit: "auto" compiles the kernels where this saves time; "on", "off". The numbers are the same.
+        inputs: inputs by name, in the file's units. Inputs that are not given have the value at the start of their law.
+
+    Returns:
+        A HoldingResult: efforts [N m or N] and reactions [N] as columns of one row, by the names of `forces`. With dry
+        friction the efforts are between `INPUT.effort.least` and `INPUT.effort.greatest`.
+
+    Raises:
+        UsageError: an unknown name or an invalid argument.
+        ModelError: no masses, loads, springs, dampers or friction are defined.
+        StructureError: the mechanism has no actuator, or is not fully driven, over-driven or contradictory.
+    """
+    if not math.isfinite(time):
+        raise UsageError(f"time: expected a finite number, got {time}")
+    chosen = Options.checked("auto", "spectral", tolerance, jit)
+    require_action(mechanism)
+    values = inputs_of(mechanism, at, inputs)
+    with explained(mechanism):
+        refuse_unmoved(mechanism, "add an actuator")
+        position = solve_position(mechanism, values, chosen)
+    require_consistent(mechanism, position.z, position.inputs, position.status, tolerance)
+    return HoldingResult(position, time)
+
+
+class HoldingResult(Result):
+    """The efforts and reactions of one position at rest: one row, with the columns of `forces`."""
+
+    KIND = "holding"
+
+    def __init__(self, position: Position, time: float) -> None:
+        self.mechanism, self.position, self.time = position.mechanism, position, time
+
+    @cached_property
+    def forces(self) -> Forces:
+        """The efforts and reactions; NaN where they are not determined."""
+        return motion_forces(self._motion)
+
+    @cached_property
+    def _motion(self) -> Motion:
+        """The position as a motion of one row whose inputs rest."""
+        position, mechanism = self.position, self.mechanism
+        resting = [replace(a, law=ConstantLaw(v)) for a, v in zip(mechanism.actuators, position.inputs, strict=True)]
+        bad = bool(position.status.value)
+        z = np.full((len(mechanism.nodes), 1), complex(math.nan, math.nan)) if bad else position.z[:, None]
+        return Motion(
+            replace(mechanism, actuators=tuple(resting)), np.array([self.time / mechanism.duration]),
+            position.inputs[:, None], z, np.array([int(position.status)]), position.residual.total, np.zeros(1),
+            position.z,
+        )  # fmt: skip
+
+    @property
+    def inputs(self) -> dict[str, float]:
+        """The inputs in the file's units."""
+        return in_file_units(self.mechanism, self.position.inputs)
+
+    @cached_property
+    def _table(self) -> Table:
+        table = force_table(self._motion, self.forces)
+        left_out = [*LEFT_OUT, *(f"{a.name}.hold.{end}" for a in self.mechanism.actuators for end in LIMITS)]
+        return Table(tuple(c for c in table.columns if c.name not in left_out and not c.name.startswith("power.")))
+
+    def table(self) -> Table:
+        """Return one row: time, inputs, efforts, reactions, shaking force, potential energy, status."""
+        return self._table
+
+    @property
+    def status(self) -> str:
+        """The status word: "ok", that of the position, "singular", or "standstill" with dry friction."""
+        return str(self._table["status"][0])
+
+    @property
+    def complete(self) -> bool:
+        """Whether the forces are determined, with dry friction within limits."""
+        return self.status in ("ok", "standstill")
+
+    @property
+    def reason(self) -> str:
+        """Why there are no forces; "" if they are determined."""
+        if self.complete:
+            return ""
+        if self.position.status is Status.OK:
+            return UNDETERMINED
+        from gimcli.library.unassembled import reason
+
+        return f"{self.status}: {reason(self.mechanism, self.position.status, self.position.inputs)}"
+
+    @property
+    def open(self) -> list[str]:
+        """Names of the reactions that redundant constraints leave undetermined."""
+        return open_reactions(self.forces)
+
+    def values(self) -> dict[str, tuple[complex | float, str]]:  # type: ignore[override]
+        """Return efforts, normal forces and moments as numbers, pin forces as x + iy, by name, with their units."""
+        found: dict[str, tuple[complex | float, str]] = {}
+        columns = {column.name: column for column in self._table.columns if column.unit in UNITS}
+        for name, column in columns.items():
+            value = float(column.values[0])
+            if name.endswith(".fx"):
+                found[name[:-3]] = complex(value, float(columns[f"{name[:-1]}y"].values[0])), column.unit
+            elif not name.endswith(".fy"):
+                found[name] = value, column.unit
+        return found
+
+    def headline(self) -> str:
+        """Return the result in one line."""
+        return f"{titled(self.mechanism, self.inputs)}: forces at rest, {self.status}"
+
+    def report(self) -> dict[str, Any]:
+        """Return the report that --json prints."""
+        forces = {
+            name: {"x": value.real, "y": value.imag, "magnitude": abs(value), "unit": unit}
+            if isinstance(value, complex)
+            else {"value": value, "unit": unit}
+            for name, (value, unit) in self.values().items()
+        }
+        return {
+            "status": self.status, "reason": self.reason, "time": self.time, "inputs": self.inputs, "forces": forces,
+            "open": self.open,
+        }  # fmt: skip
+
+    def picture(self) -> Content | None:
+        """Return the position with the pin forces; None if it is not solved."""
+        from gimcli.output.drawing import position_picture
+        from gimcli.output.vectors import Arrows
+
+        mechanism = self.mechanism
+        if self.position.status.value:
+            return None
+        found = places(mechanism, self.position.z[:, None], lambda z: complex(z[0]))
+        points = {point.name: found[point.name] for point in mechanism.points}
+        vectors = {
+            name: (found[node], value)
+            for name, (value, _) in self.values().items()
+            if isinstance(value, complex) and (node := self._node(name)) and np.isfinite(value)
+        }
+        title = f"{titled(mechanism, self.inputs)}: forces at rest"
+        arrows = [Arrows("force", "N", vectors)] if vectors else []
+        return position_picture(mechanism, mechanism.to_file(self.position.z), title, points, arrows)
+
+    def _node(self, reaction: str) -> str:
+        """Return the node of a pin force; "" for the shaking force."""
+        nodes = [node for node in self.mechanism.nodes if reaction == node or reaction.startswith(f"{node}.")]
+        return max(nodes, key=len, default="")
