@@ -32,6 +32,7 @@ class Equations:
         self.free = free_inputs(mechanism)
         self.reducer = Reducer(mechanism, self.free, run)
         self.reducer.continues = True
+        self.fastest = float(np.max(np.abs(mechanism.following), initial=1.0))  # ratio of coupled inputs, at least 1
 
     # -- motion -------------------------------------------------------------------------------------
 
@@ -79,7 +80,7 @@ class Equations:
     @property
     def is_steep(self) -> bool:
         """Return whether other variables should be independent."""
-        return bool(np.max(np.abs(self.reducer.base.b[: len(self.free)])) > SIMULATION.steep)
+        return bool(np.max(np.abs(self.reducer.base.b[: len(self.free)])) > self.fastest * SIMULATION.steep)
 
     @property
     def is_gentle(self) -> bool:
@@ -89,9 +90,9 @@ class Equations:
             return False
         b = reducer.base.b[:own]
         inner = b[:, [reducer.terms.first_reading + k for k in self.free]]
-        if not abs(np.linalg.det(inner)) > 1.0 / SIMULATION.steep**own:
+        if not abs(np.linalg.det(inner)) > 1.0 / (self.fastest * SIMULATION.steep) ** own:
             return False
-        return bool(np.max(np.abs(np.linalg.solve(inner, b))) < SIMULATION.gentle)
+        return bool(np.max(np.abs(np.linalg.solve(inner, b))) < self.fastest * SIMULATION.gentle)
 
     def change(self, y: FloatArray, requested: bool) -> FloatArray | None:
         """Change the independent variables; return their values and speeds, None if no others are possible.

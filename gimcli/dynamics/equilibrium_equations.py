@@ -6,12 +6,15 @@ import numpy as np
 
 from gimcli.dynamics.loading import Loading
 from gimcli.dynamics.statics import Statics
-from gimcli.kernels.equilibrium import ALONG, COUPLE, KNOWN, TURN, balance_rows
+from gimcli.kernels.equilibrium import ALONG, KNOWN, MOMENT, TURN, X, Y, balance_rows
 from gimcli.mechanism import ComplexArray, FloatArray
 from gimcli.positions.newton import Run
 
 SINGULAR = 1e-10
 """Ratio of least to greatest pivot, or singular value, of a block below which its reactions are undetermined."""
+
+EquilibriumTerm = tuple[int, int, int, int, int, int, float]
+"""Row, column, unknown, kind, node of action, node of reference, factor; as in the kernel."""
 
 
 def right_side(statics: Statics, loads: Loading) -> FloatArray:
@@ -49,22 +52,22 @@ class Balance:
         self.own_rows = np.array([row for block in blocks for row in block.rows], dtype=np.int64)
         self.own_columns = np.array([column for block in blocks for column in block.columns], dtype=np.int64)
         terms, ends = self._terms()
-        self.terms = np.array(terms, dtype=np.int64).reshape(-1, 7)
+        self.terms = np.array([t[:-1] for t in terms], dtype=np.int64).reshape(-1, 6)
+        self.factors = np.array([t[-1] for t in terms], dtype=float)
         self.blocks = np.array(ends, dtype=np.int64).reshape(-1, 3)
 
-    def _terms(self) -> tuple[list[tuple[int, ...]], list[tuple[int, int, int]]]:
+    def _terms(self) -> tuple[list[EquilibriumTerm], list[tuple[int, int, int]]]:
+        """Return the terms of all equations, block after block, and size, first and end of the terms of each block."""
         statics = self.statics
         block_of = {row: (g, i) for g, block in enumerate(statics.blocks) for i, row in enumerate(block.rows)}
         own = {column: (g, j) for g, block in enumerate(statics.blocks) for j, column in enumerate(block.columns)}
-        by_block: list[list[tuple[int, ...]]] = [[] for _ in statics.blocks]
+        by_block: list[list[EquilibriumTerm]] = [[] for _ in statics.blocks]
         for c, reaction in enumerate(statics.reactions):
-            for body, sense, node in statics.senses(reaction):
-                for axis in statics.axes(reaction, body, node):
-                    g, i = block_of[statics.first_row[body] + axis]
-                    j = own[c][1] if own[c][0] == g else KNOWN
-                    kind = TURN if reaction.kind == COUPLE else axis
-                    by_block[g].append((i, j, c, kind, sense, node, statics.bodies[body].node))
-        terms: list[tuple[int, ...]] = []
+            for body, axis, kind, factor, node in statics.entries(reaction):
+                g, i = block_of[statics.first_row[body] + axis]
+                j = own[c][1] if own[c][0] == g else KNOWN
+                by_block[g].append((i, j, c, kind, node, statics.bodies[body].node, factor))
+        terms: list[EquilibriumTerm] = []
         ends = []
         for block, own_terms in zip(statics.blocks, by_block, strict=True):
             ends.append((len(block.rows), len(terms), len(terms) + len(own_terms)))
@@ -77,8 +80,9 @@ class Balance:
         out, weakest = np.full((count, z.shape[1]), np.nan), np.zeros(z.shape[1])
         x, y = np.ascontiguousarray(z.real), np.ascontiguousarray(z.imag)
         run(balance_rows)(
-            x, y, self.vectors, self.turned, self.terms, self.blocks, self.own_rows, self.own_columns, right, SINGULAR,
-            np.zeros((widest, widest)), np.zeros(2 * widest), np.zeros(widest), self.vectors.copy(), out, weakest,
+            x, y, self.vectors, self.turned, self.terms, self.factors, self.blocks, self.own_rows, self.own_columns,
+            right, SINGULAR, np.zeros((widest, widest)), np.zeros(2 * widest), np.zeros(widest), self.vectors.copy(),
+            out, weakest,
         )  # fmt: skip
         return out, weakest
 
@@ -88,10 +92,8 @@ def equilibrium(statics: Statics, z: ComplexArray) -> FloatArray:
     table = np.zeros((z.shape[1], statics.equations, len(statics.reactions)))
     unit = directions(statics, z)
     for c, reaction in enumerate(statics.reactions):
-        for body, sense, node in statics.senses(reaction):
+        for body, axis, kind, factor, node in statics.entries(reaction):
             arm = z[node] - z[statics.bodies[body].node]
-            parts = (unit[c].real, unit[c].imag, (arm.conj() * unit[c]).imag)
-            for axis in statics.axes(reaction, body, node):
-                part = 1.0 if reaction.kind == COUPLE else parts[axis]
-                table[:, statics.first_row[body] + axis, c] += sense * part
+            part = {X: unit[c].real, Y: unit[c].imag, MOMENT: (arm.conj() * unit[c]).imag, TURN: 1.0}[kind]
+            table[:, statics.first_row[body] + axis, c] += factor * part
     return table

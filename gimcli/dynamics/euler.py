@@ -77,7 +77,8 @@ class EulerIntegration(Integration):
             if square <= 0.0:  # a standstill within the step
                 q, time, speed, step = q - 0.5 * speed * speed / gain, time - speed / gain, 0.0, -step
                 stops += 1
-                self.events.append(Event(STANDSTILL, time, np.array([q]), np.zeros(1), self.free[0]))
+                inputs = self.mechanism.coupled(np.full(len(self.mechanism.actuators), q))
+                self.events.append(Event(STANDSTILL, time, inputs, np.zeros(len(inputs)), self.free[0]))
                 if stops == self.settings.standstills:
                     break
                 inertia, torque = self._reduced(q)

@@ -10,6 +10,7 @@ from gimcli.mechanism import FloatArray
 from gimcli.motion.motion import Motion
 from gimcli.rates.motion_table import first_columns, status_column
 from gimcli.status import Status
+from gimcli.structure.steps import NONE
 from gimcli.table import Column, Table, xy_columns
 
 SHARED = "unique"
@@ -40,6 +41,8 @@ def reaction_columns(forces: Forces) -> list[Column]:
     mechanism = forces.mechanism
     columns = []
     for k, actuator in enumerate(mechanism.actuators):
+        if forces.statics.efforts[k] == NONE:  # the gears transmit it
+            continue
         unit = "N m" if actuator.rotary else "N"
         columns.append(Column(f"{actuator.name}.effort", forces.effort(k), unit))
     for pin in forces.statics.pins:
@@ -53,6 +56,10 @@ def reaction_columns(forces: Forces) -> list[Column]:
         columns.append(Column(f"{pair}.normal", forces.normal(pair), "N"))
         if sum(slide.pair == pair for slide in mechanism.slides) > 1:
             columns.append(Column(f"{pair}.moment", forces.moment(pair), "N m"))
+    if mechanism.gears:
+        from gimcli.dynamics.gear_table import gear_columns  # imported late: only for models with gears
+
+        columns += gear_columns(forces)
     return columns
 
 

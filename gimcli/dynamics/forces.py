@@ -66,10 +66,35 @@ class Forces:
         return np.asarray(self.good & (self.weakest >= WEAK))
 
     def effort(self, actuator: int) -> FloatArray:
-        """Return the driving torque [N m] or force [N] of an actuator with its rotor (rows,)."""
+        """Return the driving torque [N m] or force [N] of an actuator with its rotor (rows,).
+
+        The effort of an actuator includes those that its followers need; that of a follower is what it transmits.
+        """
+        effort = self._own_effort(actuator)
+        for coupling in self.mechanism.couplings:
+            ratio = dict(coupling.terms).get(actuator, 0.0)
+            if ratio and not coupling.geared:
+                units = self._unit(coupling.follower) / self._unit(actuator)
+                effort = effort + ratio * units * self._own_effort(coupling.follower)
+        return effort
+
+    def _own_effort(self, actuator: int) -> FloatArray:
+        """Return the effort that an actuator exerts on the members, and its rotor on it [N m or N] (rows,)."""
         effort = self._unknown(self.statics.efforts[actuator]).real.determined
         effort = effort * (self._metre if self.mechanism.actuators[actuator].rotary else 1.0)
         return effort + self.loads.rotors[actuator] if actuator in self.loads.rotors else effort
+
+    def _unit(self, actuator: int) -> float:
+        """Return one unit of an input in rad or m."""
+        return 1.0 if self.mechanism.actuators[actuator].rotary else self._metre
+
+    def unknown(self, number: int) -> FloatArray:
+        """Return an unknown [N, or N x length of the normal frame] where it is determined, else NaN (rows,)."""
+        return self._unknown(number).real.determined
+
+    def direction(self, number: int) -> ComplexArray:
+        """Return the direction of the force of an unknown (rows,)."""
+        return np.asarray(directions(self.statics, self.course.nodes[0])[number])
 
     def pin(self, pin: Pin, member: int) -> ComplexArray:
         """Return the force [N] of the pin on a member, x + iy (rows,)."""
@@ -91,7 +116,7 @@ class Forces:
         turns = []
         for k in others:
             arm = nodes[slides[k].node] - nodes[slides[first].node]
-            turns.append(self._unknown(normals[k], (arm.conj() * self._direction(normals[k])).imag))
+            turns.append(self._unknown(normals[k], (arm.conj() * self.direction(normals[k])).imag))
         return self._sum(turns).real.determined * self._metre
 
     @property
@@ -106,11 +131,11 @@ class Forces:
 
     @property
     def drive_power(self) -> FloatArray:
-        """The power [W] of all actuators (rows,)."""
+        """The power [W] of the actuators that follow no others (rows,); the others only transmit power."""
         total = np.zeros(len(self.course.time))
-        for k, actuator in enumerate(self.mechanism.actuators):
-            _, rate, _ = reading(self.mechanism, actuator, self.course)
-            total += self.effort(k) * rate * (1.0 if actuator.rotary else self._metre)
+        for k in self.mechanism.drivers:
+            _, rate, _ = reading(self.mechanism, self.mechanism.actuators[k], self.course)
+            total += self.effort(k) * rate * self._unit(k)
         return total
 
     @property
@@ -144,9 +169,6 @@ class Forces:
     def _slides(self, pair: str) -> list[int]:
         return [k for k, s in enumerate(self.mechanism.slides) if s.pair == pair]
 
-    def _direction(self, unknown: int) -> ComplexArray:
-        return np.asarray(directions(self.statics, self.course.nodes[0])[unknown])
-
     def _attached(self, node: int) -> Amount:
         """Return the sum of the forces of springs, sliding pairs and actuators on the pin of a node."""
         acting = []
@@ -154,7 +176,7 @@ class Forces:
             reaction = self.statics.reactions[unknown]
             pulls = reaction.kind == ALONG and reaction.other == node
             if reaction.node == node or pulls:
-                acting.append(self._unknown(unknown, (-1.0 if pulls else 1.0) * self._direction(unknown)))
+                acting.append(self._unknown(unknown, (-1.0 if pulls else 1.0) * self.direction(unknown)))
         total = self._sum(acting)
         return Amount(total.value + self.loads.pins.get(node, 0.0), total.free)
 
@@ -175,6 +197,10 @@ def inverse_dynamics(
             found, weakest = Balance(statics).solve(z, right, run)
             free = np.zeros((0, *found.shape))
     found = np.where(np.isfinite(found), found, np.nan)
+    if statics.mechanism.gears:
+        from gimcli.dynamics.gear_pivots import add_across  # imported late: only for models with gears
+
+        add_across(statics, z, found, free)
     return Forces(statics, course, loads, found, free * (not every), weakest)
 
 

@@ -72,6 +72,7 @@ class Integration:
             speeds.append(release.speed)
         for row, k in enumerate(reducer.given):
             inputs[k] = self.equations.given(time, 0)[row]
+        inputs = mechanism.coupled(inputs)
         position = solve(mechanism, inputs, Options())
         assembled = position.status is Status.OK
         if not (reducer.start(position.z, inputs) if assembled else reducer.start_singular(inputs)):

@@ -21,7 +21,7 @@ from gimcli.mechanism import ComplexArray, FloatArray, Input, Mechanism
 from gimcli.positions.dispatch import plain
 from gimcli.positions.newton import Run
 from gimcli.structure.coordinate_partitioning import Choice, free_choice, gradients, input_choice, make_chart, residuals
-from gimcli.structure.polynomials import is_rotary, make_terms, with_gauges
+from gimcli.structure.polynomials import coupled_terms, is_rotary, with_gauges
 
 CORRECTIONS = 20
 """Most Newton corrections of a singular initial position."""
@@ -68,9 +68,9 @@ class Reducer:
 
     def __init__(self, mechanism: Mechanism, free: Sequence[int], run: Run = plain) -> None:
         self.mechanism, self.free, self.run = mechanism, tuple(free), run
-        self.given = tuple(k for k in range(len(mechanism.actuators)) if k not in self.free)
+        self.given = tuple(k for k in mechanism.drivers if k not in self.free)
         read = with_friction_gauges(mechanism)
-        self.terms = make_terms(with_gauges(read))
+        self.terms = coupled_terms(with_gauges(read))
         self.acting = acting(read, self.free, require_masses(mechanism))
         self.loads = moving_loads(read)
         self.courses = [_course(load) for load in self.loads]

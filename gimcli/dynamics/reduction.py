@@ -16,7 +16,7 @@ from gimcli.dynamic_data import TIME, DrivingEffort
 from gimcli.dynamics.reducer import Reducer, release_of, with_one_free
 from gimcli.errors import UsageError
 from gimcli.kernels.reduction import POTENTIAL
-from gimcli.mechanism import ConstantLaw, FloatArray, IntArray, Mechanism
+from gimcli.mechanism import ConstantLaw, FloatArray, InputLaw, IntArray, Mechanism
 from gimcli.motion.motion import trace
 from gimcli.positions.dispatch import plain
 from gimcli.positions.newton import Run
@@ -60,7 +60,7 @@ def reduce_to_input(
     weights = Reducer(without_loads(bare), (actuator,), run)
     motion = trace(with_others_fixed(mechanism, actuator), steps, Options(jit="off" if run is plain else "auto"))
     table, codes = np.full((6, steps + 1), np.nan), motion.codes.copy()
-    speeds, rest = np.zeros(len(motion.inputs)), np.zeros(len(motion.inputs))
+    speeds, rest = np.zeros(len(mechanism.drivers)), np.zeros(len(mechanism.drivers))
     speeds[0] = 1.0
     for row in np.flatnonzero(motion.good).tolist():
         inputs, clock = motion.inputs[:, row], float(motion.time[row]) * mechanism.duration
@@ -82,9 +82,32 @@ def reduce_to_input(
 
 def with_others_fixed(mechanism: Mechanism, actuator: int) -> Mechanism:
     """Return the mechanism in which all inputs but one keep the first value of their laws."""
-    start = mechanism.start_inputs
-    others = [a if k == actuator else replace(a, law=ConstantLaw(start[k])) for k, a in enumerate(mechanism.actuators)]
+    start, law = mechanism.start_inputs, mechanism.actuators[actuator].law
+    shares = mechanism.following[:, mechanism.drivers.index(actuator)]
+    begun = start - shares * float(law(np.zeros(1))[0])
+    laws: list[InputLaw] = [ConstantLaw(value) for value in start]
+    for k in np.flatnonzero(shares):
+        laws[k] = RatioLaw(law, float(shares[k]), float(begun[k]))
+    laws[actuator] = law
+    others = [replace(a, law=own) for a, own in zip(mechanism.actuators, laws, strict=True)]
     return replace(mechanism, actuators=tuple(others))
+
+
+@dataclass(frozen=True)
+class RatioLaw:
+    """The law of an input that follows another one: constant + ratio times law."""
+
+    law: InputLaw
+    ratio: float
+    constant: float
+
+    def __call__(self, time: FloatArray, order: int = 0) -> FloatArray:
+        """Return the value or a derivative by the normalised time."""
+        return np.asarray(self.ratio * self.law(time, order) + (0.0 if order else self.constant))
+
+    def stops(self) -> FloatArray:
+        """Return the times at which the law may stop or reverse."""
+        return self.law.stops()
 
 
 def _reduction(mechanism: Mechanism, actuator: int, q: FloatArray, table: FloatArray, codes: IntArray) -> Reduction:
@@ -113,12 +136,14 @@ def without_loads(mechanism: Mechanism) -> Mechanism:
 
 def chosen_input(mechanism: Mechanism, name: str) -> int:
     """Return the input of a given name, the first if the name is ""; raise UsageError if there is none."""
-    names = [a.name for a in mechanism.actuators]
+    names = [mechanism.actuators[k].name for k in mechanism.drivers]
     if name in names:
-        return names.index(name)
+        return mechanism.drivers[names.index(name)]
     if name or not names:
+        if name in {a.name for a in mechanism.actuators}:
+            raise UsageError(f"'{name}' follows other inputs; choose one of {', '.join(names)}")
         raise UsageError(f"no actuator '{name}'; actuators: {', '.join(names) or 'none'}")
-    return 0
+    return mechanism.drivers[0]
 
 
 def reduction_table(found: Reduction) -> Table:

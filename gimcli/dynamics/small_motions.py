@@ -27,7 +27,7 @@ from gimcli.kernels import influence, reduction
 from gimcli.mechanism import ComplexArray, FloatArray, Input, Mechanism
 from gimcli.positions.dispatch import plain
 from gimcli.structure.coordinate_partitioning import Choice, free_choice, input_choice, make_chart
-from gimcli.structure.polynomials import Terms, is_rotary, make_terms, with_gauges
+from gimcli.structure.polynomials import Terms, coupled_terms, is_rotary, with_gauges
 
 
 @dataclass(frozen=True)
@@ -93,9 +93,9 @@ class Linearisation:
     def __init__(self, mechanism: Mechanism, released: tuple[int, ...], time: float) -> None:
         metre = require_action(mechanism)
         self.mechanism, self.released, self.time, self.metre = mechanism, released, time, metre
-        self.held = tuple(k for k in range(len(mechanism.actuators)) if k not in released)
+        self.held = tuple(k for k in mechanism.drivers if k not in released)
         read = with_friction_gauges(_with_releases(mechanism, released))
-        self.terms, self.loads = make_terms(with_gauges(read)), moving_loads(read)
+        self.terms, self.loads = coupled_terms(with_gauges(read)), moving_loads(read)
         self.acting = acting(read, released, metre)
         efforts = [release_of(read, k).effort for k in released]
         self.slopes = ForceSlopes(self.acting, self.loads, efforts, released, mechanism.size, time)

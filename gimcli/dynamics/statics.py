@@ -1,10 +1,10 @@
 """Unknown reactions and efforts of a mechanism, the bodies that they act on, and the order of solution.
 
 Unknowns: two force components for every member at a node except the first member, one normal force for every node on a
-line, and the effort of every actuator. Equations: three for every moving member, two for a node without a member. The
-pin of a node belongs to its first member (the frame first, then the order of the file): forces on the pin act on that
-member. A true prismatic pair acts on the member whose two nodes slide. The order of the blocks is the reverse order of
-formation.
+line, one reaction of every gear, and the effort of every actuator that does not follow by gears. Equations: three for
+every moving member, two for a node without a member. The pin of a node belongs to its first member (the frame first,
+then the order of the file): forces on the pin act on that member. A true prismatic pair acts on the member whose two
+nodes slide. The order of the blocks is the reverse order of formation.
 """
 
 from __future__ import annotations
@@ -12,14 +12,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import TYPE_CHECKING
 
-from gimcli.kernels.equilibrium import ALONG, COUPLE, MOMENT, PUSH, X, Y
+from gimcli.dynamics.carried_direction import carried_direction
+from gimcli.kernels.equilibrium import ALONG, COUPLE, MOMENT, PUSH, TURN, X, Y
 from gimcli.mechanism import FRAME, HEIGHT, SPAN, Mechanism, PairRow
 from gimcli.structure.derived import derived
 from gimcli.structure.dulmage_mendelsohn import EquationBlock, split
 from gimcli.structure.rotation import members_of
 from gimcli.structure.sliding_pairs import pair_of
 from gimcli.structure.steps import NONE, Vector
+
+if TYPE_CHECKING:
+    from gimcli.dynamics.gear_reactions import GearForce
 
 
 @dataclass(frozen=True)
@@ -32,7 +37,10 @@ class Body:
 
 @dataclass(frozen=True)
 class Reaction:
-    """One unknown: `vector` at `node` on body `plus`, the opposite at `other` on body `minus`; NONE is the frame."""
+    """One unknown: `vector` at `node` on body `plus`, the opposite at `other` on body `minus`; NONE is the frame.
+
+    A unit of it also exerts the `couples` (body, factor), in lengths of the normal frame for a force.
+    """
 
     kind: int  # of kernels.equilibrium
     plus: int
@@ -40,6 +48,7 @@ class Reaction:
     node: int = NONE
     other: int = NONE
     vector: Vector = field(default=Vector(1.0 + 0.0j))
+    couples: tuple[tuple[int, float], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -61,7 +70,8 @@ class Statics:
     reactions: tuple[Reaction, ...]
     pins: tuple[Pin, ...]
     normals: dict[int, int]  # unknown of each slide
-    efforts: tuple[int, ...]  # unknown of each actuator
+    efforts: tuple[int, ...]  # unknown of each actuator; NONE if it follows by gears
+    teeth: tuple[int, ...]  # unknown of each gear
     body_of_member: dict[int, int]
     body_of_pin: dict[int, int]  # body to which the pin of each node belongs; NONE for the frame
     pushed: tuple[int, ...]  # by gauge: body of the sliding member on which it acts; NONE: it acts on pins
@@ -100,11 +110,20 @@ class Statics:
         axes = [X] * (not fixed or reaction.vector.z.real != 0.0) + [Y] * (not fixed or reaction.vector.z.imag != 0.0)
         return axes + (turns if node != self.bodies[body].node else [])
 
+    def entries(self, reaction: Reaction) -> list[tuple[int, int, int, float, int]]:
+        """Return where a reaction enters the equations: body, axis, kind (axis or TURN), factor, node of action."""
+        found = []
+        for body, sense, node in self.senses(reaction):
+            for axis in self.axes(reaction, body, node):
+                found.append((body, axis, TURN if reaction.kind == COUPLE else axis, float(sense), node))
+        found += [(body, MOMENT, TURN, factor, self.bodies[body].node) for body, factor in reaction.couples]
+        return found
+
     @cached_property
     def columns(self) -> tuple[tuple[int, ...], ...]:
         """The equations that each unknown enters."""
         return tuple(
-            tuple(self.first_row[body] + axis for body, _, at in self.senses(r) for axis in self.axes(r, body, at))
+            tuple(dict.fromkeys(self.first_row[body] + axis for body, axis, *_ in self.entries(r)))
             for r in self.reactions
         )
 
@@ -154,13 +173,15 @@ class _StaticsBuilder:
         pins = tuple(self._pin(n) for n, members in enumerate(self.holders) if len(members) > 1)
         held = [self._row(row) for row in mechanism.pairs]
         normals = dict(enumerate(k for k, row in zip(held, mechanism.pairs, strict=True) if row.kind == HEIGHT))
-        efforts = tuple(self._row(actuator) for actuator in mechanism.actuators)
+        geared = {coupling.follower for coupling in mechanism.couplings if coupling.geared}
+        efforts = tuple(NONE if k in geared else self._row(a) for k, a in enumerate(mechanism.actuators))
+        teeth = self._gears() if mechanism.gears else ()
         bodies = [Body(k, self._moment_node(k)) for k in range(1, len(mechanism.members))]
         bodies += [Body(NONE, n) for n in self.loose]
         pushed = tuple(self.body_of_member.get(self._slider(gauge), NONE) for gauge in mechanism.gauges)
         return Statics(
-            mechanism, tuple(bodies), tuple(self.reactions), pins, normals, efforts, self.body_of_member,
-            self.body_of_pin, pushed, frozenset(self.on_pins),
+            mechanism, tuple(bodies), tuple(self.reactions), pins, normals, efforts, teeth,
+            self.body_of_member, self.body_of_pin, pushed, frozenset(self.on_pins),
         )  # fmt: skip
 
     def _add(self, reaction: Reaction, on_pin: bool = False) -> int:
@@ -191,6 +212,20 @@ class _StaticsBuilder:
         plus, minus = self.body_of_pin[second], self.body_of_pin[first]
         return self._add(Reaction(ALONG, plus, minus, second, first, vector), on_pin=True)
 
+    def _gears(self) -> tuple[int, ...]:
+        """Add the reactions of the gears."""
+        from gimcli.dynamics.gear_reactions import gear_force  # imported late: only for models with gears
+
+        return tuple(self._gear(gear.members, gear_force(self.mechanism, gear)) for gear in self.mechanism.gears)
+
+    def _gear(self, members: tuple[int, int], force: GearForce) -> int:
+        body = self.body_of_member
+        couples = tuple((body[k], factor) for k, factor in force.couples if body[k] != NONE and factor != 0.0)
+        if force.vector is None:
+            return self._add(Reaction(COUPLE, NONE, NONE, couples=couples))
+        first, second = force.nodes
+        return self._add(Reaction(PUSH, body[members[1]], body[members[0]], second, first, force.vector, couples))
+
     def _slider(self, row: PairRow) -> int:
         """Return the sliding member if a row is a height or travel of a true prismatic pair, else NONE."""
         for number, slide in enumerate(self.mechanism.slides if row.kind == HEIGHT else ()):
@@ -211,11 +246,3 @@ class _StaticsBuilder:
                 if side == body and node in count:
                     count[node] += 1
         return max(count, key=lambda node: count[node])
-
-
-def carried_direction(mechanism: Mechanism, index: int, direction: complex) -> Vector:
-    """Return a direction in a member's own frame as a vector that moves with the member."""
-    if index == FRAME:
-        return Vector(direction)
-    u, v, span = mechanism.members[index].ends
-    return Vector(direction / span, u, v)

@@ -1,7 +1,8 @@
 """Equilibrium of the bodies of a mechanism, row by row and block by block.
 
-An unknown reaction acts on two bodies with opposite senses. It is a couple, or a force at a node with direction d = z
-or d = z (z_v - z_u), which is normalised if it acts ALONG two nodes. The equations of a body are
+An unknown reaction acts on two bodies with opposite senses; a unit of it may exert couples too. It is a couple, or a
+force at a node with direction d = z or d = z (z_v - z_u), which is normalised if it acts ALONG two nodes. The equations
+of a body are
 
     x: sum of d_x,   y: sum of d_y,   moment about the body's node r: sum of (p - r) x d
 
@@ -26,7 +27,7 @@ X = 0
 Y = 1
 MOMENT = 2
 TURN = 3
-"""A couple in the equation of moments; its coefficient is 1."""
+"""A couple in the equation of moments; its coefficient is its factor."""
 
 KNOWN = -1
 """Column of a term whose unknown was determined by an earlier block."""
@@ -51,17 +52,17 @@ def solve_block(a: FloatArray, n: int, order: FloatArray, b: FloatArray, least: 
 
 @kernel
 def balance_rows(
-    x: FloatArray, y: FloatArray, vectors: FloatArray, turned: IntArray, terms: IntArray, blocks: IntArray,
-    own_rows: IntArray, own_columns: IntArray, right: FloatArray, least: float, a: FloatArray, order: FloatArray,
-    b: FloatArray, directions: FloatArray, out: FloatArray, weakest: FloatArray,
+    x: FloatArray, y: FloatArray, vectors: FloatArray, turned: IntArray, terms: IntArray, factors: FloatArray,
+    blocks: IntArray, own_rows: IntArray, own_columns: IntArray, right: FloatArray, least: float, a: FloatArray,
+    order: FloatArray, b: FloatArray, directions: FloatArray, out: FloatArray, weakest: FloatArray,
 ) -> None:  # fmt: skip
     """Compute reactions `out` (unknowns, rows) that balance `right` (equations, rows); NaN if a block is singular.
 
     x, y (nodes, rows): positions. vectors (unknowns, 2): z. directions (unknowns, 2): a copy of z, overwritten by d for
-    the `turned` unknowns. turned (., 4): unknown, u, v, and 1 to normalise d. terms (., 7): row and column in the
-    block, unknown, axis, sense, node of action, node of reference. blocks (., 3): size, first and end of its terms.
-    own_rows, own_columns: equations and unknowns, block after block. a, order, b: scratch. weakest (rows,): result, the
-    least ratio of smallest to greatest pivot of a block.
+    the `turned` unknowns. turned (., 4): unknown, u, v, and 1 to normalise d. terms (., 6): row and column in the
+    block, unknown, axis, node of action, node of reference. factors (terms,): 1 or -1, for couples any number. blocks
+    (., 3): size, first and end of its terms. own_rows, own_columns: equations and unknowns, block after block. a,
+    order, b: scratch. weakest (rows,): result, the least ratio of smallest to greatest pivot of a block.
     """
     for k in range(x.shape[1]):
         for t in range(turned.shape[0]):
@@ -78,13 +79,12 @@ def balance_rows(
                 for j in range(n):
                     a[i, j] = 0.0
             for t in range(blocks[g, 1], blocks[g, 2]):
-                i, j, c, axis, p, r = terms[t, 0], terms[t, 1], terms[t, 2], terms[t, 3], terms[t, 5], terms[t, 6]
+                i, j, c, axis, p, r = terms[t, 0], terms[t, 1], terms[t, 2], terms[t, 3], terms[t, 4], terms[t, 5]
                 if axis == MOMENT:
                     part = (x[p, k] - x[r, k]) * directions[c, 1] - (y[p, k] - y[r, k]) * directions[c, 0]
                 else:
                     part = 1.0 if axis == TURN else directions[c, axis]
-                if terms[t, 4] < 0:
-                    part = -part
+                part *= factors[t]
                 if j == KNOWN:
                     b[i] -= part * out[c, k]
                 else:

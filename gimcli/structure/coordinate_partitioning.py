@@ -156,6 +156,7 @@ def _kind(terms: Terms, equations: Sequence[Sequence[Term]], own: Sequence[int])
     """Return the method for a block, and the factors of x^2 + y^2 in its equations (0 for a line)."""
     flat = [0.0] * len(own)
     turned = any(t.function != ONE and terms.owner(t.function) in own for e in equations for t in e)
+    turned = turned or (len(own) == 2 and max(own) >= terms.first_reading)  # of coupled inputs
     curved = [[t for t in e if t.first in own and t.second in own] for e in equations]
     if turned or (len(own) != 2 and any(curved)):
         return influence.NEWTON, flat

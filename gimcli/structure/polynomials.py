@@ -94,6 +94,23 @@ def make_terms(mechanism: Mechanism) -> Terms:
     return Terms(mechanism, tuple(equations), tuple(2 * k + c for k in free for c in (0, 1)))
 
 
+def coupled_terms(mechanism: Mechanism) -> Terms:
+    """Return the equations of a mechanism and those of its couplings: u - phase - sum of ratio times input = 0."""
+    terms = make_terms(mechanism)
+    if not mechanism.couplings:
+        return terms
+    first, one = terms.first_reading, terms.variables - 1
+    equations = [
+        (
+            Term(1.0, ONE, first + coupling.follower, one),
+            *(Term(-ratio, ONE, first + leader, one) for leader, ratio in coupling.terms),
+            Term(-coupling.phase, ONE, one, one),
+        )
+        for coupling in mechanism.couplings
+    ]  # fmt: skip
+    return replace(terms, equations=(*terms.equations, *equations))
+
+
 class Polynomial:
     """A sum of terms with complex factors."""
 
