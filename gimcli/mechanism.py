@@ -251,6 +251,11 @@ class Mechanism:
         return tuple(k for k in range(len(self.actuators)) if k not in followers)
 
     @cached_property
+    def geared(self) -> frozenset[int]:
+        """Numbers of the followers that gears move, without an actuator of their own."""
+        return frozenset(coupling.follower for coupling in self.couplings if coupling.geared)
+
+    @cached_property
     def following(self) -> FloatArray:
         """The derivatives (actuators, drivers) of all inputs by those of the drivers."""
         table = np.eye(len(self.actuators))

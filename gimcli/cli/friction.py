@@ -15,7 +15,9 @@ def print_friction(found: FrictionSummary) -> None:
     from gimcli.dynamics.coulomb_status import FrictionStatus
 
     _print_works(found)
-    unit = found.mechanism.unit_of(found.mechanism.actuators[0]) if found.over != "time" else "s"
+    unit = (
+        found.mechanism.unit_of(found.mechanism.actuators[found.mechanism.drivers[0]]) if found.over != "time" else "s"
+    )
     if found.locked:
         ranges = ", ".join(f"{first:.6g} to {end:.6g}" for first, end in found.locked)
         typer.echo(

@@ -216,20 +216,30 @@ class _Rows:
         return hold, np.min(powers, axis=0)
 
     def _input_rates(self, course: Course) -> FloatArray:
-        """Return the speeds of the inputs (actuators, rows) in rad/s or m/s."""
+        """Return the speeds of the inputs (actuators, rows) in rad/s or m/s; 0 of those that follow others."""
         from gimcli.dynamics.kinematic_history import reading
 
         mechanism = self.statics.mechanism
         rates = [reading(mechanism, actuator, course)[1] for actuator in mechanism.actuators]
         metre = require_action(mechanism)
-        return np.array([r * (1.0 if a.rotary else metre) for r, a in zip(rates, mechanism.actuators, strict=True)])
+        rates = [r * (1.0 if a.rotary else metre) for r, a in zip(rates, mechanism.actuators, strict=True)]
+        return np.array([r * (k in mechanism.drivers) for k, r in enumerate(rates)])
 
     def _efforts(self, least: FloatArray, greatest: FloatArray) -> FloatArray:
-        """Return the efforts (2, actuators, rows) in N m or N among two sets of reactions (rows, unknowns)."""
+        """Return the efforts (2, actuators, rows) in N m or N among two sets of reactions (rows, unknowns).
+
+        Those of drivers include what their followers need; without an actuator, as with gears, they are 0.
+        """
         mechanism, own = self.statics.mechanism, list(self.statics.efforts)
         metre = require_action(mechanism)
         units = np.array([metre if actuator.rotary else 1.0 for actuator in mechanism.actuators])
-        return np.asarray(np.array([least[:, own].T, greatest[:, own].T]) * units[:, None])
+        found = np.array([least[:, own].T, greatest[:, own].T]) * units[:, None]
+        found[:, list(mechanism.geared)] = 0.0
+        for coupling in mechanism.couplings:
+            for leader, ratio in coupling.terms if not coupling.geared else ():
+                share = ratio * units[leader] / units[coupling.follower] * found[:, coupling.follower]
+                found[:, leader] += np.sort(share, axis=0)
+        return np.asarray(found)
 
     def _powers(self, x: FloatArray) -> FloatArray:
         """Return the power of dry friction (names, rows) [W] in each entry of the file."""

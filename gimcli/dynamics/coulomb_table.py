@@ -21,6 +21,8 @@ def friction_columns(forces: Forces, dry: DryFriction) -> list[Column]:
         for name, power in zip(dry.names, dry.powers, strict=True)
     ]
     for k, actuator in enumerate(forces.mechanism.actuators):
+        if k in forces.mechanism.geared:
+            continue
         unit = "N m" if actuator.rotary else "N"
         for word, values in (("effort", dry.effort), ("hold", dry.hold)):
             columns += [Column(f"{actuator.name}.{word}.{end}", values[i, k], unit) for i, end in enumerate(LIMITS)]

@@ -34,7 +34,8 @@ def source_powers(forces: Forces) -> dict[str, FloatArray]:
     """Return the power [W] of each input, of the loads, of the weight, of the springs and of the inertia (rows,)."""
     mechanism, metre = forces.mechanism, require_action(forces.mechanism)
     found = {}
-    for k, actuator in enumerate(mechanism.actuators):
+    for k in mechanism.drivers:
+        actuator = mechanism.actuators[k]
         rate = reading(mechanism, actuator, forces.course)[1] * (1.0 if actuator.rotary else metre)
         found[actuator.name] = forces.effort(k) * rate
     found |= {name: forces.loads.power[kind] for kind, name in SOURCES.items()}
@@ -85,7 +86,8 @@ class FrictionSummary:
             self.counts[code] += int(np.sum(dry.codes == code))
         self.complete &= bool(np.all(forces.good | (dry.codes == FrictionStatus.STANDSTILL)))
         self.residual = max(self.residual, float(np.max(dry.residual, initial=0.0)))
-        over = motion.inputs[0] if len(self.mechanism.actuators) == 1 else forces.course.time
+        drivers = self.mechanism.drivers
+        over = motion.inputs[drivers[0]] if len(drivers) == 1 else forces.course.time
         self._places.append(np.asarray(over))
         self._margins.append(dry.margin)
         self._integrate(forces, dry)
@@ -147,15 +149,16 @@ class FrictionSummary:
         return found
 
     def _shown(self, place: float) -> float:
-        if len(self.mechanism.actuators) != 1:
+        drivers = self.mechanism.drivers
+        if len(drivers) != 1:
             return place
-        return float(self.mechanism.value_to_file(0, np.array([place]))[0])
+        return float(self.mechanism.value_to_file(drivers[0], np.array([place]))[0])
 
     @property
     def over(self) -> str:
         """Name of what the intervals are given over: the only input, or the time."""
-        actuators = self.mechanism.actuators
-        return actuators[0].name if len(actuators) == 1 else "time"
+        drivers = self.mechanism.drivers
+        return self.mechanism.actuators[drivers[0]].name if len(drivers) == 1 else "time"
 
     def report(self) -> dict[str, Any]:
         """Return the report that --json prints."""

@@ -10,7 +10,6 @@ from gimcli.mechanism import FloatArray
 from gimcli.motion.motion import Motion
 from gimcli.rates.motion_table import first_columns, status_column
 from gimcli.status import Status
-from gimcli.structure.steps import NONE
 from gimcli.table import Column, Table, xy_columns
 
 SHARED = "unique"
@@ -41,7 +40,7 @@ def reaction_columns(forces: Forces) -> list[Column]:
     mechanism = forces.mechanism
     columns = []
     for k, actuator in enumerate(mechanism.actuators):
-        if forces.statics.efforts[k] == NONE:  # the gears transmit it
+        if k in mechanism.geared:
             continue
         unit = "N m" if actuator.rotary else "N"
         columns.append(Column(f"{actuator.name}.effort", forces.effort(k), unit))

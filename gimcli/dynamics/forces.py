@@ -217,9 +217,17 @@ def piece_forces(
         return inverse_dynamics(statics, courses(motion), run, turns)
     from gimcli.dynamics.coulomb import sliding_forces  # imported late: only for models with dry friction
 
-    course, single = courses(motion), len(statics.mechanism.drivers) == 1
+    if statics.mechanism.gears:
+        from gimcli.dynamics.gear_pivots import refuse_dry_friction
+
+        refuse_dry_friction(statics)
+    course, single = courses(motion), len(statics.mechanism.drivers) == 1 and statics.mechanism.complete is None
     found = sliding_forces(statics, course, run, turns, (lambda: courses.at_unit_speed(motion)) if single else None)
     stresses = np.zeros((0, *found.unknowns.shape))
+    if statics.mechanism.gears:
+        from gimcli.dynamics.gear_pivots import add_across
+
+        add_across(statics, course.nodes[0], found.unknowns, stresses)
     return Forces(statics, course, found.loads, found.unknowns, stresses, found.weakest, found.dry)
 
 

@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gimcli.coupling_data import RACK, GearPair
 from gimcli.dynamics.gear_reactions import gear_force, rack_direction
 from gimcli.dynamics.kinematic_history import unit_of
 from gimcli.dynamics.statics import Statics
+from gimcli.errors import ModelError
 from gimcli.mechanism import ComplexArray, FloatArray
-from gimcli.structure.steps import NONE
 
 Change = tuple[int, FloatArray]
 """An unknown, and what 1 N of the part adds to it (rows,)."""
@@ -78,7 +77,17 @@ def _height(arm: ComplexArray, direction: ComplexArray) -> FloatArray:
     return np.asarray((arm.conj() * direction).imag)
 
 
-def loaded_pivots(statics: Statics) -> frozenset[int]:
-    """Return the nodes whose pin forces contain such parts."""
-    gears: NDArray[np.intp] = np.flatnonzero([gear_force(statics.mechanism, g).across for g in statics.mechanism.gears])
-    return frozenset(node for k in gears for node in statics.mechanism.gears[k].pivots if node != NONE)
+def refuse_dry_friction(statics: Statics) -> None:
+    """Raise ModelError for dry friction in a pair whose reaction has such a part: it is not in the friction."""
+    mechanism = statics.mechanism
+    for gear in mechanism.gears:
+        if gear_force(mechanism, gear).across == 0.0:
+            continue
+        slide = mechanism.pairs[gear.slide].pair if gear.kind == RACK else None
+        for friction in mechanism.dynamics.frictions:
+            on_pivot = friction.slide < 0 and friction.node in gear.pivots
+            if friction.mu and (on_pivot or friction.name == slide):
+                raise ModelError(
+                    [f"friction: '{friction.name}' bears a force of the gear '{gear.name}', and dry friction there is"
+                     " not computed; write a number (viscous friction)"]
+                )  # fmt: skip

@@ -173,8 +173,7 @@ class _StaticsBuilder:
         pins = tuple(self._pin(n) for n, members in enumerate(self.holders) if len(members) > 1)
         held = [self._row(row) for row in mechanism.pairs]
         normals = dict(enumerate(k for k, row in zip(held, mechanism.pairs, strict=True) if row.kind == HEIGHT))
-        geared = {coupling.follower for coupling in mechanism.couplings if coupling.geared}
-        efforts = tuple(NONE if k in geared else self._row(a) for k, a in enumerate(mechanism.actuators))
+        efforts = tuple(NONE if k in mechanism.geared else self._row(a) for k, a in enumerate(mechanism.actuators))
         teeth = self._gears() if mechanism.gears else ()
         bodies = [Body(k, self._moment_node(k)) for k in range(1, len(mechanism.members))]
         bodies += [Body(NONE, n) for n in self.loose]

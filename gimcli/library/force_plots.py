@@ -57,7 +57,7 @@ def usual_graphs(mechanism: Mechanism) -> list[PlannedGraph]:
     """Return the graphs without --plot: driving efforts over the input, and the hodograph of the shaking force."""
     plans = []
     for rotary, title in ((True, "driving torque"), (False, "driving force")):
-        own = [a.name for a in mechanism.actuators if a.rotary is rotary]
+        own = [a.name for k, a in enumerate(mechanism.actuators) if a.rotary is rotary and k not in mechanism.geared]
         curves = tuple(PlannedCurve(PlottedQuantity(name, (f"{name}.effort",))) for name in own)
         plans += [PlannedGraph(ORDINARY, title, curves)] if own else []
     x, y = (PlottedQuantity(f"{SHAKING} force {axis}", (f"{SHAKING}.f{axis}",)) for axis in "xy")

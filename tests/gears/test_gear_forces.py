@@ -6,6 +6,7 @@ from geared_bodies import GearedBodies, ToothedPair
 from geared_models import bodies, five_bar, state, train
 
 import gimcli
+from gimcli.errors import ModelError
 
 TAN = np.tan(np.radians(20.0))
 
@@ -47,6 +48,29 @@ def test_balance_of_the_frame_and_of_power(gear):
     assert np.allclose(-o - q, frame, atol=1e-9 * np.max(abs(frame)))
     assert np.allclose(moment, found["shaking.moment"], atol=1e-9 * np.max(abs(moment)))
     assert np.max(abs(found["power.error"])) < 1e-9 * np.max(abs(found["power.drive"]))
+
+
+@pytest.mark.parametrize("coupled", ["external", "belt", "follows"])
+def test_dry_friction_beside_gears_closes_the_balance_of_power(coupled):
+    data = five_bar(type=coupled, ratio=0.5)
+    if coupled == "follows":
+        del data["gears"]
+        data["actuators"]["second"] = {"pivot": "Q", "arm": "B", "follows": "motor", "ratio": 0.5, "phase": 60}
+    smooth = gimcli.forces(gimcli.load(data), steps=12)
+    data["friction"] = {"A": {"mu": 0.2, "radius": 0.1}, "P": {"mu": 0.2, "radius": 0.1}}
+    found = gimcli.forces(gimcli.load(data), steps=12)
+    lost, more = found["power.friction.A"] + found["power.friction.P"], found["power.drive"] - smooth["power.drive"]
+    good = np.isfinite(more)  # a pair may be at rest
+    assert good.sum() > 9
+    assert np.all(more[good] > 0.0)
+    assert np.allclose(more[good], -lost[good], rtol=1e-9)
+    assert np.allclose(found["motor.effort.least"][good], found["motor.effort"][good])
+
+
+def test_dry_friction_in_the_pivot_of_a_gear_is_refused():
+    data = {**five_bar(ratio=0.5), "friction": {"Q": {"mu": 0.2, "radius": 0.1}}}
+    with pytest.raises(ModelError, match="friction: 'Q' bears a force of the gear 'mesh'"):
+        gimcli.forces(gimcli.load(data), steps=4)
 
 
 def test_the_driver_bears_what_its_follower_needs():
