@@ -22,10 +22,10 @@ def print_friction(found: FrictionSummary) -> None:
         ranges = ", ".join(f"{first:.6g} to {end:.6g}" for first, end in found.locked)
         typer.echo(
             f"self-locking at {found.over} {ranges} {unit}: at rest without an effort, friction holds the mechanism"
-            " against weight, springs and loads"
+            " against its loads"
         )
     if count := found.counts[FrictionStatus.STANDSTILL]:
-        typer.echo(f"{count} row{'s' * (count > 1)} at a standstill: {FrictionStatus.STANDSTILL.text}")
+        typer.echo(f"standstill in {count} row{'s' * (count > 1)}: {FrictionStatus.STANDSTILL.text}")
     typer.echo(f"residual of the equations with dry friction: {found.residual:.1e} (relative)")
 
 

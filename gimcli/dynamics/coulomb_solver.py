@@ -23,14 +23,12 @@ FOUND = 1e-10
 """Error below which the end of an iteration is a solution; several solutions differ by more than its square root."""
 MOST_STEPS = 400
 """Most steps of the contraction; Newton steps converge in a few."""
-MOST_NEWTON = 60
+MOST_NEWTON = 30
 """Most Newton steps from a start; quadratic convergence takes about six."""
-SHARES = (1.0, 0.5, 0.1, 0.01)
+SHARES = (1.0, 0.4, 0.1)
 """Parts of a Newton step that are tried."""
-STARTS = 48
+STARTS = 64
 """Starts where the equations do not contract."""
-DECADES = (-2.0, 4.0)
-"""Range of the starts as powers of ten, relative to the friction without feedback on the reactions."""
 
 
 @dataclass(frozen=True)
@@ -148,16 +146,34 @@ def _searched(reduced: _Reduced) -> list[FloatArray]:
     """Return the different solutions (found, pairs) of each row from many starts."""
     rows, pairs = len(reduced.base), reduced.base.shape[2]
     first = reduced.limits(np.zeros((rows, pairs)))[0]
-    powers = 10.0 ** np.random.default_rng(1).uniform(*DECADES, (STARTS, pairs))
-    scattered = np.max(first, axis=1)[:, None, None] * powers
-    along = first[:, None, :] * powers[:, :1]
-    starts = np.concatenate([first[:, None], scattered, along], axis=1)
+    starts = np.concatenate([first[:, None], _starts(reduced)], axis=1)
     count = starts.shape[1]
-    every = np.repeat(np.arange(rows), count)
-    ends, solved = _newton_ends(reduced.rows(every), starts.reshape(-1, pairs))
+    ends, solved = _newton_ends(reduced.rows(np.repeat(np.arange(rows), count)), starts.reshape(-1, pairs))
     ends, solved = ends.reshape(rows, count, pairs), solved.reshape(rows, count)
     idle = ~np.any(first, axis=1)  # without forces there is no friction
     return [np.zeros((1, pairs)) if idle[k] else _different(ends[k][solved[k]]) for k in range(rows)]
+
+
+def _starts(reduced: _Reduced) -> FloatArray:
+    """Return starts (rows, STARTS, pairs): friction forces for given directions of the reactions of all pairs.
+
+    With given directions the equations are linear. The first starts have all combinations of signs, so that those of
+    sliding pairs, whose reactions have only two directions, are complete for a few pairs.
+    """
+    rows, forms, pairs = reduced.base.shape
+    random = np.random.default_rng(1)
+    number = np.arange(STARTS)[:, None]
+    bits = np.where(number < 2**pairs, number >> np.arange(pairs), random.integers(0, 2, (STARTS, pairs))) & 1
+    signs = 1.0 - 2.0 * bits
+    turned = np.any(reduced.gain.imag != 0.0, axis=(0, 1, 3)) | np.any(reduced.base.imag != 0.0, axis=(0, 1))
+    units = signs * np.exp(1j * np.pi * np.where(turned, random.uniform(0.0, 1.0, (STARTS, pairs)), 0.0))
+    several = np.any(reduced.gain[:, -1] != 0.0, axis=(0, 2))  # pairs with a second vector w
+    which = np.where(several, random.integers(0, forms, (STARTS, pairs)), 0)
+    own = np.arange(pairs)
+    base, gain = reduced.base[:, which, own], reduced.gain[:, which, own]
+    matrix = np.eye(pairs) - (units.conj()[..., None] * gain).real
+    found = _solved(matrix.reshape(-1, pairs, pairs), (units.conj() * base).real.reshape(-1, pairs))
+    return np.abs(np.nan_to_num(found, posinf=0.0, neginf=0.0)).reshape(rows, STARTS, pairs)
 
 
 def _different(ends: FloatArray) -> FloatArray:

@@ -26,7 +26,7 @@ class FrictionStatus(IntEnum):
 
 
 SELF_LOCKING = "self-locking"
-"""Word in the column `friction` for a row in which friction holds the mechanism against weight, springs and loads."""
+"""Word in the column `friction.state` for a row in which friction holds the mechanism against its loads."""
 
 _WORDS = {
     FrictionStatus.SLIDING: "sliding",
@@ -38,9 +38,9 @@ _WORDS = {
 
 _TEXTS = {
     FrictionStatus.SLIDING: "all pairs with dry friction slide",
-    FrictionStatus.STANDSTILL: "a pair with dry friction does not slide, so its friction can have any value up to its"
-    " limit: forces that depend on it are empty, `INPUT.effort.least` and `.greatest` are the limits of the effort;"
-    " change the law or the number of steps so that no row is at a standstill",
+    FrictionStatus.STANDSTILL: "a pair with dry friction does not slide there, so its friction is not determined;"
+    " forces that depend on it are empty, INPUT.effort.least and .greatest are limits of the effort; with another"
+    " number of steps the rows are elsewhere",
     FrictionStatus.SEVERAL: "jamming: dry friction allows several forces for the same motion; use a smaller mu, a"
     " longer guide or smaller pins",
     FrictionStatus.NO_SOLUTION: "jamming: no forces were found with which the mechanism slides in this direction,"

@@ -12,12 +12,14 @@ from gimcli.table import Column
 
 WORDS = np.array([status.word for status in FrictionStatus])
 LIMITS = ("least", "greatest")
+STATE = "friction.state"
+"""Name of the column with the words of the rows."""
 
 
 def friction_columns(forces: Forces, dry: DryFriction) -> list[Column]:
     """Return the power lost in each pair, limits of the efforts, efficiency, and the words of the rows."""
     columns = [
-        Column(f"power.friction.{name}", np.where(forces.good, power, np.nan), "W")
+        Column(f"friction.power.{name}", np.where(forces.good, power, np.nan), "W")
         for name, power in zip(dry.names, dry.powers, strict=True)
     ]
     for k, actuator in enumerate(forces.mechanism.actuators):
@@ -27,7 +29,7 @@ def friction_columns(forces: Forces, dry: DryFriction) -> list[Column]:
         for word, values in (("effort", dry.effort), ("hold", dry.hold)):
             columns += [Column(f"{actuator.name}.{word}.{end}", values[i, k], unit) for i, end in enumerate(LIMITS)]
     locked = np.where(self_locking(dry) & (dry.codes == FrictionStatus.SLIDING), SELF_LOCKING, WORDS[dry.codes])
-    return [*columns, Column("efficiency", row_efficiency(forces, dry)), Column("friction", locked)]
+    return [*columns, Column("friction.efficiency", row_efficiency(forces, dry)), Column(STATE, locked)]
 
 
 def with_friction_words(status: Column, dry: DryFriction) -> Column:

@@ -11,7 +11,7 @@ from gimcli.mechanism import Mechanism
 from gimcli.output.graph import EQUAL, ORDINARY
 from gimcli.table import Column
 
-TEXTS = ("status", "friction")
+TEXTS = ("status", "friction.state")
 """Columns without numbers."""
 
 SHAKING = "shaking"

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import json
 import math
+from itertools import product
 
 import numpy as np
 import pytest
 from body_coordinates import Block, Bodies, Pin, Slot
 from bundled import MODELS
-from heavy_models import weighted
+from heavy_models import on, weighted
 from in_process import gim
 
 import gimcli
 from gimcli.dynamics.coulomb_laws import contact_forces, friction_circle, guide_normal
+from gimcli.dynamics.coulomb_solver import FrictionSystem, solve_friction
 from gimcli.dynamics.coulomb_status import FrictionStatus
 from gimcli.dynamics.efficiency import row_efficiency, self_locking
 from gimcli.dynamics.force_motion import ForceMotion
@@ -134,6 +136,28 @@ def test_rows_at_a_standstill_have_limits():
     assert found.dry.codes.tolist() == [FrictionStatus.STANDSTILL, 0, FrictionStatus.STANDSTILL]
     assert found.dry.effort[:, 0, 0] == pytest.approx((TABLE[60][1], TABLE[60][0]), rel=1e-12)
     assert found.dry.hold[:, 0, 0] == pytest.approx((TABLE[60][1], TABLE[60][0]), rel=1e-12)
+
+
+@pytest.mark.parametrize("pairs", [1, 2, 3])
+def test_all_solutions_of_sliding_pairs_are_found(pairs):
+    """phi = |x| in random systems, most of which do not contract: each combination of signs is a linear system."""
+    random, rows = np.random.default_rng(5), 60
+    known = random.normal(size=(rows, pairs))
+    reach = random.normal(size=(rows, pairs, pairs)) * random.uniform(0.2, 1.5, size=(rows, 1, 1))
+    forms = np.zeros((2, pairs, pairs), dtype=complex)
+    forms[0] = np.eye(pairs)
+    senses = random.choice([-1.0, 1.0], (rows, pairs))
+    found = solve_friction(FrictionSystem(known, reach, forms), senses)
+    word = [FrictionStatus.NO_SOLUTION, FrictionStatus.SLIDING, FrictionStatus.SEVERAL]
+    for r in range(rows):
+        every = [(s, np.linalg.solve(np.eye(pairs) - reach[r] * (senses[r] * s), known[r]))
+                 for s in map(np.array, product((-1, 1), repeat=pairs))]  # fmt: skip
+        own = np.array([x for signs, x in every if np.all(signs * x >= 0.0)])
+        assert found.codes[r] == word[min(len(own), 2)]
+        if len(own):
+            assert found.least[r] == pytest.approx(own.min(axis=0), rel=1e-9, abs=1e-12)
+            assert found.greatest[r] == pytest.approx(own.max(axis=0), rel=1e-9, abs=1e-12)
+    assert set(found.codes.tolist()) == set(map(int, word))
 
 
 # --- knee, drawer, wedge: closed forms -------------------------------------------------------------------
@@ -311,6 +335,36 @@ friction: {O: {mu: 0.2, radius: 0.03}, P: {mu: 0.4, radius: 0.03}, slot: {mu: 0.
         (1, law), [(2, 0.5, 100 - 30j)],
     )  # fmt: skip
     compared(text, bodies)
+
+
+def test_the_holding_range_has_no_inertia():
+    """A fast motion and a slow one have the same; in the slow one the effort is an end of it."""
+    masses = "masses: {crank: {mass: 2, inertia: 0.01}, rod: {mass: 1, inertia: 0.02}}\ngravity: [0, -9.81]\n"
+    text = CRANK % (25, 65) + DRY + masses + "duration: "
+    (_, slow), (_, fast) = moved(text + "1e6\n", 4), moved(text + "0.01\n", 4)
+    assert fast.dry.hold == pytest.approx(slow.dry.hold, rel=1e-9)
+    assert slow.effort(0) == pytest.approx(slow.dry.hold[1, 0], rel=1e-9)
+    assert np.max(np.abs(fast.effort(0) - slow.effort(0))) > 10.0
+
+
+HOOK = """\
+nodes: {O: [0, 0], A: [0, 1], B: [2, 0], D: [3, 2], E: [3, 0], G: [9, 0]}
+ground: [O, E, G]
+links: {crank: [O, A], rod: [A, B], arm: [B, D]}
+prismatic: {slide: {node: B, guide: [O, G]}, hook: {node: D, guide: [E, G], offset: 2}}
+actuators: {motor: {pivot: O, arm: A, law: {by: %s}}}
+loads: {push: {on: arm, at: [2.5, 1], force: [-10, -40]}}
+friction: {slide: {mu: 0.2}}
+"""
+
+
+@pytest.mark.parametrize("by", [20, -20])
+def test_the_forces_on_a_pin_in_a_slot_balance(by):
+    """The forces of the links on the pin add up to the normal force, and mu times it against the motion."""
+    _, found = moved(HOOK % by, 4)
+    force = on(found, "B", "rod") + on(found, "B", "arm")
+    assert force.imag == pytest.approx(found.normal("slide"), rel=1e-12)
+    assert force.real == pytest.approx(math.copysign(0.2, by) * np.abs(found.normal("slide")), rel=1e-12)
 
 
 # --- laws on many models ---------------------------------------------------------------------------------

@@ -272,6 +272,22 @@ def test_forces_of_guide_ram_and_spring_act_on_the_slider(element, links, tmp_pa
     assert {"B.slider.fx", "B.rod.fx", "B.arm.fx"} <= names
 
 
+def test_friction_on_a_pin_in_a_slot_acts_on_the_pin(tmp_path):
+    """As a damper along the guide does: the forces of both links on the pin add up to what acts on it."""
+    text = """\
+nodes: {O: [0, 0], A: [0, 1], B: [2, 0], D: [3, 2], E: [3, 0], G: [9, 0]}
+ground: [O, E, G]
+links: {crank: [O, A], rod: [A, B], arm: [B, D]}
+prismatic: {slide: {node: B, guide: [O, G]}, hook: {node: D, guide: [E, G], offset: 2}}
+actuators: {motor: {pivot: O, arm: A, law: {by: 20}}}
+"""
+    elements = "friction: {slide: 12}\n", "dampers: {d: {node: B, guide: [O, G], damping: 12}}\n"
+    one, two = (motion_forces(trace(written(tmp_path, text + element), 4)) for element in elements)
+    for name in ("rod", "arm"):
+        assert np.max(np.abs(on(one, "B", name) - on(two, "B", name))) < 1e-12
+    assert np.min(np.abs(on(one, "B", "rod"))) > 1.0
+
+
 def test_the_rate_of_the_potential_is_minus_the_power_of_gravity_and_springs():
     """The error of central differences falls by 4 when the step is halved."""
 
