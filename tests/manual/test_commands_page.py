@@ -103,6 +103,7 @@ CASES = {
     "forces, sliding": (massive("crank_shaper"), ["forces", "-n", "6"]),
     "forces, redundant": (massive("parallelogram_third_crank"), ["forces", "-n", "6"]),
     "forces, several members": (massive("jansen"), ["forces", "-n", "6"]),
+    "forces, dry friction": ("crank_press", ["forces", "-n", "6"]),
     "simulate": ("watt_durango", ["simulate", "--time", "0.5", "--dt", "0.1", "--reactions"]),
     "simulate, law": (
         massive("five_bar", actuators=freed("five_bar", "motor_1")), ["simulate", "--time", "1", "--dt", "0.5"],
