@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from gimcli.library.holding_forces import holding_forces
     from gimcli.library.load import load, loads
     from gimcli.library.mobility import mobility
+    from gimcli.library.modes import modes
     from gimcli.library.reduce import reduce
     from gimcli.library.sensitivity import sensitivity
     from gimcli.library.sequence import sequence
@@ -49,8 +50,8 @@ if TYPE_CHECKING:
 __all__ = [
     "GimError", "Mechanism", "ModelError", "OutputError", "StructureError", "UnassembledError", "UsageError",
     "assembled", "check", "circuits", "configurations", "convert", "equilibrium", "fit", "forces", "groups",
-    "holding_forces", "load", "loads", "mobility", "reduce", "sensitivity", "sequence", "shipped_models", "simulate",
-    "singularities", "solve", "sweep", "trace", "tradeoff", "workspace",
+    "holding_forces", "load", "loads", "mobility", "modes", "reduce", "sensitivity", "sequence", "shipped_models",
+    "simulate", "singularities", "solve", "sweep", "trace", "tradeoff", "workspace",
 ]  # fmt: skip
 
 _ERRORS = ("GimError", "ModelError", "OutputError", "StructureError", "UnassembledError", "UsageError")

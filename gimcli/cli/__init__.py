@@ -29,7 +29,7 @@ GROUPS: dict[str, dict[str, str]] = {
     },
     "Families of designs": {
         "sweep": "Vary dimensions: solve many designs, keep quantities of each.",
-        "sensitivity": "Find how positions depend on dimensions; spread of tolerances.",
+        "sensitivity": "Find how positions depend on dimensions and tolerances.",
         "fit": "Find dimensions for which the motion passes targets.",
     },
     "Structure": {
@@ -44,6 +44,7 @@ GROUPS: dict[str, dict[str, str]] = {
     "Forces and dynamics": {
         "equilibrium": "Find the positions in which all forces balance.",
         "forces": "Find driving efforts and reactions for a prescribed motion.",
+        "modes": "Find natural frequencies and shapes of small vibrations.",
         "simulate": "Simulate the motion of free inputs under forces.",
         "reduce": "Find the equivalent one-degree-of-freedom model.",
     },
@@ -123,7 +124,7 @@ app = typer.Typer(
     no_args_is_help=True,
     help="Analyse planar mechanisms that are described in text files.\n\n"
     "Example: gim trace crank_rocker --steps 360\n\n"
-    "Each command has --help with examples; `gim manual` lists the pages of the manual.",
+    "Each command has --help with examples; `gim manual` has all pages.",
 )
 
 

@@ -75,7 +75,7 @@ def linearised(
         mechanism: with masses, loads or springs.
         z: position (nodes,), normal frame.
         inputs: values of all actuators (actuators,), rad or length in the normal frame.
-        released: numbers of the released actuators, at least one.
+        released: numbers of the released actuators, at least one; those that follow them move with them.
         time: argument of the tables over time [s].
         gauges: values of the gauges at a position nearby, such as `Linearised.gauges`: angles of torsion springs are
             continued from them; by default from the initial configuration.
@@ -113,7 +113,7 @@ class Linearisation:
         stiffness, roughly, scale, damping = self.slopes.at(place)
         reduced = self._reduced(choice, place)
         unit = np.array([1.0 if self._turns(c) else self.metre for c in choice.independent[: len(self.released)]])
-        both = unit[:, None] * unit
+        self.unit, both = unit, unit[:, None] * unit
         return Linearised(
             self.mechanism, self.released, on_inputs, *self._named(choice), place.z, place.v[self._inputs].copy(),
             place.v[self._gauges].copy(), directions @ reduced.m @ directions.T / both, stiffness / both,
@@ -122,6 +122,21 @@ class Linearisation:
             place.r[:, : len(self.mechanism.actuators)] / unit[:, None], place.b / unit[:, None],
             place.bb / both[:, :, None],
         )  # fmt: skip
+
+    def moved(self, steps: FloatArray) -> tuple[ComplexArray, FloatArray, FloatArray] | None:
+        """Return the position after changes (k,) of the coordinates [rad, m] from the position of the last `at`.
+
+        Returns nodes, inputs and gauges, as `at` takes them; None if the position is not reached on the same branch.
+        """
+        place, first = self.place, self.terms.first_reading
+        last, to = (influence.InfluencePosition(*(part.copy() for part in place)) for _ in range(2))
+        target = place.v[self.chart.independent]
+        target[: len(steps)] += steps / self.unit
+        still = np.zeros(len(target))
+        self.room.weak[:] = 0.0
+        if not plain(influence.follow)(self.chart, last, to, target, still, self.room):
+            return None
+        return to.v[0:first:2] + 1j * to.v[1:first:2], to.v[self._inputs], to.v[self._gauges]
 
     # -- position and influence coefficients ----------------------------------------------------------
 

@@ -41,7 +41,7 @@ THEMES = {
         "balanced_lamp",
     ),
     "Forces and dynamics: swings, legs, robots, wipers": (
-        "swing", "watt_durango", "strandbeest", "pick_and_place", "wiper",
+        "swing", "double_pendulum", "watt_durango", "strandbeest", "pick_and_place", "wiper",
     ),
 }  # fmt: skip
 """The models by theme, in the order of the list."""

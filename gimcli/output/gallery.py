@@ -48,9 +48,9 @@ def gallery_picture(
 ) -> Gallery:  # fmt: skip
     """Return the panels of positions (panels, nodes), each with its title, and its path if there are paths."""
     scenes = [Scene(mechanism, z[None, :]) for z in positions]
-    columns = _columns(len(scenes))
+    columns = columns_of(len(scenes))
     extents = [s.extent() for s in scenes] + [positions.ravel(), *paths]
-    frame = _window(np.concatenate(extents), columns, layout)
+    frame = window_of(np.concatenate(extents), columns, layout)
     labels = length_labels(mechanism)
     panels = []
     for k, (scene, name) in enumerate(zip(scenes, titles, strict=True)):
@@ -68,12 +68,12 @@ def gallery_picture(
     return Gallery(title, tuple(panels), columns)
 
 
-def _columns(count: int) -> int:
+def columns_of(count: int) -> int:
     """Return the number of panels side by side."""
     return next((c for c in range(1, 6) if count <= c * c), 6)
 
 
-def _window(points: ComplexArray, columns: int, layout: PictureLayout) -> Frame:
+def window_of(points: ComplexArray, columns: int, layout: PictureLayout) -> Frame:
     """Return the window around some points with equal axes, for panels in a number of columns."""
     if layout.fills:
         return Frame.around(points, layout)

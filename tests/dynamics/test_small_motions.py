@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from scipy.linalg import eigh
+from small_vibrations import LAGUERRE, SLIDER_CRANK, chain, geared_pendulums
 
 from gimcli import loads
 from gimcli.dynamics.small_motions import linearised
@@ -33,30 +34,6 @@ loads:
   twist: {on: c, torque: 0.4}
 """
 
-SLIDER_CRANK = """
-nodes: {O: [0, 0], A: [0.05, 0.08660254037844386], B: [0.3372281323269014, 0], G: [1, 0]}
-ground: [O, G]
-links: {crank: [O, A], rod: [A, B]}
-prismatic: {guide: {node: B, guide: [O, G]}}
-actuators: {motor: {pivot: O, arm: A}}
-masses: {crank: {mass: 1e-12, inertia: 0.01, centre: [0, 0]}, B: 2}
-springs: {s: {nodes: [O, B], stiffness: 800}}
-"""
-
-
-def chain(n, mass="point"):
-    """Return the text of n equal links of length 1 hanging in a line; each input is relative to the link before."""
-    nodes = ", ".join(f"N{k}: [0, {-k}]" for k in range(n + 1))
-    links = ", ".join(f"l{k}: [N{k - 1}, N{k}]" for k in range(1, n + 1))
-    references = ["", *(f", reference: N{k}" for k in range(n - 1))]
-    drives = ", ".join(f"q{k}: {{pivot: N{k - 1}, arm: N{k}{references[k - 1]}, free: true}}" for k in range(1, n + 1))
-    points = ", ".join(f"N{k}: 1" for k in range(1, n + 1))
-    bars = ", ".join(f"l{k}: {{mass: 1, inertia: {1 / 12!r}, centre: [0.5, 0]}}" for k in range(1, n + 1))
-    return (
-        f"nodes: {{{nodes}}}\nground: [N0]\nlinks: {{{links}}}\nactuators: {{{drives}}}\n"
-        f"masses: {{{points if mass == 'point' else bars}}}\ngravity: [0, -9.81]\n"
-    )
-
 
 def at(mechanism, inputs=None, released=None, **arguments):
     """Return the linearised equations at inputs, by default at the initial configuration."""
@@ -80,21 +57,14 @@ def written(tmp_path, text):
 # -- closed forms -----------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("n", "expected"),
-    [
-        (2, [0.585786437626905, 3.414213562373095]),
-        (3, [0.4157745567834791, 2.294280360279042, 6.289945082937479]),
-        (4, [0.3225476896193923, 1.745761101158347, 4.536620296921128, 9.395070912301133]),
-    ],
-)
-def test_chains_of_point_masses_have_the_zeros_of_laguerre_polynomials(n, expected):
+@pytest.mark.parametrize("n", LAGUERRE)
+def test_chains_of_point_masses_have_the_zeros_of_laguerre_polynomials(n):
     found = at(loads(chain(n)))
     assert found.symmetric
     assert found.on_inputs
     assert found.units == ("rad",) * n
     assert np.abs(found.effort).max() < 1e-14 * found.effort_scale.max()
-    assert eigh(found.stiffness, found.mass, eigvals_only=True) / 9.81 == pytest.approx(expected, rel=1e-13)
+    assert eigh(found.stiffness, found.mass, eigvals_only=True) / 9.81 == pytest.approx(LAGUERRE[n], rel=1e-13)
 
 
 def test_two_uniform_bars():
@@ -107,6 +77,17 @@ def test_two_uniform_bars():
     modes = whole @ modes
     assert np.sqrt(values) == pytest.approx([2.680114012253375, 7.188670870287714], rel=1e-13)
     assert modes[1] / modes[0] == pytest.approx([1.43050087404306, -2.097167540709727], rel=1e-13)
+
+
+@pytest.mark.parametrize(("ratio", "expected"), [(-1, 4.026343338311588), (-2, 4.338376612041303)])
+@pytest.mark.parametrize("coupling", ["follows", "gears"])
+def test_two_geared_pendulums(ratio, expected, coupling):
+    """omega^2 = g (m1 c1 + R^2 m2 c2)/(J1 + R^2 J2): bars of 1 m, 1 kg and 0.6 m, 0.5 kg, hanging."""
+    mechanism = loads(geared_pendulums(ratio, coupling))
+    found = at(mechanism, mechanism.coupled(mechanism.drawn_inputs), mechanism.drivers)
+    assert np.abs(found.unbalance).max() < 1e-15
+    assert np.sqrt(found.stiffness[0, 0] / found.mass[0, 0]) == pytest.approx(expected, rel=1e-13)
+    assert found.input_rates[0] == pytest.approx([1, ratio])
 
 
 def test_a_slider_crank_with_a_spring():

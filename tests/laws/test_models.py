@@ -256,6 +256,13 @@ def drag_link(m):
     yield m.xy("M"), (m.xy("A") + m.xy("B")) / 2
 
 
+@law("double_pendulum", shoulder=(-90, -60), elbow=(180, 150))
+def two_bars_in_succession(m):
+    upper = ray(m.value["shoulder"])
+    yield m.xy("A"), upper
+    yield m.xy("B"), upper - upper * ray(m.value["elbow"])
+
+
 @law("wiper")
 def welded_arm(m):
     b = meet(30 * ray(m.value["motor"]), 250, 240 + 40j, 60)

@@ -18,7 +18,7 @@ from gimcli.output import json_text
 
 VERBS = {
     "load", "loads", "solve", "trace", "configurations", "circuits", "singularities", "workspace", "sequence",
-    "mobility", "groups", "forces", "simulate", "reduce", "tradeoff",
+    "mobility", "groups", "forces", "modes", "simulate", "reduce", "tradeoff",
 }  # fmt: skip
 NOTHING = {"csv", "png", "npz", "files"}
 
@@ -211,6 +211,7 @@ CASES = {
     "simulate": (
         "watt_durango", ["--time", 0.2, "--reactions", "--no-png"], lambda m: gimcli.simulate(m, 0.2, reactions=True),
     ),
+    "modes": ("watt_durango", ["--settle"], lambda m: gimcli.modes(m, settle=True)),
     "reduce": (
         "watt_durango", ["--steps", 12, "--fluctuation", 0.1, "--rpm", 60, "--no-png"],
         lambda m: gimcli.reduce(m, steps=12, fluctuation=0.1, rpm=60),

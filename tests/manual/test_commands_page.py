@@ -104,6 +104,14 @@ CASES = {
     "forces, redundant": (massive("parallelogram_third_crank"), ["forces", "-n", "6"]),
     "forces, several members": (massive("jansen"), ["forces", "-n", "6"]),
     "forces, dry friction": ("crank_press", ["forces", "-n", "6"]),
+    "modes": ("double_pendulum", ["modes"]),
+    "modes, damped": ("swing", ["modes", "--settle"]),
+    "modes, phases": (
+        changed("double_pendulum", dampers={"d": {"pivot": "O", "arm": "A", "damping": 1}}), ["modes"],
+    ),
+    "modes, not settled": (
+        massive("crank_rocker", loads={"t": {"on": "crank", "torque": 1e6}}), ["modes", "--settle"],
+    ),
     "simulate": ("watt_durango", ["simulate", "--time", "0.5", "--dt", "0.1", "--reactions"]),
     "simulate, law": (
         massive("five_bar", actuators=freed("five_bar", "motor_1")), ["simulate", "--time", "1", "--dt", "0.5"],

@@ -24,7 +24,12 @@ SERVERS = ("view",)
 FAMILIES = ("fit",)
 """The commands that solve many designs; tests of their packages have their tests."""
 
-ANALYSES = [name for name in COMMANDS if name not in ("schema", "manual", "new", "convert", *SERVERS, *FAMILIES)]
+RESTING = ("modes",)
+"""The commands that need a position of equilibrium; tests of their packages have their tests."""
+
+OTHERS = ("schema", "manual", "new", "convert", *SERVERS, *FAMILIES, *RESTING)
+
+ANALYSES = [name for name in COMMANDS if name not in OTHERS]
 """The commands that read a model, need no other argument, and report in JSON."""
 
 

@@ -1,0 +1,170 @@
+"""Natural modes of the linearised equations M x'' + C x' + K x = 0 of the released inputs.
+
+Without damping K x = omega^2 M x with real shapes. With it, or with forces that are not conservative, the motions are
+x e^(lambda t) with (lambda^2 M + lambda C + K) x = 0. Source: Meirovitch, Fundamentals of Vibrations, 2001, sections
+7.5 and 7.15.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from gimcli.dynamics.small_motions import Linearised
+from gimcli.errors import ModelError
+from gimcli.mechanism import FRAME, ComplexArray, FloatArray
+
+VIBRATION, DECAY, RIGID, UNSTABLE = "vibration", "decay", "rigid body", "unstable"
+"""Kinds of modes: oscillating; returning without oscillation; without stiffness; growing."""
+
+ZERO = 1e-9
+"""A stiffness below this fraction of its contributions is 0: their sum has rounding errors, and so has the position."""
+
+MASSLESS = 1e-13
+"""Least eigenvalue of M, scaled to a diagonal of 1, below which a direction of motion has no mass."""
+
+REAL = 1e-7
+"""An eigenvalue is real if its imaginary part is less than this fraction: a double one is known to half the digits."""
+
+
+@dataclass(frozen=True)
+class Mode:
+    """One natural motion x e^(lambda t); SI units. The greatest participation in its shape is 1."""
+
+    kind: str
+    eigenvalue: complex  # lambda [1/s]; of a pair the one with positive imaginary part
+    shape: ComplexArray = field(repr=False)  # (k,) rad or m of the coordinates
+    lead: int  # the coordinate whose participation is 1
+    mass: float  # x* M x: kg m^2 or kg, by the unit of the leading coordinate
+    stiffness: float  # x* K x: N m/rad or N/m
+    damping: float  # x* C x: N m s/rad or N s/m
+
+    @property
+    def omega(self) -> float:
+        """Natural angular frequency [rad/s]: of vibrations |lambda|; 0 of a rigid body; NaN of unstable modes."""
+        if self.kind == VIBRATION:
+            return abs(self.eigenvalue)
+        if self.kind == DECAY and self.stiffness > 0.0:
+            return math.sqrt(self.stiffness / self.mass)
+        return 0.0 if self.kind == RIGID else math.nan
+
+    @property
+    def period(self) -> float:
+        """Time of one oscillation [s], with the damping; NaN if there is none."""
+        return 2.0 * math.pi / self.damped if self.damped > 0.0 else math.nan
+
+    @property
+    def damped(self) -> float:
+        """Angular frequency with the damping [rad/s]; 0 if the motion does not oscillate."""
+        return abs(self.eigenvalue.imag)
+
+    @property
+    def decay(self) -> float:
+        """Rate at which the amplitude decays [1/s]; negative if it grows."""
+        return -self.eigenvalue.real or 0.0
+
+    @property
+    def damping_ratio(self) -> float:
+        """Damping relative to the critical one: c / (2 sqrt(k m)); NaN without a natural frequency."""
+        if self.kind == VIBRATION:
+            return self.decay / abs(self.eigenvalue)
+        return self.damping / (2.0 * self.mass * self.omega) if self.omega > 0.0 else math.nan
+
+
+def natural_modes(found: Linearised) -> tuple[Mode, ...]:
+    """Return the modes in the order of their frequencies, first those that are unstable or without stiffness.
+
+    Raises ModelError if a direction of motion has no mass.
+    """
+    root = _root(found)
+    if found.symmetric and not found.damping.any():
+        return _conservative(found, root)
+    return _damped(found, root)
+
+
+def member_rates(found: Linearised) -> FloatArray:
+    """Return the rotations of all members but the frame by each coordinate (k, members) [rad]."""
+    arms = [member.ends[:2] for member in found.mechanism.members[FRAME + 1 :]]
+    u, v = (np.array([arm[side] for arm in arms], dtype=int) for side in (0, 1))
+    arm, rates = found.z[v] - found.z[u], found.node_rates
+    return np.asarray((np.conj(arm) * (rates[:, v] - rates[:, u])).imag / np.abs(arm) ** 2)
+
+
+def _root(found: Linearised) -> FloatArray:
+    """Return the inverse Cholesky factor of M: L^-1 with M = L L'."""
+    diagonal = np.diag(found.mass)
+    bare = [name for name, m in zip(found.names, diagonal, strict=True) if not m > 0.0]
+    scale = np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
+    if bare or np.linalg.eigvalsh(found.mass / scale[:, None] / scale)[0] < MASSLESS:
+        what = f"no mass moves with {' and '.join(bare)}" if bare else "a motion of the released inputs moves no mass"
+        raise ModelError([f"{found.mechanism.name}: {what}: add masses of these members, or hold the input"])
+    return np.asarray(np.linalg.inv(np.linalg.cholesky(found.mass)))
+
+
+def _conservative(found: Linearised, root: FloatArray) -> tuple[Mode, ...]:
+    stiffness = root @ found.stiffness @ root.T
+    values, vectors = np.linalg.eigh(0.5 * (stiffness + stiffness.T))
+    modes = []
+    for value, vector in zip(values, (root.T @ vectors).T, strict=True):
+        kind = RIGID if _is_rigid(found, vector) else VIBRATION if value > 0.0 else UNSTABLE
+        rate = {RIGID: 0j, VIBRATION: complex(0.0, math.sqrt(abs(value))), UNSTABLE: complex(math.sqrt(abs(value)))}
+        modes.append(_mode(found, kind, rate[kind], vector))
+    return tuple(modes)
+
+
+def _is_rigid(found: Linearised, shape: FloatArray) -> bool:
+    """Return whether a shape has no stiffness, up to rounding."""
+    size = np.abs(shape)
+    return bool(abs(shape @ found.stiffness @ shape) <= ZERO * (size @ found.stiffness_scale @ size))
+
+
+def _damped(found: Linearised, root: FloatArray) -> tuple[Mode, ...]:
+    """Return the modes from the eigenvalues of the first-order system."""
+    k = len(root)
+    stiffness, damping = (root @ part @ root.T for part in (found.stiffness, found.damping))
+    values, vectors = np.linalg.eig(np.block([[np.zeros((k, k)), np.eye(k)], [-stiffness, -damping]]))
+    shapes = (root.T @ vectors[:k]).T
+    rigid, order = _rigid_shapes(found, root), np.argsort(np.abs(values), kind="stable")
+    still = len(rigid) + _undamped(found, rigid)
+    modes = [_mode(found, RIGID, 0j, shape) for shape in rigid]
+    for j in order[still:]:
+        value = complex(values[j])
+        if abs(value.imag) <= REAL * abs(value):
+            kind = DECAY if value.real < 0.0 else UNSTABLE
+            modes.append(_mode(found, kind, complex(value.real), shapes[j]))
+        elif value.imag > 0.0:
+            grows = value.real > REAL * abs(value)
+            modes.append(_mode(found, UNSTABLE if grows else VIBRATION, value, shapes[j]))
+    return tuple(sorted(modes, key=lambda m: (m.kind != UNSTABLE, m.kind != RIGID, abs(m.eigenvalue))))
+
+
+def _rigid_shapes(found: Linearised, root: FloatArray) -> list[FloatArray]:
+    """Return the shapes without stiffness."""
+    stiffness = root @ found.stiffness @ root.T
+    shapes = (root.T @ np.linalg.svd(stiffness)[2].T).T
+    if found.symmetric:
+        shapes = (root.T @ np.linalg.eigh(0.5 * (stiffness + stiffness.T))[1]).T
+    return [shape for shape in shapes if _is_rigid(found, shape)]
+
+
+def _undamped(found: Linearised, rigid: list[FloatArray]) -> int:
+    """Return the number of shapes without stiffness that have no damping either: their eigenvalue 0 is double."""
+    if not rigid:
+        return 0
+    shapes = np.array(rigid)
+    damping = shapes @ found.damping @ shapes.T
+    size = np.abs(shapes) @ np.abs(found.damping) @ np.abs(shapes).T
+    return int(np.sum(np.linalg.eigvalsh(damping) <= ZERO * max(np.max(size), np.finfo(float).tiny)))
+
+
+def _mode(found: Linearised, kind: str, value: complex, vector: ComplexArray | FloatArray) -> Mode:
+    """Return a mode with its greatest participation, rotations compared with lengths of the mechanism, scaled to 1."""
+    length = found.mechanism.size * (found.mechanism.dynamics.metre or 1.0)
+    weight = np.array([1.0 if unit == "rad" else 1.0 / length for unit in found.units])
+    sizes = np.abs(vector) * weight
+    lead = int(np.argmax(sizes > (1.0 - 1e-9) * np.max(sizes)))  # the first of equal ones
+    shape = np.asarray(vector / vector[lead], dtype=np.complex128)
+    effective = [float((shape.conj() @ part @ shape).real) for part in (found.mass, found.stiffness, found.damping)]
+    return Mode(kind, value, shape, lead, *effective)

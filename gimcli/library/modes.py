@@ -1,0 +1,282 @@
+"""Find natural frequencies and mode shapes about a position of equilibrium."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gimcli.dynamics.modes import Mode, natural_modes
+from gimcli.dynamics.physical import require_masses
+from gimcli.dynamics.reducer import release_of
+from gimcli.dynamics.settling import settled
+from gimcli.dynamics.small_motions import Linearised, linearised
+from gimcli.errors import UsageError
+from gimcli.library.inputs import in_file_units, inputs_of, refuse_linked
+from gimcli.library.mode_shapes import ModeShape, mode_shape
+from gimcli.library.released import released_inputs
+from gimcli.library.result import Result
+from gimcli.library.rounding import number, titled
+from gimcli.mechanism import FloatArray, Mechanism
+from gimcli.motion.solve import solve as solve_position
+from gimcli.positions.options import Options
+from gimcli.status import Status
+from gimcli.structure.drive_check import explained, require_consistent
+from gimcli.table import Column, Table
+
+if TYPE_CHECKING:
+    from gimcli.output.animation import Animation
+    from gimcli.output.picture import Content
+
+BALANCED = 1e-5
+"""Greatest remaining effort, relative to the forces that act, of a position that is taken as an equilibrium."""
+
+KINDS = {
+    "vibration": ("vibration", "vibrations"), "decay": ("decaying mode", "decaying modes"),
+    "rigid body": ("mode without stiffness", "modes without stiffness"),
+    "unstable": ("unstable mode", "unstable modes"),
+}  # fmt: skip
+"""Words for one mode and for several of a kind."""
+
+ROUND = 1e-12
+"""A smaller input, in the normal frame, is shown as 0."""
+
+
+def modes(
+    mechanism: Mechanism, free: str | Sequence[str] = (), at: Mapping[str, float | str] | None = None, *,
+    time: float = 0.0, settle: bool = False, tolerance: float = 1e-10, **inputs: float,
+) -> ModesResult:  # fmt: skip
+    """Find the natural modes of small vibrations about an equilibrium, for example `modes(m, angle=-90)`.
+
+    Args:
+        mechanism: from `load` or `loads`; it needs masses.
+        free: names of inputs that are released besides those with `free: true`; a single input needs no name.
+        at: dict of inputs by name, for names that are not Python names or are names of arguments.
+        time: time of tables over the time [s].
+        settle: first follow the forces from this position to an equilibrium.
+        tolerance: largest accepted error of a constraint, relative to the mechanism's size; from 1e-14 to below 1.
+        inputs: inputs by name, in the file's units. Inputs that are not given have the value of `start`, or that at the
+            start of their law.
+
+    Returns:
+        A ModesResult: one row for each mode. Its `status` is not "ok" if the position is not solved, or if no
+        equilibrium was reached with `settle`.
+
+    Raises:
+        UsageError: the position is no equilibrium, an unknown name, an invalid argument, or several inputs of which
+            none is released.
+        ModelError: no masses are defined, or a direction of motion has none; or the unit of length is not physical.
+        StructureError: the position is singular; or the mechanism has no actuator, or is not fully driven, over-driven
+            or contradictory.
+    """
+    if not math.isfinite(time):
+        raise UsageError(f"time: expected a finite number of seconds, got {time}")
+    refuse_linked(mechanism, "modes")
+    options = Options.checked("auto", "spectral", tolerance, "off")
+    require_masses(mechanism)
+    released = released_inputs(mechanism, free)
+    values = _start(mechanism, released, inputs_of(mechanism, at, inputs), {**(at or {}), **inputs})
+    with explained(mechanism):
+        position = solve_position(mechanism, values, options)
+    require_consistent(mechanism, position.z, values, position.status, tolerance)
+    if position.status.value:
+        return ModesResult(mechanism, released, values, position.status, None, time)
+    if settle:
+        end = settled(mechanism, position.z, values, released, time)
+        return ModesResult(mechanism, released, end.found.inputs, end.status, end.found, time)
+    found = linearised(mechanism, position.z, values, released, time)
+    if np.max(found.unbalance) > BALANCED:
+        raise UsageError(_refusal(found))
+    return ModesResult(mechanism, released, values, Status.OK, found, time)
+
+
+def _start(
+    mechanism: Mechanism, released: Sequence[int], values: FloatArray, given: Mapping[str, float | str]
+) -> FloatArray:
+    """Return the inputs, the released ones that are not given at their `start` in the file, if there is one."""
+    for k in released:
+        start = release_of(mechanism, k).start
+        if start is not None and mechanism.actuators[k].name not in given:
+            values[k] = start
+    return mechanism.coupled(values) if mechanism.couplings else values
+
+
+def _refusal(found: Linearised) -> str:
+    """Return the message for a position that is no equilibrium, with what remains."""
+    mechanism = found.mechanism
+    where = titled(mechanism, in_file_units(mechanism, found.inputs, ROUND))
+    return (
+        f"{where}: not in equilibrium: {remaining(found)}; give a position of `gim equilibrium` with --at, or go to an"
+        " equilibrium first with --settle"
+    )
+
+
+def remaining(found: Linearised) -> str:
+    """Return the efforts that remain on the coordinates, absolute and relative, as a text."""
+    texts = []
+    for name, unit, effort, part in zip(found.names, found.units, found.effort, found.unbalance, strict=True):
+        if part > BALANCED:
+            share = f"{100 * part:.2g} % of the forces that act on it"
+            texts.append(f"{number(float(effort))} {'N m' if unit == 'rad' else 'N'} remain on {name} ({share})")
+    return ", ".join(texts)
+
+
+class ModesResult(Result):
+    """The natural modes of a position, one row each: `modes` are the modes as objects, `shapes` their shapes.
+
+    `report()` also has the matrices M, K and C. Everything is in SI units, by rad or m; inputs are in the file's units.
+    """
+
+    KIND = "modes"
+
+    def __init__(
+        self, mechanism: Mechanism, released: tuple[int, ...], values: FloatArray, status: Status,
+        found: Linearised | None, time: float,
+    ) -> None:  # fmt: skip
+        self.mechanism, self._numbers, self._inputs, self.found = mechanism, released, values, found
+        self.code, self.time = status, time
+        solved = found if found is not None and status is Status.OK else None
+        self.modes: tuple[Mode, ...] = natural_modes(solved) if solved is not None else ()
+        self.shapes: tuple[ModeShape, ...] = tuple(mode_shape(solved, m) for m in self.modes) if solved else ()
+
+    # -- what was found -------------------------------------------------------------------------------
+
+    @property
+    def status(self) -> str:
+        """The status word; "ok" if the modes were found."""
+        return self.code.word
+
+    @property
+    def complete(self) -> bool:
+        """Whether the modes were found."""
+        return self.code is Status.OK
+
+    @property
+    def inputs(self) -> dict[str, float]:
+        """The inputs of the position in the file's units."""
+        return in_file_units(self.mechanism, self._inputs, ROUND)
+
+    @property
+    def released(self) -> tuple[str, ...]:
+        """The names of the released inputs."""
+        return tuple(self.mechanism.actuators[k].name for k in self._numbers)
+
+    @property
+    def unbalance(self) -> float:
+        """The greatest remaining effort, relative to the forces that act; NaN if the position is not solved."""
+        return math.nan if self.found is None else float(np.max(self.found.unbalance))
+
+    @property
+    def stable(self) -> bool:
+        """Whether no mode grows or has no stiffness."""
+        return bool(self.modes) and all(mode.kind in ("vibration", "decay") for mode in self.modes)
+
+    def turns(self, k: int) -> bool:
+        """Return whether the quantity of participation 1 in mode k (from 0) is an angle: modal masses are in kg m^2."""
+        return self.found is not None and self.found.units[self.modes[k].lead] == "rad"
+
+    def rough(self, k: int) -> float:
+        """Return the modal stiffness of mode k (from 0) if all contributions had the same sign."""
+        size = np.abs(self.modes[k].shape)
+        return float(size @ self.found.stiffness_scale @ size) if self.found is not None else 0.0
+
+    @property
+    def left_out(self) -> tuple[str, ...]:
+        """The pairs whose dry friction is left out: it would hold the mechanism."""
+        return tuple(f.name for f in self.mechanism.dynamics.frictions if f.mu > 0.0)
+
+    @property
+    def reason(self) -> str:
+        """Why there are no modes; "" if there are."""
+        if self.complete:
+            return ""
+        if self.found is None:
+            from gimcli.library.unassembled import reason
+
+            return reason(self.mechanism, self.code, self._inputs)
+        rest = remaining(self.found) or "the steps became too short"
+        if self.code is Status.LIMIT:
+            return f"the forces push the mechanism against a limit of its inputs, where it cannot be assembled: {rest}"
+        return f"no equilibrium was reached: {rest}; start from another position, or check the loads"
+
+    def headline(self) -> str:
+        """Return the result in one line."""
+        where = titled(self.mechanism, self.inputs)
+        if not self.complete:
+            return f"{where}: {self.status}"
+        counts = Counter(mode.kind for mode in self.modes)
+        words = ", ".join(f"{count} {KINDS[kind][count > 1]}" for kind, count in counts.items())
+        return f"{where}: {words}"
+
+    # -- tables ---------------------------------------------------------------------------------------
+
+    def table(self) -> Table:
+        """Return one row for each mode: frequencies, damping, modal mass and stiffness, and its shape."""
+        found = self.modes
+        quantities = (
+            ("omega", "rad/s", [m.omega for m in found]), ("frequency", "Hz", [m.omega / (2 * math.pi) for m in found]),
+            ("period", "s", [m.period for m in found]), ("damping_ratio", "", [m.damping_ratio for m in found]),
+            ("damped_omega", "rad/s", [m.damped for m in found]), ("decay", "1/s", [m.decay for m in found]),
+            ("modal_mass", "", [m.mass for m in found]), ("modal_stiffness", "", [m.stiffness for m in found]),
+            ("modal_damping", "", [m.damping for m in found]),
+        )  # fmt: skip
+        head = (
+            Column("mode", np.arange(1, len(found) + 1)),
+            Column("kind", np.array([m.kind for m in found], dtype=str)),
+        )
+        scale = Column("scale", np.array([shape.scale for shape in self.shapes], dtype=str))
+        numbers = [Column(name, np.array(values, dtype=float), unit) for name, unit, values in quantities]
+        return Table((*head, *numbers, scale, *self._shape_columns()))
+
+    def _shape_columns(self) -> list[Column]:
+        """Return the participations: real parts, and imaginary parts if a shape has phases."""
+        if not self.shapes:
+            return []
+        columns = []
+        for k, (name, unit) in enumerate(self.shapes[0].columns):
+            values = np.array([shape.values[k] for shape in self.shapes])
+            columns.append(Column(name, values.real.copy(), unit))
+            if any(shape.has_phases for shape in self.shapes):
+                columns.append(Column(f"{name}.imaginary", values.imag.copy(), unit))
+        return columns
+
+    def report(self) -> dict[str, Any]:
+        """Return the report that --json prints."""
+        found = self.found
+        report: dict[str, Any] = {
+            "status": self.status, "inputs": self.inputs, "released": list(self.released), "time": self.time,
+            "unbalance": self.unbalance, "modes": [self._mode(k) for k in range(len(self.modes))],
+            "left_out": list(self.left_out),
+        }  # fmt: skip
+        if found is not None:
+            report |= {
+                "coordinates": list(found.names), "effort": found.effort.tolist(), "potential": found.potential,
+                "M": found.mass.tolist(), "K": found.stiffness.tolist(), "C": found.damping.tolist(),
+            }  # fmt: skip
+        return report if self.complete else {**report, "reason": self.reason}
+
+    def _mode(self, k: int) -> dict[str, Any]:
+        mode, shape = self.modes[k], self.shapes[k]
+        return {
+            "kind": mode.kind, "omega": mode.omega, "frequency": mode.omega / (2 * math.pi), "period": mode.period,
+            "damping_ratio": mode.damping_ratio, "damped_omega": mode.damped, "decay": mode.decay,
+            "modal_mass": mode.mass, "modal_stiffness": mode.stiffness, "modal_damping": mode.damping,
+            "scale": shape.scale, "shape": shape.report(),
+        }  # fmt: skip
+
+    # -- pictures -------------------------------------------------------------------------------------
+
+    def picture(self) -> Content | None:
+        """Return the shapes, each in both extreme positions; None without modes."""
+        from gimcli.library.modes_picture import modes_picture
+
+        return modes_picture(self.found, self.modes, self.time, self.headline()) if self.found and self.modes else None
+
+    def animation(self) -> Animation | None:
+        """Return one clip for each mode; None without modes."""
+        from gimcli.library.modes_animation import modes_animation
+
+        return modes_animation(self.found, self.modes, self.time) if self.found and self.modes else None
