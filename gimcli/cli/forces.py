@@ -42,7 +42,7 @@ EXAMPLES = (
     "gim forces watt_1 --steps 360 -o results/",
     "gim forces engine --full -o results/",
     "gim forces lift_table --at cylinder=0.5",
-    'gim forces watt_1 -o pins.png --plot "reactions,hodograph:A"',
+    'gim forces watt_1 -o pins.png --plot "reactions,hodograph:A,hodograph:A@crank"',
 )
 
 

@@ -20,10 +20,10 @@ CONSTANT = 1e-9
 """Range of a constant quantity, relative to its largest value."""
 
 
-def force_vocabulary(names: Iterable[str]) -> Vocabulary:
-    """Return the words for columns of forces, powers and energies."""
+def force_vocabulary(names: Iterable[str], more: Iterable[str] = ()) -> Vocabulary:
+    """Return the words for columns of forces, powers and energies; `more` columns belong to no word."""
     columns = [name for name in names if name not in TEXTS]
-    return Vocabulary(columns, {word: group for word, group in _words(columns).items() if group.quantities})
+    return Vocabulary([*columns, *more], {word: group for word, group in _words(columns).items() if group.quantities})
 
 
 def _words(columns: Sequence[str]) -> dict[str, Group]:

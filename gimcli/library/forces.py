@@ -16,11 +16,13 @@ from gimcli.dynamics.force_table import force_table
 from gimcli.dynamics.forces import motion_forces
 from gimcli.dynamics.physical import require_action
 from gimcli.dynamics.rotor_columns import with_rotors
+from gimcli.library.curve_marks import with_marks
 from gimcli.library.force_plots import force_vocabulary, usual_graphs, varying
 from gimcli.library.force_report import summary_report
 from gimcli.library.inputs import MOST_STEPS, refuse_count, refuse_unmoved
 from gimcli.library.plots import KeptColumns, PlannedGraph, drawn, only_angle
 from gimcli.library.result import RowsResult, joined
+from gimcli.library.turned_forces import turned_names, with_turned
 from gimcli.measures.graphs import input_or_time, motion_events
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.motion.motion import Motion, stream
@@ -101,6 +103,7 @@ class ForcesAlong:
         self.statistics = ForceStatistics(self.found.statics, steps)
         texts = [plot] if isinstance(plot, str) else list(plot)
         self.plans = self._planned(texts) if any(text.strip() for text in texts) else []
+        self.turned = {name for plan in self.plans for name in plan.columns} & set(turned_names(self.found.statics))
         self.kept = KeptColumns(self.plans or usual_graphs(mechanism))
 
     @cached_property
@@ -116,9 +119,12 @@ class ForcesAlong:
 
     def _planned(self, texts: Sequence[str]) -> list[PlannedGraph]:
         """Return the graphs of texts; raise UsageError for an unknown column."""
-        vocabulary = force_vocabulary(self.names)
+        statics = self.found.statics
+        vocabulary = force_vocabulary(self.names, turned_names(statics))
         plans = [plan for text in texts for plan in vocabulary.plans(text, only_angle(self.found.statics.mechanism))]
-        columns = {column.name: column for column in self._head.columns}
+        wanted = {name for plan in plans for name in plan.columns}
+        head = with_turned(self._head, statics, self._first.z[:, :1], wanted)
+        columns = {column.name: column for column in head.columns}
         for plan in plans:
             drawn(plan, columns, Column("", self._head.columns[0].values))
         return plans
@@ -136,6 +142,8 @@ class ForcesAlong:
             table = with_rotors(force_table(piece, forces, first), forces)
             self.statistics.add(table, piece, forces)
             yield table
+            if self.turned:
+                table = with_turned(table, self.found.statics, piece.z, self.turned)
             self.kept.add(_bounded(table, forces.bounded), self.found.rows)
 
     def result(self, table: Table | None) -> ForcesResult:
@@ -239,7 +247,7 @@ class ForcesResult(RowsResult):
     def _graphs(self, plans: Sequence[PlannedGraph]) -> list[CurveGraph]:
         motion, columns = self.found.summary.motion, self._kept.columns
         over, marks = input_or_time(self.mechanism, motion.time, motion.inputs), motion_events(motion)
-        return [drawn(plan, columns, over, marks) for plan in plans]
+        return [with_marks(drawn(plan, columns, over, marks), over) for plan in plans]
 
 
 def _bounded(table: Table, bounded: NDArray[np.bool_]) -> Table:

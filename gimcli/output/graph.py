@@ -30,6 +30,15 @@ class Curve:
 
 
 @dataclass(frozen=True)
+class PlaceMark:
+    """A place on a curve, and the text beside it."""
+
+    place: complex
+    text: str
+    normal: complex = 0.0j  # of the curve; 0: not known
+
+
+@dataclass(frozen=True)
 class CurveGraph:
     """Curves in the units of their axes. In a polar graph x is the angle [rad] and y the radius."""
 
@@ -40,6 +49,7 @@ class CurveGraph:
     verticals: Sequence[tuple[float, str]] = ()  # abscissa of an event and its word, such as "limit"
     events: Mapping[str, Sequence[complex]] = field(default_factory=dict)  # points on the curves by kind of event
     origin: bool = False  # the origin is shown
+    marks: Sequence[PlaceMark] = ()
 
 
 def named(graph: CurveGraph, tail: str) -> CurveGraph:

@@ -7,10 +7,10 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from gimcli.mechanism import ComplexArray, FloatArray
-from gimcli.output.graph import EQUAL, POLAR, Axis, Curve, CurveGraph
-from gimcli.output.picture import LAYOUT, Frame, Picture, PictureLayout, Sheet, composition
+from gimcli.output.graph import EQUAL, POLAR, Axis, Curve, CurveGraph, PlaceMark
+from gimcli.output.picture import LAYOUT, Frame, Picture, PictureLayout, Sheet, Text, composition
 from gimcli.output.polar import polar_picture
-from gimcli.output.style import CUT, DOT, SOFT, VERTICAL, Mark, Pen, curve_pen, event_mark
+from gimcli.output.style import CUT, DOT, PAPER, SOFT, VERTICAL, Mark, Pen, curve_pen, event_mark
 from gimcli.output.ticks import short
 from gimcli.output.value_window import value_window
 from gimcli.table import labelled
@@ -22,6 +22,7 @@ MOST_CURVES = 12
 """Largest number of curves in a panel."""
 
 ZERO = Pen(0.6, SOFT, layer=1)
+PLACE = Mark(size=2.2, face=PAPER, width=0.6)
 
 
 def with_panels(picture: Picture, graphs: Sequence[CurveGraph]) -> Picture | Sheet:
@@ -65,9 +66,25 @@ def _equal_axes(graph: CurveGraph, *, layout: PictureLayout = LAYOUT) -> Picture
         picture.stroke(ZERO, [complex(0.0, low), complex(0.0, high)])
     starts = [z[np.isfinite(z)][:1] for z in (_places(c.x, c.y) for c in shown)]
     _draw_curves(picture, graph)
+    _draw_marks(picture, graph.marks)
     picture.mark(DOT, *(complex(z[0]) for z in starts if len(z)))
     picture.legend.append(("start", DOT))
     return picture
+
+
+def _draw_marks(picture: Picture, marks: Sequence[PlaceMark]) -> None:
+    """Mark places on the curves, with texts beside the curve on the side away from their middle."""
+    if not marks:
+        return
+    middle = complex(np.mean([mark.place for mark in marks]))
+    away = 9.0 * picture.frame.point * picture.frame.font
+    for mark in marks:
+        side = mark.place - middle
+        normal = mark.normal or side or 1j
+        outwards = normal if (normal.conjugate() * side).real >= 0.0 else -normal
+        wide = 1.0 + 0.5 * abs(outwards.real) / abs(outwards)  # a text is wider than high
+        picture.texts.append(Text(mark.place + wide * away * outwards / abs(outwards), mark.text, 7.0, halo=True))
+    picture.mark(PLACE, *(mark.place for mark in marks))
 
 
 def _shown(graph: CurveGraph) -> Sequence[Curve]:
