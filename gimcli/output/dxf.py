@@ -26,7 +26,8 @@ UNITS = {"unit": 0, "in": 1, "ft": 2, "mm": 4, "cm": 5, "m": 6, "km": 7, "um": 1
 IMPERIAL = ("in", "ft")
 
 COLOURS = {"frame": 8, "guides": 8, "blocks": 7, "pins": 7, "points": 3, "names": 3, "member": 7, "actuator": 30,
-           "spring": 30, "damper": 30, "curve": 1, "boundary": 5, "hole": 1, "inner": 4, "area": 9}  # fmt: skip
+           "spring": 30, "damper": 30, "gear": 8, "curve": 1, "boundary": 5, "hole": 1, "inner": 4,
+           "area": 9}  # fmt: skip
 """Colour numbers of layers by the first word of their names; 7 is black on white and white on black."""
 
 CURVES = (1, 5, 3, 6, 30, 4)

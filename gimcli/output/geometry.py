@@ -7,11 +7,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gimcli.mechanism import ComplexArray, Mechanism
 from gimcli.output.scene import Scene, Slider
+
+if TYPE_CHECKING:
+    from gimcli.output.gear_outlines import GearOutlines
 
 PIN = 0.01
 """Radius of a pin, relative to the extent of the mechanism."""
@@ -112,11 +116,24 @@ class _MechanismLayers:
         for drive in scene.drives:
             if drive.kind == "cylinder":
                 geometry.add(f"actuator {drive.name}", Polyline(self.z[list(drive.nodes)]))
+        if scene.gears:
+            self._add_gears(scene.gears)
         for element in scene.elements:
             if element.pivot < 0:
                 ends = np.array([scene.place(anchor, self.z) for anchor in element.ends])
                 geometry.add(f"{element.kind} {element.name}", Polyline(ends))
         self._add_nodes({name: complex(scene.place(a, self.z)) for name, a in scene.tracers.items()} | dict(points))
+
+    def _add_gears(self, outlines: GearOutlines) -> None:
+        """Add pitch circles, belts and the pitch lines of racks, each gear on its own layer."""
+        for wheel in outlines.wheels:
+            self.geometry.add(f"gear {wheel.gear}", PinCircle(complex(self.z[wheel.pivot]), wheel.radius))
+        for belt in outlines.belts:
+            first, second = (complex(self.z[pivot]) for pivot in belt.pivots)
+            self.geometry.add(f"gear {belt.gear}", Polyline(belt.path(first, second)[:-1], closed=True))
+        for rack in outlines.racks:
+            line = np.array([self.scene.place(end, self.z) for end in rack.ends])
+            self.geometry.add(f"gear {rack.gear}", Polyline(line))
 
     def _add_slider(self, slider: Slider) -> None:
         """Add the line of a guide, the block on it, and the line from the guide to its member."""

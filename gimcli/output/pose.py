@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 from gimcli.errors import UsageError
 from gimcli.mechanism import ComplexArray
@@ -31,6 +32,8 @@ def draw_ghost(picture: Picture, scene: Scene, pose: int, only: Sequence[str] = 
             picture.area(style.GHOST_PLATE, outline)
         else:
             picture.stroke(style.GHOST, outline)
+    if scene.gears and not only:
+        gear_symbols().draw_light_gears(picture, scene, z, scene.gears)
     for drive in scene.drives:
         if drive.kind == "cylinder" and drive.name in shown:
             picture.stroke(style.GHOST, z[list(drive.nodes)])
@@ -40,6 +43,13 @@ def draw_ghost(picture: Picture, scene: Scene, pose: int, only: Sequence[str] = 
             symbols.block(picture, *_span(slider, along, z), along, style.GHOST_BLOCK)
     pinned = {n for member in scene.mechanism.members if member.name in shown for n in member.nodes}
     picture.mark(style.GHOST_PIN, *z[[n for n in scene.pins if n in pinned - scene.fixed]].tolist())
+
+
+def gear_symbols() -> Any:
+    """Import the symbols of gears, which few mechanisms have."""
+    from gimcli.output import gear_symbols
+
+    return gear_symbols
 
 
 def _parts(scene: Scene, only: Sequence[str]) -> set[str]:
@@ -60,6 +70,8 @@ def draw_strong(
     `colours` replace black for members, blocks and cylinders, by name.
     """
     z, colours = scene.poses[0] if positions is None else positions, colours or {}
+    if scene.gears:
+        gear_symbols().draw_gears(picture, scene, z)
     for body in scene.bodies:
         name = scene.mechanism.members[body.member].name
         with picture.named(f"member:{name}"):

@@ -10,7 +10,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,9 @@ from numpy.typing import NDArray
 from gimcli.dynamic_data import AppliedLoad
 from gimcli.mechanism import FRAME, HEIGHT, SPAN, ComplexArray, Input, Mechanism, PairRow
 from gimcli.structure.convex_hull import convex_hull
+
+if TYPE_CHECKING:
+    from gimcli.output.gear_outlines import GearOutlines
 
 FLAT = 1e-3
 """An element with a smaller ratio of width to length is drawn as a beam."""
@@ -154,6 +157,10 @@ class Scene:
         reach = 0j if self.carriers[member].origin < 0 else self.mechanism.members[member].ends[2]
         return reach.conjugate() / abs(reach) if reach else 1.0 + 0.0j
 
+    def direction(self, member: int, direction: complex) -> complex:
+        """Convert a direction in a member's own frame to its coordinate system here."""
+        return direction * self._own(member)
+
     def on(self, member: int, place: complex) -> Anchor:
         """Return the anchor of a position in a member's own frame (normal frame)."""
         return Anchor(member=member, local=self.local(member, place))
@@ -238,8 +245,18 @@ class Scene:
 
     @cached_property
     def drives(self) -> tuple[Drive, ...]:
-        """The actuators."""
-        return tuple(self._drive(actuator) for actuator in self.mechanism.actuators)
+        """The actuators of the file; what gears turn has no actuator."""
+        geared = {coupling.follower for coupling in self.mechanism.couplings if coupling.geared}
+        return tuple(self._drive(own) for k, own in enumerate(self.mechanism.actuators) if k not in geared)
+
+    @cached_property
+    def gears(self) -> GearOutlines | None:
+        """The gears, belts and racks, if there are any."""
+        if not self.mechanism.gears:
+            return None
+        from gimcli.output.gear_outlines import gear_outlines  # imported late: few models have gears
+
+        return gear_outlines(self)
 
     @cached_property
     def elements(self) -> tuple[ForceElement, ...]:
@@ -279,7 +296,9 @@ class Scene:
         anchors = [*self.tracers.values(), *(load.at for load in self.loads), *(c.at for c in self.centres)]
         ends = [end for slider in self.sliders for end in self.ends(slider, self.poses[0])]
         places = [np.atleast_1d(self.place(anchor, poses)) for anchor in anchors]
-        return np.concatenate((poses[:, sorted(self.used)].ravel(), *places, np.array(ends, dtype=np.complex128)))
+        gears = self.gears.extent(self, poses) if self.gears else ()
+        whole = (poses[:, sorted(self.used)].ravel(), *places, *gears, np.array(ends, dtype=np.complex128))
+        return np.concatenate(whole)
 
     def ends(self, slider: Slider, z: ComplexArray) -> tuple[complex, complex]:
         """Return the ends of a block's travel on its guide, for positions of the nodes (nodes,)."""

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gimcli.mechanism import FRAME
 from gimcli.output.scene import Anchor, Scene
+
+if TYPE_CHECKING:
+    from gimcli.output.gear_outlines import GearOutlines
 
 DIGITS = 10
 """Significant digits of lengths and directions."""
@@ -59,9 +64,25 @@ def scene_data(scene: Scene, origin: complex) -> dict[str, Any]:
              "torque": one.torque}
             for one in scene.loads
         ],
+        "gears": _gears(scene.gears, scene, place) if scene.gears else None,
         "centres": [place(c.at) for c in scene.centres],
         "tracers": [{"name": name, "at": place(anchor)} for name, anchor in scene.tracers.items()],
     }  # fmt: skip
+
+
+def _gears(outlines: GearOutlines, scene: Scene, place: Callable[[Anchor], int | list[float]]) -> dict[str, Any]:
+    fixed = [wheel.member == FRAME and not scene.mechanism.floating for wheel in outlines.wheels]
+    return {
+        "wheels": [
+            {"pivot": w.pivot, "member": w.member, "radius": _digits(w.radius), "ring": w.ring, "fixed": still}
+            for w, still in zip(outlines.wheels, fixed, strict=True)
+        ],
+        "belts": [
+            {"pivots": list(b.pivots), "radii": [_digits(r) for r in b.radii], "crossed": b.crossed}
+            for b in outlines.belts
+        ],
+        "racks": [{"ends": [place(end) for end in rack.ends]} for rack in outlines.racks],
+    }
 
 
 def curve_anchors(scene: Scene, origin: complex, names: tuple[str, ...]) -> list[dict[str, Any]]:

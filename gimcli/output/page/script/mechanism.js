@@ -4,6 +4,7 @@
 function drawMechanism(c, scene, pose, trails) {
   const upper = scene.bodies.filter(body => body.above);
   for (const body of scene.bodies) if (body.kind === "plate") drawBody(c, body, pose);
+  if (scene.gears) drawGears(c, scene.gears, pose);
   for (const body of scene.bodies) if (body.kind !== "plate" && !body.above) drawBody(c, body, pose);
   trails();
   for (const slider of scene.sliders) drawGuide(c, slider, pose);
@@ -37,6 +38,7 @@ function drawGhost(c, scene, pose) {
     if (body.kind === "plate") area(c, outline, null, theme.soft, 0.8);
     else line(c, outline, 0.8, theme.soft);
   }
+  if (scene.gears) drawLightGears(c, scene, pose);
   for (const drive of scene.drives)
     if (drive.kind === "cylinder") line(c, drive.nodes.map(node => pose.node(node)), 0.8, theme.soft);
   for (const slider of scene.sliders) drawBlock(c, slider, pose, null, theme.soft, 0.8);
