@@ -210,13 +210,24 @@ class Assembling:
             "ground": self.ground,
             "links": {n: own for n, own in members.items() if len(own) == 2},
             "elements": {n: own for n, own in members.items() if len(own) > 2},
-            "prismatic": self.prismatic, "actuators": inputs, "points": points,
+            "prismatic": self.prismatic, "actuators": inputs, "gears": self._gears([*members, *inputs]),
+            "points": points,
             "trace": self._traced(used - {*self.ground} | {*points}),
             "duration": draft.duration, "masses": self._masses(members),
             "gravity": None if draft.gravity is None else [draft.gravity.real, draft.gravity.imag],
             "loads": {load.name: own for load in draft.loads if (own := self._load(load, members))},
         }  # fmt: skip
         return {key: _clean(value, self.size) for key, value in data.items() if value not in (None, "", {})}
+
+    def _gears(self, taken: list[str]) -> dict[str, Any]:
+        found: dict[str, Any] = {}
+        for gear in self.draft.gears:
+            wheels, pivots = [self._carrier(body) for body in gear.bodies], [self.same[pivot] for pivot in gear.pivots]
+            found[free_name(gear.name, [*taken, *self.prismatic, *found])] = {
+                "type": gear.type, "members": wheels, "pivots": pivots, "carrier": self._carrier(gear.carrier),
+                "radii" if gear.radii else "teeth": list(gear.sizes),
+            }  # fmt: skip
+        return found
 
     def _traced(self, moving: set[str]) -> list[str] | None:
         """Return the names to trace: those whose paths the program draws."""

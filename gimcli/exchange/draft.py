@@ -47,6 +47,19 @@ class Turn:
 
 
 @dataclass
+class DraftGear:
+    """Two wheels on a carrier, with their relative sizes, or with their pitch radii; a body or GROUND each."""
+
+    name: str
+    type: str  # as in the model file
+    bodies: tuple[str, str]
+    pivots: tuple[str, str]  # joints
+    carrier: str
+    sizes: tuple[float, float]
+    radii: bool = False  # the sizes are pitch radii
+
+
+@dataclass
 class BodyMass:
     """The mass of a body; without `centre` the centre of mass is the mean of its joints."""
 
@@ -91,6 +104,7 @@ class Draft:
     travels: dict[str, dict[str, Any]] = field(default_factory=dict)
     tracers: dict[str, tuple[str, complex]] = field(default_factory=dict)
     traced: list[str] = field(default_factory=list)  # joints and tracers whose paths the program draws
+    gears: list[DraftGear] = field(default_factory=list)
     masses: list[BodyMass] = field(default_factory=list)
     loads: list[BodyLoad] = field(default_factory=list)
     left_out: list[str] = field(default_factory=list)

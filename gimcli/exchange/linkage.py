@@ -10,7 +10,8 @@ from __future__ import annotations
 import re
 
 from gimcli.errors import ModelError
-from gimcli.exchange.draft import GROUND, Draft, free_name
+from gimcli.exchange.draft import GROUND, Draft, DraftGear, free_name
+from gimcli.exchange.linkage_gears import GearTrains, anchored, carrier, pivots
 from gimcli.exchange.linkage_parts import LinkageParts, LinkPart, PartReader, PinPart, read_parts
 from gimcli.exchange.repeated import RepeatedInput, RepeatedMotion
 from gimcli.exchange.tags import Tag, read_tags
@@ -71,9 +72,10 @@ class _Linkage:
     def convert(self) -> None:
         """Fill the draft."""
         self._weld()
-        self._refuse_gears()
+        self.trains = GearTrains(self.parts, self.whole)
         self._add_joints()
         self._add_bodies()
+        self._add_gears()
         self._add_tracers()
         for connector in self._mechanism():
             if connector.slider:
@@ -107,7 +109,10 @@ class _Linkage:
     def _turns(self, link: LinkPart) -> bool:
         """Return whether a motor at an anchor of a link turns it: it has no other anchor."""
         own = self._connectors(link)
-        return link.mechanism and not link.actuator and len(own) > 1 and sum(c.anchor for c in own) == 1
+        if not link.mechanism or link.actuator or anchored(link, self.parts):
+            return False
+        meshes = link.gear and any(link in ratio.links for ratio in self.parts.ratios)
+        return (len(own) > 1 or meshes) and sum(c.anchor for c in own) == 1
 
     def _refuse_actuators(self, *links: LinkPart) -> None:
         for link in links:
@@ -125,31 +130,36 @@ class _Linkage:
 
     # -- gears ----------------------------------------------------------------------------------
 
-    def _refuse_gears(self) -> None:
-        """Refuse gears and chains that transmit a motion; name those that only turn along."""
-        geared = {link for link in self.parts.links if self._geared(link)}
-        reached = {link: link for ratio in self.parts.ratios for link in ratio[:2]}
-        for _ in reached:
-            for a, b, _kind in self.parts.ratios:
-                reached[a] = reached[b] = min(reached[a], reached[b], key=self.order.__getitem__)
-        for train in {first: [x for x in reached if reached[x] is first] for first in reached.values()}.values():
-            if len(own := [link for link in train if link in geared]) > 1:
-                kind = next(kind for a, b, kind in self.parts.ratios if own[0] in (a, b))
-                raise own[0].own.refused(
-                    f"the motion depends on the {kind} between '{own[0].name}' and '{own[1].name}'; "
-                    "gears and chains cannot be converted"
+    def _add_gears(self) -> None:
+        """Add the gears and chains; name those that do not transmit a motion."""
+        for ratio in self.trains.driven:
+            a, b = pivots(ratio)
+            link = carrier(ratio)
+            held = GROUND if link is None and a.anchor and b.anchor else self.body.get(link, "") if link else ""
+            bodies = [self.body.get(wheel, "") for wheel in ratio.links]
+            what = "chain" if ratio.chain else "gears"
+            if not held or not all(bodies):
+                names = " and ".join(wheel.name for wheel in ratio.links)
+                self.draft.left_out.append(
+                    f"the {what} of {names} have no effect: no link has both of their connectors"
                 )
-        gears = [link for link in self.parts.links if link.gear]
-        if gears and not any(len(self._connectors(link)) > 1 for link in self.parts.links):
-            raise gears[0].own.refused("the file has gears only; gears and chains cannot be converted")
-        idle = [link.name for link in gears if link not in geared]
-        if idle:
-            self.draft.left_out.append(f"gears that drive no link are left out: {', '.join(idle)}")
+                continue
+            own, radii = (self.names[a], self.names[b]), ratio.chain and ratio.radii
+            sizes = (ratio.sizes[0] * self.scale, ratio.sizes[1] * self.scale) if radii else ratio.sizes
+            name = f"{what}_{own[0]}_{own[1]}"
+            kind = "belt" if ratio.chain else "external"
+            self.draft.gears.append(DraftGear(name, kind, (bodies[0], bodies[1]), own, held, sizes, radii))
+        if self.trains.idle:
+            self.draft.left_out.append(f"gears that drive no link are left out: {', '.join(self.trains.idle)}")
 
-    def _geared(self, link: LinkPart) -> bool:
-        """Return whether a gear turns with something other than gears: a link, a motor or the ground."""
-        own = self._connectors(link)
-        return link.gear and (len(own) > 1 or link.fastened_connector is not None or any(c.input for c in own))
+    def _mark(self, whole: list[LinkPart], joint: str) -> list[str]:
+        """Return the mark of a wheel that is no link: a body needs two joints; none if the wheel transmits nothing."""
+        meshing = {wheel for ratio in self.trains.driven for wheel in ratio.links}
+        wheel = next((link for link in whole if link in meshing), None)
+        if wheel is None:
+            return []
+        place = wheel.connectors[0].place + self.trains.radius(wheel)
+        return [self.draft.joint(f"{joint}_mark", place * self.scale)]
 
     # -- joints and bodies ----------------------------------------------------------------------
 
@@ -183,9 +193,15 @@ class _Linkage:
             if not link.mechanism or link.actuator or whole[0] is not link:
                 continue
             own = [c for x in whole if x.mechanism for c in [*x.connectors, *fastened.get(x.ident, [])]]
-            if len(joints := dict.fromkeys(self.names[c] for c in own if c in self.names)) > 1:
-                name = self.draft.body("+".join(dict.fromkeys(x.name for x in whole if len(x.connectors) > 1)), joints)
-                self.body.update(dict.fromkeys(whole, name))
+            if anchored(link, self.parts):
+                self.body[link] = GROUND
+                continue
+            joints = list(dict.fromkeys(self.names[c] for c in own if c in self.names))
+            if len(joints) == 1:
+                joints += self._mark(whole, joints[0])
+            if len(joints) > 1:
+                named = [x.name for x in whole if len(x.connectors) > 1] or [link.name]
+                self.body.update(dict.fromkeys(whole, self.draft.body("+".join(dict.fromkeys(named)), joints)))
 
     def _add_tracers(self) -> None:
         for connector in self.parts.connectors.values():

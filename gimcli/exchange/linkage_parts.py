@@ -115,13 +115,24 @@ class LinkPart:
     connectors: list[PinPart] = field(default_factory=list)
 
 
+@dataclass(frozen=True)
+class RatioPart:
+    """Two gears that mesh, or that a chain joins."""
+
+    links: tuple[LinkPart, LinkPart]
+    sizes: tuple[float, float]
+    chain: bool
+    radii: bool  # the sizes are radii, else only their ratio matters
+    own: PartReader
+
+
 @dataclass(eq=False)
 class LinkageParts:
     """All parts of a file."""
 
     connectors: dict[int, PinPart] = field(default_factory=dict)
     links: list[LinkPart] = field(default_factory=list)
-    ratios: list[tuple[LinkPart, LinkPart, str]] = field(default_factory=list)
+    ratios: list[RatioPart] = field(default_factory=list)
 
     def link(self, ident: int | None) -> LinkPart | None:
         """Return the first link with a number, as the program does where a number is repeated."""
@@ -207,9 +218,14 @@ def _fasten_listed(parts: LinkageParts) -> None:
 
 def _add_ratios(parts: LinkageParts, tag: Tag, source: str) -> None:
     for ratio in tag.children:
-        idents = [PartReader(child, source).integer("id") for child in ratio.children if child.name == "link"]
-        links = [link for ident in idents if (link := parts.link(ident)) is not None]
+        own, wheels = (
+            PartReader(ratio, source),
+            [PartReader(child, source) for child in ratio.children if child.name == "link"],
+        )
+        known = [(link, wheel) for wheel in wheels if (link := parts.link(wheel.integer("id"))) is not None]
         if len(parts.ratios) >= MOST_PARTS:
-            raise PartReader(ratio, source).refused(f"more than {MOST_PARTS} ratios are too many for one mechanism")
-        if ratio.name == "ratio" and len(links) >= 2:
-            parts.ratios.append((links[0], links[-1], ratio.attributes.get("type", "gears")))
+            raise own.refused(f"more than {MOST_PARTS} ratios are too many for one mechanism")
+        if ratio.name == "ratio" and len(known) >= 2:
+            (a, first), (b, second) = known[0], known[-1]
+            sizes = (first.number("size"), second.number("size"))
+            parts.ratios.append(RatioPart((a, b), sizes, own.text("type") == "chain", own.true("sizeassize"), own))

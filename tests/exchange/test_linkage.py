@@ -189,19 +189,56 @@ def test_points_that_are_fastened_are_carried_and_drawn(tmp_path):
     assert model_of(read(text, "f"))["trace"] == ["B"]
 
 
-def test_gears_that_move_nothing_are_left_out_and_others_refused(tmp_path):
-    arm = [pin(0, 0, 0, 'anchor="true" input="true" rpm="15"'), pin(1, 1, 0), link(0, 0, 1, more='gear="true"')]
-    wheel = [pin(2, 5, 0, 'anchor="true"'), link(1, 2, more='gear="true"')]
-    ratio = '<ratios><ratio type="gears"><link id="0" size="1"/><link id="1" size="2"/></ratio></ratios>'
-    assert "link2" in loaded(file_of(*arm, *wheel, ratio), tmp_path).left_out[0]
-    for more in (
-        (link(2, 2, 3, more='fastenlink="1"'), pin(3, 7, 0)),
-        (wheel[1].replace(" gear", ' fastenconnector="2" gear'),),
-    ):
-        with pytest.raises(gimcli.ModelError, match=r"Link 0: the motion depends on the gears between 'link1'"):
-            read(file_of(*arm, *(wheel if len(more) == 2 else wheel[:1]), *more, ratio), "f")
-    with pytest.raises(gimcli.ModelError, match="gears only"):
-        read(file_of(*wheel), "f")
+def ratio(a, b, sizes, kind="gears", more=""):
+    wheels = "".join(f'<link id="{k}" size="{size}"/>' for k, size in zip((a, b), sizes, strict=True))
+    return f'<ratios><ratio type="{kind}" {more}>{wheels}</ratio></ratios>'
+
+
+ARM = [pin(0, 0, 0, 'anchor="true" input="true" rpm="15"'), pin(1, 1, 0), link(0, 0, 1), link(5, 0, more='gear="true"')]
+WHEEL = [pin(2, 5, 0, 'anchor="true"'), pin(3, 5, 2), link(1, 2, more='fastenlink="2" gear="true"'), link(2, 2, 3)]
+
+
+@pytest.mark.parametrize(("kind", "sense"), [("gears", -1), ("chain", 1)])
+def test_gears_turn_oppositely_and_wheels_of_a_chain_alike(kind, sense, tmp_path):
+    """By Simulator.cpp: the turns are inversely proportional to the sizes."""
+    m = loaded(file_of(*ARM, *WHEEL, ratio(5, 1, (1, 2), kind)), tmp_path)
+    t = gimcli.trace(m, steps=12)
+    turned = np.exp(sense * 0.5j * -2 * np.pi * np.arange(13) / 12)  # clockwise at positive speeds
+    assert np.allclose(t.xy["D"] @ [1, 1j], 5 + 2j * turned)
+    assert (m.gears[0].radii is None) == (kind == "chain")  # sizes of a chain are a ratio
+
+
+def test_the_sizes_of_a_chain_may_be_radii(tmp_path):
+    more = ratio(5, 1, (0.5 * INCH, INCH), "chain", 'sizeassize="true"')
+    m = loaded(file_of(*ARM, *WHEEL, more), tmp_path)
+    assert np.multiply(m.gears[0].radii, m.scale) == pytest.approx([0.5, 1.0])
+
+
+def test_a_train_on_an_arm_about_a_fixed_gear(tmp_path):
+    """The arrangement of a sample of the program: a chain from a fixed wheel keeps the next one from turning."""
+    text = file_of(
+        pin(0, 0, 0, 'anchor="true" input="true" rpm="3"'), pin(1, 6, 0), pin(2, 9, 0), pin(3, 9, 2),
+        pin(4, -3, 0, 'anchor="true"'), link(0, 0, 1, 2), link(1, 0, more='fastenconnector="4" gear="true"'),
+        link(2, 1, more='gear="true"'), link(3, 2, more='fastenlink="4" gear="true"'), link(4, 2, 3),
+        "<ratios>", ratio(2, 3, (8, 1))[8:-9], ratio(1, 2, (25, 25), "chain")[8:-9], "</ratios>",
+    )  # fmt: skip
+    t = gimcli.trace(loaded(text, tmp_path), steps=30)
+    arm = np.exp(-2j * np.pi * np.arange(31) / 30)
+    assert np.allclose(t.xy["B_mark"] @ [1, 1j] - t.xy["B"] @ [1, 1j], 8 / 3)  # of radius 3 * 8 / 9
+    assert np.allclose(t.xy["D"] @ [1, 1j], 9 * arm + 2j * arm**9)  # relative to the arm -8 times its -1
+
+
+def test_gears_without_a_link_between_them_and_gears_that_nothing_turns_are_left_out(tmp_path):
+    free = [pin(6, 8, 0, 'anchor="true"'), pin(7, 9, 0, 'anchor="true"'), link(6, 6, more='gear="true"'),
+            link(7, 7, more='gear="true"')]  # fmt: skip
+    left_out = loaded(file_of(*ARM[:3], *free, ratio(6, 7, (1, 1))), tmp_path).left_out
+    assert "gears that drive no link are left out: link7, link8" in left_out
+    loose = [pin(2, 5, 0), pin(3, 5, 2), link(1, 2, more='fastenlink="2" gear="true"'), link(2, 2, 3)]
+    left_out = read(file_of(*ARM, *loose, ratio(5, 1, (1, 2))), "f").left_out
+    assert "the gears of link6 and link2 have no effect: no link has both of their connectors" in left_out
+    for sizes, message in (((1, 0), "sizes of two gears are not positive"), ((1, ""), "`size` is missing")):
+        with pytest.raises(gimcli.ModelError, match=message):
+            read(file_of(*ARM, *WHEEL, ratio(5, 1, sizes)), "f")
 
 
 REFUSED = {
