@@ -164,6 +164,8 @@ class _Rows:
         effort = self._efforts(least, greatest)
         for actuator, own in rotors.items():
             effort[:, actuator] += own
+            for leader, share in self._leaders(actuator):
+                effort[:, leader] += share * own
         dry = DryFriction(
             tuple(dict.fromkeys(pair.name for pair in self.pairs)), codes, self._powers(x),
             effort, hold, margin, residual,
@@ -236,10 +238,17 @@ class _Rows:
         found = np.array([least[:, own].T, greatest[:, own].T]) * units[:, None]
         found[:, list(mechanism.geared)] = 0.0
         for coupling in mechanism.couplings:
-            for leader, ratio in coupling.terms if not coupling.geared else ():
-                share = ratio * units[leader] / units[coupling.follower] * found[:, coupling.follower]
-                found[:, leader] += np.sort(share, axis=0)
+            for leader, share in self._leaders(coupling.follower):
+                found[:, leader] += np.sort(share * found[:, coupling.follower], axis=0)
         return np.asarray(found)
+
+    def _leaders(self, follower: int) -> list[tuple[int, float]]:
+        """Return the inputs that an actuator follows, with their shares of its effort (in SI units)."""
+        mechanism = self.statics.mechanism
+        metre = require_action(mechanism)
+        units = [1.0 if actuator.rotary else metre for actuator in mechanism.actuators]
+        own = [c for c in mechanism.couplings if c.follower == follower and not c.geared]
+        return [(leader, ratio * units[follower] / units[leader]) for c in own for leader, ratio in c.terms]
 
     def _powers(self, x: FloatArray) -> FloatArray:
         """Return the power of dry friction (names, rows) [W] in each entry of the file."""

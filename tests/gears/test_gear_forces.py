@@ -59,7 +59,7 @@ def test_dry_friction_beside_gears_closes_the_balance_of_power(coupled):
     smooth = gimcli.forces(gimcli.load(data), steps=12)
     data["friction"] = {"A": {"mu": 0.2, "radius": 0.1}, "P": {"mu": 0.2, "radius": 0.1}}
     found = gimcli.forces(gimcli.load(data), steps=12)
-    lost, more = found["power.friction.A"] + found["power.friction.P"], found["power.drive"] - smooth["power.drive"]
+    lost, more = found["friction.power.A"] + found["friction.power.P"], found["power.drive"] - smooth["power.drive"]
     good = np.isfinite(more)  # a pair may be at rest
     assert good.sum() > 9
     assert np.all(more[good] > 0.0)
