@@ -36,7 +36,7 @@ def solve_all(outputs: Outputs, at: dict[str, str], tolerance: float, changes: l
 def _print(png: Path | None, result: ConfigurationsResult) -> None:
     import math
 
-    from gimcli.cli.console import print_more, print_table, room
+    from gimcli.cli.console import print_more, print_table, print_turns, room
     from gimcli.cli.progress import end_bars
     from gimcli.library.configurations import verdict
     from gimcli.library.rounding import length, titled
@@ -65,6 +65,7 @@ def _print(png: Path | None, result: ConfigurationsResult) -> None:
         rows.append((mark, found.signs[k], f"{found.residual[k]:.0e}", radius, *z))
     print_table("", head, rows, right=(0, 2, 3, *range(4, len(head))))
     print_more(len(found), ROWS, "--json and -o write all")
+    print_turns(mechanism)
     if drawn is not None:
         typer.echo("*: the initial configuration, moved to these inputs")
     for hint in triangle_hints(mechanism):

@@ -124,3 +124,18 @@ def note_doubtful_loading(mechanism: Mechanism) -> None:
             f"`masses`: no `inertia` is given for {', '.join(names)}; 0 is used (point mass);"
             " write `inertia: 0` to hide this note"
         )
+
+
+def print_turns(mechanism: Mechanism) -> None:
+    """Say for which turns a list of configurations holds, if inputs follow others with ratios that are not whole."""
+    from gimcli.structure.coupled_rows import turns_until_repeated
+
+    turns = turns_until_repeated(mechanism)
+    if turns == 1:
+        return
+    name = mechanism.actuators[mechanism.drivers[0]].name
+    repeated = "never repeat" if turns is None else f"repeat after {turns} turns of {name}"
+    typer.echo(
+        f"the inputs that follow {name} {repeated}: the list holds for the given turns only; other turns of {name}"
+        " have other configurations"
+    )

@@ -17,6 +17,7 @@ def print_velocities(found: Instant) -> None:
     import math
 
     from gimcli.cli.console import print_table
+    from gimcli.library.inputs import leaders
     from gimcli.library.rounding import greatest, number
     from gimcli.library.solve import input_rates
     from gimcli.table import per_second
@@ -25,9 +26,10 @@ def print_velocities(found: Instant) -> None:
         typer.echo(SINGULAR)
         return
     mechanism = found.mechanism
-    for actuator, (name, rate) in zip(mechanism.actuators, input_rates(found).items(), strict=True):
+    for k, (actuator, (name, rate)) in enumerate(zip(mechanism.actuators, input_rates(found).items(), strict=True)):
         v, a = (per_second(mechanism.unit_of(actuator), order) for order in (1, 2))
         source = "unit speed" if math.isnan(rate["time"]) else f"as in its law at {number(rate['time'])} s"
+        source = source if k in mechanism.drivers else f"with {' and '.join(leaders(mechanism, k))}"
         values = f"speed {number(rate['rate'])} {v}, acceleration {number(rate['acceleration'])} {a}"
         typer.echo(f"{name}: {values} ({source})")
     first, second = found.of_points(1), found.of_points(2)

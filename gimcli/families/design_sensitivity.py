@@ -80,7 +80,10 @@ class DesignSensitivity:
         at, by, good = self._differentiated(z, inputs)
         with np.errstate(all="ignore"):
             values = np.stack([one.values(at)[0] for one in self.quantities])
-            slopes = np.stack([(one.slopes(at, by)[0] * self._units[:, None])[self._chosen] for one in self.quantities])
+            own = np.stack([one.slopes(at, by)[0] for one in self.quantities])
+            if self.mechanism.couplings:
+                own = self.family.couplings.followed(own, self.family.nominal, inputs)
+            slopes = (own * self._units[:, None])[:, self._chosen]
         solved = np.isfinite(z).all(axis=0)
         values[:, ~solved], slopes[..., ~good] = np.nan, np.nan
         return QuantitySlopes(values, slopes, good & np.isfinite(slopes).all(axis=(0, 1)))

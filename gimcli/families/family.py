@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gimcli.errors import ModelError, UsageError
+from gimcli.errors import ModelError, StructureError, UsageError
+from gimcli.families.coupling_slopes import CouplingSlopes
 from gimcli.families.designs import Designs
 from gimcli.families.float_tables import FloatTables, TableMaker, listed, spans
 from gimcli.kernels import family as kernels
@@ -68,6 +69,12 @@ class Family:
         own = plan_program(recorded, make_plan(recorded))
         self.maker = TableMaker(recording, listed(recorded, own))
         self.drawn_laws = bool(self.maker.slots[-1][1])
+        self.couplings = CouplingSlopes(recorded, recording)
+        if self.couplings.varied and not all(hasattr(law, "start") for law in self.couplings.laws):
+            raise StructureError(
+                f"{mechanism.name}: these dimensions change how inputs follow others, whose laws are tables or"
+                " polynomials; choose other dimensions, or laws with `to`, `by` or `turns`"
+            )
 
     # -- numbers ------------------------------------------------------------------------------
 

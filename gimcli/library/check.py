@@ -12,7 +12,7 @@ from gimcli.errors import GimError, StructureError
 from gimcli.library.check_sections import CheckSection, check_sections
 from gimcli.library.check_table import check_table
 from gimcli.library.check_warnings import check_warnings
-from gimcli.library.inputs import in_file_units, interval_of
+from gimcli.library.inputs import in_file_units, interval_of, leaders
 from gimcli.library.mobility import mobility
 from gimcli.library.result import Result
 from gimcli.measures.initial_coordinates import initial_coordinates
@@ -237,7 +237,7 @@ class CheckResult(Result):
             span = mechanism.value_to_file(k, np.array([turn]))[0]
             found.append(
                 {
-                    "name": actuator.name, "unit": mechanism.unit_of(actuator),
+                    "name": actuator.name, "unit": mechanism.unit_of(actuator), "follows": leaders(mechanism, k),
                     "law": [float(values[0]), float(values[-1])], "least": float(values.min()),
                     "greatest": float(values.max()), "moves": bool(np.ptp(laws[k]) > 0.0),
                     "range": [low, high] if reach else None,

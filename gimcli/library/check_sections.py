@@ -120,6 +120,7 @@ class _Texts:
             if one["moves"] and one["law"] not in ([one["least"], one["greatest"]], [one["greatest"], one["least"]]):
                 least, most = (input_value(self.own, name, one[key]) for key in ("least", "greatest"))
                 law += f", between {least} and {most}{unit}"
+            law += f", with {' and '.join(one['follows'])}" if one["follows"] else ""
             reach = interval(self.own, name, *one["range"]) if one["range"] else "not known"
             rows.append((name, law, reach))
         return rows
@@ -165,7 +166,7 @@ class _Texts:
 
     def _at(self, one: dict[str, Any], key: str = "") -> str:
         """Return the input, or the time if there are several inputs, of an extreme."""
-        if len(self.own.actuators) > 1:
+        if len(self.own.drivers) > 1:
             return f"time = {number(one[f'{key}time'])} s"
         return at_inputs(self.own, one[f"{key}at"])
 

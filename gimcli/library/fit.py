@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gimcli.errors import UsageError
+from gimcli.errors import StructureError, UsageError
 from gimcli.families.family import Family
 from gimcli.fitting.conditions import DesignQuantities
 from gimcli.fitting.constrained import under_conditions
@@ -22,7 +22,7 @@ from gimcli.fitting.starts import periodic_dimensions
 from gimcli.library.fit_check import FittedDesign, GoalChecker, TargetChecker
 from gimcli.library.fit_result import FitCounts, FitResult, GoalResult
 from gimcli.library.fit_targets import FittedTask, columns_of, task_of
-from gimcli.library.inputs import refuse_count, refuse_linked, refuse_unmoved
+from gimcli.library.inputs import refuse_count, refuse_unmoved
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.progress import Notify, Phases, Progress, no_phases
 from gimcli.structure.drive_check import explained
@@ -80,7 +80,8 @@ def fit(
     """
     from gimcli.model.dimensions import dimension
 
-    refuse_linked(mechanism, "fit")
+    if mechanism.couplings:
+        raise StructureError(f"{mechanism.name} has inputs that follow others: `fit` cannot vary it; `gim sweep` can")
     refuse_count("seed", seed, 0, 2**63)
     refuse_count("starts", starts, 1, MOST_STARTS)
     refuse_unmoved(mechanism, "add an actuator")

@@ -54,9 +54,17 @@ def refuse_follower(mechanism: Mechanism, actuator: int, text: str) -> None:
     """Raise UsageError if an actuator follows others, so that its input cannot be chosen."""
     if actuator in mechanism.drivers:
         return
-    coupling = next(c for c in mechanism.couplings if c.follower == actuator)
-    leaders = " and ".join(f"'{mechanism.actuators[k].name}'" for k, _ in coupling.terms) or "no actuator"
-    raise UsageError(f"{text}: '{mechanism.actuators[actuator].name}' follows {leaders}; give the input of that one")
+    others = " and ".join(f"'{name}'" for name in leaders(mechanism, actuator))
+    raise UsageError(f"{text}: '{mechanism.actuators[actuator].name}' follows {others}; give the input of that one")
+
+
+def leaders(mechanism: Mechanism, actuator: int) -> list[str]:
+    """Return the names of the inputs and members that an input follows."""
+    found = next((c for c in mechanism.couplings if c.follower == actuator), None)
+    if found is None:
+        return []
+    names = [mechanism.actuators[k].name for k, _ in found.terms]
+    return names + [mechanism.members[row.members[0]].name for row, _ in found.reads]
 
 
 def near(name: str, names: Iterable[str], what: str = "actuators") -> str:

@@ -76,6 +76,11 @@ class MobilityResult(Result):
         names, values = zip(*self.rows(), strict=True)
         return Table((Column("quantity", np.array(names)), Column("value", np.array(values))))
 
+    def _followers(self) -> list[tuple[str, str]]:
+        """Return the row of the inputs that follow others, if there are any."""
+        names = [self.mechanism.actuators[coupling.follower].name for coupling in self.mechanism.couplings]
+        return [("coupled to them", ", ".join(names))] if names else []
+
     def rows(self) -> list[tuple[str, str]]:
         """Return the quantities and their values as pairs of texts."""
         found = self.found
@@ -84,7 +89,8 @@ class MobilityResult(Result):
             ("rank of the constraint Jacobian", str(found.rank)),
             ("mobility", str(found.mobility)),
             ("redundant constraints", ", ".join(found.redundant) or "none"),
-            ("actuators", ", ".join(a.name for a in self.mechanism.actuators) or "none"),
+            ("actuators", ", ".join(found.actuators) or "none"),
+            *self._followers(),
             ("undriven nodes", ", ".join(found.undriven) or "none"),
             ("over-driven by", ", ".join(found.overdriven) or "none"),
         ]

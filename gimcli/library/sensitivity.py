@@ -186,7 +186,7 @@ def _quantities(
 
 def _dimensions(mechanism: Mechanism, names: Sequence[str]) -> list[Dimension]:
     """Return the named dimensions and inputs; by default those that the file gives as numbers, and all inputs."""
-    inputs = {a.name: _input(mechanism, k) for k, a in enumerate(mechanism.actuators)}
+    inputs = {mechanism.actuators[k].name: _input(mechanism, k) for k in mechanism.drivers}
     if names:
         found = [inputs[name] if name in inputs else dimension(mechanism, name) for name in names]
     else:

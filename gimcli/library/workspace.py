@@ -8,7 +8,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gimcli.errors import UsageError
+from gimcli.errors import StructureError, UsageError
 from gimcli.library.grid import Grid, Kept, solve_grid
 from gimcli.library.inputs import MOST_STEPS, near, refuse_choice, refuse_count, refuse_linked, refuse_unmoved
 from gimcli.library.result import Result
@@ -62,6 +62,10 @@ def workspace(
     """
     refuse_choice("jit", jit, JIT)
     refuse_linked(mechanism, "workspace")
+    if mechanism.couplings:
+        raise StructureError(
+            f"{mechanism.name} has inputs that follow others: `gim trace` and `gim circuits` give the paths of points"
+        )
     refuse_count("grid", grid, 0, MOST_STEPS)
     name, held = _point(mechanism, point), _held(mechanism, orientation or {})
     if resume and not (grid and keep is not None):

@@ -26,13 +26,14 @@ def abscissa(motion: Motion) -> Column:
 
 
 def input_or_time(mechanism: Mechanism, time: FloatArray, inputs: FloatArray) -> Column:
-    """Return the input if there is only one in `inputs` (actuators, rows) and it is monotonic, else the time [s]."""
-    if len(mechanism.actuators) == 1:
-        steps = np.diff(inputs[0])
+    """Return the only independent input of `inputs` (actuators, rows) if it is monotonic, else the time [s]."""
+    if len(mechanism.drivers) == 1:
+        (k,) = mechanism.drivers
+        steps = np.diff(inputs[k])
         if np.all(steps > 0.0) or np.all(steps < 0.0):
-            actuator = mechanism.actuators[0]
+            actuator = mechanism.actuators[k]
             unit = mechanism.unit_of(actuator)
-            return Column(actuator.name, mechanism.value_to_file(0, inputs[0]), unit)
+            return Column(actuator.name, mechanism.value_to_file(k, inputs[k]), unit)
     return Column("time", time * mechanism.duration, "s")
 
 

@@ -67,6 +67,7 @@ class GearCompiler:
                 raise ModelError([self._contradiction(gear)])
         while open_ones := [gear for gear in self.gears if not self._known(gear, known)]:
             candidates = [c for gear in open_ones for c in self._candidates(gear) if not known.determines(c.row)]
+            candidates.sort(key=lambda c: any(c.gear.name == one.name for one in self.actuators))  # each gear in turn
             candidate = next((c for c in candidates if every.determines(c.row)), None)
             if candidate is not None:
                 self._follow(candidate, every.value(candidate.row), [])

@@ -22,11 +22,14 @@ STRAIGHT = 1e-13
 
 @dataclass(frozen=True)
 class InputLine:
-    """A straight line in the space of the inputs; its parameter q is the value of the input that changes most."""
+    """A straight line in the space of the inputs.
+
+    Its parameter q is the value of the independent input that changes most.
+    """
 
     base: FloatArray  # (actuators,) inputs at q = 0
     along: FloatArray  # (actuators,) change of the inputs with q
-    main: int  # the input that changes most: its base is 0, its along 1
+    main: int  # the independent input that changes most: its base is 0, its along 1
 
     def at(self, q: FloatArray) -> FloatArray:
         """Return the inputs (actuators, rows) at parameters (rows,)."""
@@ -44,7 +47,8 @@ def line_through(mechanism: Mechanism, values: FloatArray) -> InputLine | None:
     reach = np.max(np.abs(change), axis=1, initial=0.0) / scales(mechanism)
     if not len(reach):
         return None
-    main = int(np.argmax(reach))
+    own = reach[list(mechanism.drivers)]
+    main = mechanism.drivers[int(np.argmax(own))] if own.any() else int(np.argmax(reach))
     far = int(np.argmax(np.abs(change[main])))
     if not reach[main] > 0.0:
         return None

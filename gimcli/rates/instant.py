@@ -56,16 +56,37 @@ def instant(mechanism: Mechanism, inputs: FloatArray, z: ComplexArray) -> Instan
     has it, the rate is one unit of the file (deg, rad or length) per second, without acceleration.
     """
     count = len(mechanism.actuators)
-    time = np.array([law_time(a, float(inputs[k])) for k, a in enumerate(mechanism.actuators)]).reshape(count)
-    first, second = np.zeros(count), np.zeros(count)
-    for k, actuator in enumerate(mechanism.actuators):
+    time, first, second = np.full(count, np.nan), np.zeros(count), np.zeros(count)
+    for k in mechanism.drivers:
+        actuator = mechanism.actuators[k]
+        time[k] = law_time(actuator, float(inputs[k]))
         if np.isnan(time[k]):
             first[k] = unit_rate(mechanism, actuator)
         else:
             first[k] = float(actuator.law(time[k : k + 1], 1)[0]) / mechanism.duration
             second[k] = float(actuator.law(time[k : k + 1], 2)[0]) / mechanism.duration**2
+    if mechanism.couplings:
+        first, second = _of_followers(mechanism, inputs, z, first, second)
     rates = rates_along(mechanism, inputs[:, None], z[:, None], first[:, None], second[:, None], 2)
     return Instant(mechanism, rates, time, first, second)
+
+
+def _of_followers(
+    mechanism: Mechanism, inputs: FloatArray, z: ComplexArray, first: FloatArray, second: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return rates and accelerations of all inputs (actuators,) for those of the drivers."""
+    if mechanism.complete is None:
+        drivers = list(mechanism.drivers)
+        return mechanism.following @ first[drivers], mechanism.following @ second[drivers]
+    from gimcli.structure.linked_equations import linked_equations  # imported late: few mechanisms have such gears
+
+    equations = linked_equations(mechanism)
+    found = equations.derivatives(equations.point(z, inputs), np.array([inputs, first, second])[:, :, None])
+    first, second = first.copy(), second.copy()
+    for rates, own in zip((first, second), found[1:, equations.n :, 0], strict=True):
+        rates[:] = equations.linear(rates)
+        rates[equations.followers] = own
+    return first, second
 
 
 def unit_rate(mechanism: Mechanism, actuator: Input) -> float:

@@ -49,7 +49,7 @@ class KinematicChain:
 
     links: tuple[str, ...]
     joints: tuple[ChainJoint, ...]
-    couplings: tuple[str, ...]  # names of constraints of the angle of two members: one constraint each
+    couplings: tuple[str, ...]  # names of single constraints: angles of two members, gears, inputs that follow others
 
     @property
     def pairs(self) -> int:
@@ -99,7 +99,9 @@ def kinematic_chain(mechanism: Mechanism) -> KinematicChain:
         for node, there in enumerate(parts)
         if len(there) > 1
     ]
-    return KinematicChain(tuple(links), (*pins, *joints), tuple(row.name for row in mechanism.pairs if row.rotary))
+    coupled = [row.name for row in mechanism.pairs if row.rotary]
+    coupled += [mechanism.actuators[coupling.follower].name for coupling in mechanism.couplings]
+    return KinematicChain(tuple(links), (*pins, *joints), tuple(coupled))
 
 
 @dataclass(frozen=True)

@@ -54,6 +54,12 @@ class LinkedEquations:
         read = [float(value) for value in self._readings(list(z), drawn)]
         return LinkedPoint(y, np.array(read))
 
+    def point(self, z: ComplexArray, inputs: FloatArray) -> LinkedPoint:
+        """Return a position (nodes,) with inputs (actuators,) as one row; full turns of what is read do not matter."""
+        read = self._readings(list(z), np.zeros(len(self.reads)))
+        y = np.append(self.system.coordinates(z), inputs[self.followers])
+        return LinkedPoint(y[:, None], np.array(read, dtype=float)[:, None])
+
     def newton(self, at: LinkedPoint, u: FloatArray) -> tuple[FloatArray, LinkedPoint]:
         """Return the residuals of one position (equations,) and the position after one Newton step (least squares)."""
         inputs, z = self.inputs(u, at.y), self.nodes(at.y)
@@ -123,7 +129,7 @@ class LinkedEquations:
         pairs = y[:, : self.n].reshape(len(y), len(self.system.free), 2, -1)
         z0[:, self.system.free] = pairs[:, :, 0] + 1j * pairs[:, :, 1]
         z = [Series(z0[:, k]) for k in range(z0.shape[1])]
-        inputs = np.array([self.mechanism.coupled(u[0]) - 0.0, *(self._linear(part) for part in u[1:])])
+        inputs = np.array([self.mechanism.coupled(u[0]) - 0.0, *(self.linear(part) for part in u[1:])])
         inputs[:, self.followers] = y[:, self.n :]
         values = [Series(inputs[:, k]) for k in range(inputs.shape[1])]
         turns = [(1j * value).exp() for value in values]
@@ -141,7 +147,7 @@ class LinkedEquations:
             rows.append(total)
         return np.moveaxis(np.array(rows), 0, 1), np.array([own[0] for own in read])
 
-    def _linear(self, rates: FloatArray) -> FloatArray:
+    def linear(self, rates: FloatArray) -> FloatArray:
         """Return the derivatives of all inputs that follow linearly."""
         found = rates.copy()
         for coupling in self.mechanism.couplings:

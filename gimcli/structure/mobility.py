@@ -7,7 +7,7 @@ position is not a freedom: freedoms are confirmed at neighbouring assembled posi
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -15,6 +15,7 @@ import numpy as np
 
 from gimcli.errors import StructureError
 from gimcli.mechanism import ANGLE, FRAME, HEIGHT, ComplexArray, FloatArray, Input, Mechanism
+from gimcli.structure.coupled_rows import CoupledRow
 from gimcli.structure.derived import derived
 from gimcli.structure.gradients import gradient, measure
 from gimcli.structure.kinematic_nodes import carry, free_nodes, kinematic_nodes, loose_nodes
@@ -55,6 +56,9 @@ NEAR = 1e-6
 MOVES = 1e-6
 """In a motion of length 1, a node that moves by less is fixed."""
 
+Rows = Sequence[Restriction | CoupledRow]
+"""Constraints of positions."""
+
 
 @dataclass(frozen=True)
 class Mobility:
@@ -80,13 +84,13 @@ def gruebler(mechanism: Mechanism) -> int:
     """Return Grübler's count 3 L + 2 N - 2 J - C.
 
     L: moving members. N: nodes of sliding pairs or actuators without a member. J: revolute pairs, k-1 at a node of k
-    members. C: constraints of sliding pairs.
+    members. C: constraints of sliding pairs, and couplings of inputs.
     """
     members = members_of(mechanism)
     moving = len(mechanism.members) - 1
     pairs = sum(len(at) - 1 for at in members if len(at) > 1)
     rows = len(mechanism.pairs) - 2 * len(loose_nodes(mechanism))
-    return 3 * moving - 2 * pairs - rows
+    return 3 * moving - 2 * pairs - rows - len(mechanism.couplings)
 
 
 class Jacobian:
@@ -105,8 +109,10 @@ class Jacobian:
                 restrictions += member_models(mechanism, index, ranked, frame)[0]
         pairs = pair_restrictions(mechanism, frame, kinematic)
         drives = {a.name for a in mechanism.actuators}
-        self.constraints = restrictions + [r for r in pairs if r.name not in drives]
-        self.drives = [r for r in pairs if r.name in drives]
+        independent = {mechanism.actuators[k].name for k in mechanism.drivers}
+        self.constraints: list[Restriction | CoupledRow] = [*restrictions, *(r for r in pairs if r.name not in drives)]
+        self.constraints += [CoupledRow(mechanism, coupling) for coupling in mechanism.couplings]
+        self.drives = [r for r in pairs if r.name in independent]
 
     @cached_property
     def size(self) -> float:
@@ -115,17 +121,17 @@ class Jacobian:
         extent = EXTENT * max(spans, default=0.0)
         return min(self.mechanism.size, extent) if extent > 0.0 else self.mechanism.size
 
-    def rows(self, restrictions: list[Restriction], z: ComplexArray, inputs: FloatArray) -> FloatArray:
+    def rows(self, restrictions: Rows, z: ComplexArray, inputs: FloatArray) -> FloatArray:
         """Return the gradients (restrictions, 2 x free nodes), scaled to length 1, or to 0 for rounding errors."""
         table = self.slopes(restrictions, z, inputs)
         norm = np.linalg.norm(table, axis=1, keepdims=True)
         return np.where(norm > ROUNDING, table / np.where(norm > ROUNDING, norm, 1.0), 0.0)
 
-    def slopes(self, restrictions: list[Restriction], z: ComplexArray, inputs: FloatArray) -> FloatArray:
+    def slopes(self, restrictions: Rows, z: ComplexArray, inputs: FloatArray) -> FloatArray:
         """Return the gradients (restrictions, 2 x free nodes)."""
         table = np.zeros((len(restrictions), 2 * len(self.free)))
         for k, restriction in enumerate(restrictions):
-            for node, g in gradient(restriction, z, inputs).items():
+            for node, g in _gradient(restriction, z, inputs).items():
                 if node in self.column:
                     at = self.column[node]
                     table[k, at : at + 2] += g.real, g.imag
@@ -186,7 +192,7 @@ def mobility(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray) -> Mobil
     driven = np.vstack([table, jacobian.rows(jacobian.drives, z, inputs)])
     rank = full_pivoting(driven)[0] if driven.size else 0
     loose = _moving(jacobian, driven) if found > 0 and rank < coordinates else []
-    names = tuple(a.name for a in mechanism.actuators)
+    names = tuple(mechanism.actuators[k].name for k in mechanism.drivers)
     spare = full_pivoting(table)[1] if table.size else []
     return Mobility(
         gruebler(mechanism), here[0], found, coordinates - here[0],
@@ -197,14 +203,15 @@ def mobility(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray) -> Mobil
 
 def _redundant_actuators(jacobian: Jacobian, table: FloatArray, driven: FloatArray) -> tuple[str, ...]:
     """Return the actuators that do not increase the rank of the constraints and the actuators before them."""
-    fixed = {a.name for a in jacobian.mechanism.actuators} - {r.name for r in jacobian.drives}
+    own = [jacobian.mechanism.actuators[k] for k in jacobian.mechanism.drivers]
+    fixed = {a.name for a in own} - {r.name for r in jacobian.drives}
     redundant, rank = [], full_pivoting(table)[0] if table.size else 0
     for k, drive in enumerate(jacobian.drives, start=len(table) + 1):
         now = full_pivoting(driven[:k])[0]
         if now == rank:
             redundant.append(drive.name)
         rank = now
-    return tuple(a.name for a in jacobian.mechanism.actuators if a.name in {*redundant, *fixed})
+    return tuple(a.name for a in own if a.name in {*redundant, *fixed})
 
 
 def _moving(jacobian: Jacobian, table: FloatArray) -> list[int]:
@@ -238,7 +245,7 @@ def _neighbours(jacobian: Jacobian, z: ComplexArray, inputs: FloatArray, step: f
     """Yield assembled positions at a distance of about `step` from z."""
     null = jacobian.motions(jacobian.rows(jacobian.constraints, z, inputs))
     generator = np.random.default_rng(0)
-    goal = np.array([measure(r, z, inputs) for r in jacobian.constraints])
+    goal = np.array([_measure(r, z, inputs) for r in jacobian.constraints])
     for _ in range(MORE):
         motion = null @ generator.standard_normal(null.shape[1])
         there = _restore(jacobian, z + step * motion / np.linalg.norm(motion), goal, inputs)
@@ -259,7 +266,7 @@ def _nearest(
     size = jacobian.size
     with np.errstate(all="ignore"):
         for _ in range(ITERATIONS):
-            error = np.array([measure(r, trial, inputs) for r in jacobian.constraints]) - goal
+            error = np.array([_measure(r, trial, inputs) for r in jacobian.constraints]) - goal
             worst = float(np.max(np.abs(error), initial=0.0))
             if not np.isfinite(worst):
                 return trial, np.inf
@@ -365,5 +372,20 @@ def _fulfilled(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray) -> boo
     return all(error <= NEAR for error in found)
 
 
-def _target(restriction: Restriction) -> float:
-    return 0.0 if restriction.kind == ANGLE else restriction.value.constant
+def _target(restriction: Restriction | CoupledRow) -> float:
+    """Return the value of a constraint; that of a coupling is 0 as drawn."""
+    if isinstance(restriction, CoupledRow) or restriction.kind == ANGLE:
+        return 0.0
+    return restriction.value.constant
+
+
+def _gradient(restriction: Restriction | CoupledRow, z: ComplexArray, inputs: FloatArray) -> dict[int, complex]:
+    if isinstance(restriction, CoupledRow):
+        return restriction.gradient(z)
+    return gradient(restriction, z, inputs)
+
+
+def _measure(restriction: Restriction | CoupledRow, z: ComplexArray, inputs: FloatArray) -> float:
+    if isinstance(restriction, CoupledRow):
+        return restriction.measure(z)
+    return measure(restriction, z, inputs)

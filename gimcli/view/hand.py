@@ -63,7 +63,9 @@ class HandMotion:
         with self.model.solving:
             drag = self._drag(shown, page, time)
             mechanism = shown.result.mechanism
-            wanted = inputs_of(mechanism, {**in_file_units(mechanism, drag.last.inputs), **inputs}, {})
+            last = in_file_units(mechanism, drag.last.inputs)
+            own = {mechanism.actuators[k].name: last[mechanism.actuators[k].name] for k in mechanism.drivers}
+            wanted = inputs_of(mechanism, {**own, **inputs}, {})
             return {"motion": number, **answer(mechanism, wanted, drag.to(wanted))}
 
     def set_parameters(self, request: Any) -> dict[str, Any]:

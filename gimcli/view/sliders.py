@@ -28,9 +28,10 @@ def sliders(result: MotionTraceResult) -> list[dict[str, Any]]:
     range between its limits.
     """
     mechanism, found = result.mechanism, []
-    for k, actuator in enumerate(mechanism.actuators):
+    for k in mechanism.drivers:
+        actuator = mechanism.actuators[k]
         ends, moves = law_range(mechanism, k)
-        if len(mechanism.actuators) == 1 and not (moves and result.complete):
+        if len(mechanism.drivers) == 1 and not (moves and result.complete):
             ends = between_limits(result, *ends)
         low, high = mechanism.value_to_file(k, np.array(ends)).tolist()
         unit = mechanism.unit_of(actuator)
@@ -73,11 +74,15 @@ def law_range(mechanism: Mechanism, k: int) -> tuple[tuple[float, float], bool]:
 
 def between_limits(result: MotionTraceResult, low: float, high: float) -> tuple[float, float]:
     """Return the range of a single input between the limits of its motion; `low` and `high` where there is none."""
-    whole, ends = _whole(result.mechanism, 0), [low, high]
-    for k, beyond in enumerate((_possible(result.mechanism, 0, low - whole), high + whole)):
-        found = InputDrag(result.mechanism, starts(result)).to(np.array([beyond]))
+    mechanism, ends = result.mechanism, [low, high]
+    (own,) = mechanism.drivers
+    whole = _whole(mechanism, own)
+    for k, beyond in enumerate((_possible(mechanism, own, low - whole), high + whole)):
+        inputs = mechanism.start_inputs
+        inputs[own] = beyond
+        found = InputDrag(mechanism, starts(result)).to(mechanism.coupled(inputs))
         if found.status is Status.LIMIT:
-            ends[k] = float(found.inputs[0])
+            ends[k] = float(found.inputs[own])
     return ends[0], ends[1]
 
 

@@ -2,38 +2,10 @@
 
 import numpy as np
 import pytest
+from coupled_models import PLANETARY, apex, five_bar, with_gears
 
 import gimcli
 from gimcli.errors import GimError
-
-
-def five_bar(ratio, phase, *, d=3.0, a=(1.0, 1.2), b=(3.5, 3.0), drawn=(1.77, 3.41), law=None):
-    second = complex(np.exp(1j * np.radians(phase)) * a[1] + d)
-    return {
-        "units": {"length": "m", "angle": "deg"},
-        "nodes": {"O": [0, 0], "Q": [d, 0], "A": [a[0], 0], "B": [second.real, second.imag], "P": list(drawn)},
-        "ground": ["O", "Q"],
-        "links": {
-            "crank": {"nodes": ["O", "A"], "length": a[0]},
-            "other": {"nodes": ["Q", "B"], "length": a[1]},
-            "b1": {"nodes": ["A", "P"], "length": b[0]},
-            "b2": {"nodes": ["B", "P"], "length": b[1]},
-        },
-        "actuators": {
-            "motor": {"pivot": "O", "arm": "A", "law": law or {"from": 0, "to": 360}},
-            "second": {"pivot": "Q", "arm": "B", "follows": "motor", "ratio": ratio, "phase": phase},
-        },
-        "trace": ["P"],
-    }  # fmt: skip
-
-
-def apex(turn, ratio, phase, d=3.0, a=(1.0, 1.2), b=(3.5, 3.0)):
-    """Return P to the left of crank pin 1 -> crank pin 2."""
-    one = a[0] * np.exp(1j * turn)
-    two = d + a[1] * np.exp(1j * (ratio * turn + np.radians(phase)))
-    apart = abs(two - one)
-    along = (b[0] ** 2 - b[1] ** 2 + apart**2) / (2.0 * apart)
-    return one + (two - one) / apart * (along + 1j * np.sqrt(b[0] ** 2 - along**2))
 
 
 @pytest.mark.parametrize("ratio", [2.0, -1.0, 1.0, 0.5, -2.5])
@@ -106,11 +78,6 @@ def test_the_input_of_a_follower_cannot_be_given():
 # --- gears ------------------------------------------------------------------------------------------
 
 
-def with_gears(data, gears, **nodes):
-    del data["actuators"]["second"]
-    return {**data, "gears": gears, "nodes": {**data["nodes"], **nodes}}
-
-
 @pytest.mark.parametrize(
     ("kind", "ratio"), [("external", -0.5), ("internal", 0.5), ("belt", 0.5), ("crossed", -0.5)]
 )  # fmt: skip
@@ -119,21 +86,6 @@ def test_wheels_turn_by_their_type(kind, ratio):
     t = gimcli.trace(gimcli.load(with_gears(five_bar(2.0, 60.0), {"mesh": gear})), steps=24)
     assert np.max(abs(t.xy["P"] @ [1, 1j] - apex(np.radians(t["motor"]), ratio, 60.0))) < 1e-12
     assert np.allclose(t["mesh"], 60.0 + ratio * t["motor"])
-
-
-PLANETARY = {
-    "units": {"length": "mm", "angle": "deg"},
-    "nodes": {"O": [0, 0], "S": [20, 0], "P": [35, 0], "T": [35, 12]},
-    "ground": ["O"],
-    "links": {"sun": ["O", "S"], "arm": ["O", "P"], "planet": ["P", "T"]},
-    "actuators": {"motor": {"pivot": "O", "arm": "S", "law": {"from": 0, "to": 360}}},
-    "gears": {
-        "inner": {"members": ["sun", "planet"], "pivots": ["O", "P"], "carrier": "arm", "teeth": [40, 30]},
-        "outer": {"type": "internal", "members": ["ground", "planet"], "pivots": ["O", "P"], "carrier": "arm",
-                  "teeth": [100, 30]},
-    },
-    "trace": ["P", "T"],
-}  # fmt: skip
 
 
 def test_a_planetary_train_turns_by_the_formula_of_willis():
