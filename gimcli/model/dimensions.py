@@ -177,10 +177,12 @@ def _unit(model: Model, where: Sequence[Any]) -> str:
         return "mass" if last == "mass" else ""
     if section == "actuators" and "rotor" in where:
         return "length" if last == "lead" else ""
-    if section == "actuators" and "effort" not in where and last not in ("speed", "rate", "turns"):
+    if section == "actuators" and "effort" not in where and last not in ("speed", "rate", "turns", "ratio"):
         return "angle" if model.actuators[where[1]].rotary else "length"
     if section == "friction" and last in ("radius", "length"):
         return "length"
+    if section == "gears":
+        return {"radii": "length", "pitch": "length", "pressure_angle": "angle"}.get(last, "")
     if section == "springs" and last == "free":
         return "angle" if model.springs[where[1]].rotary else "length"
     return ""
