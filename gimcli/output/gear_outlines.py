@@ -1,18 +1,20 @@
 """Gears, belts and racks as they are drawn: pitch circles that turn with their members, belts, pitch lines of racks.
 
-Of gears without known radii, such as a belt that is given by its ratio, nothing is drawn.
+Of gears without known radii, such as a belt that is given by its ratio, nothing is drawn. The argument `scene` is the
+`Scene` that the outlines belong to; its module imports this one.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from gimcli.coupling_data import BELT, CROSSED, INTERNAL, RACK, GearPair
 from gimcli.mechanism import FRAME, ComplexArray
-from gimcli.output.scene import Anchor, Scene
+from gimcli.output.anchor import Anchor
 
 SAME = 1e-9
 """Relative difference of radii below which two circles of one wheel are the same."""
@@ -72,7 +74,7 @@ class GearOutlines:
     belts: tuple[BeltLoop, ...]
     racks: tuple[PitchLine, ...]
 
-    def extent(self, scene: Scene, poses: ComplexArray) -> Iterator[ComplexArray]:
+    def extent(self, scene: Any, poses: ComplexArray) -> Iterator[ComplexArray]:
         """Yield points that a picture of some poses (poses, nodes) must contain."""
         for wheel in self.wheels:
             for corner in (-1.0 - 1.0j, 1.0 + 1.0j):
@@ -82,7 +84,7 @@ class GearOutlines:
                 yield np.broadcast_to(scene.place(end, poses), (len(poses),))
 
 
-def gear_outlines(scene: Scene) -> GearOutlines:
+def gear_outlines(scene: Any) -> GearOutlines:
     """Return what is drawn of the gears of a mechanism."""
     known = [(gear, _radii(scene, gear)) for gear in scene.mechanism.gears if gear.radii is not None]
     wheels: list[Wheel] = []
@@ -96,7 +98,7 @@ def gear_outlines(scene: Scene) -> GearOutlines:
     return GearOutlines(tuple(wheels), tuple(belts), tuple(_rack(scene, g, r[0]) for g, r in known if g.kind == RACK))
 
 
-def _radii(scene: Scene, gear: GearPair) -> tuple[float, float]:
+def _radii(scene: Any, gear: GearPair) -> tuple[float, float]:
     first, second = gear.radii or (0.0, 0.0)
     return float(first) * scene.mechanism.scale, float(second) * scene.mechanism.scale
 
@@ -113,7 +115,7 @@ def _same(one: Wheel, other: Wheel) -> bool:
     return alike and abs(one.radius - other.radius) <= SAME * one.radius
 
 
-def _rack(scene: Scene, gear: GearPair, radius: float) -> PitchLine:
+def _rack(scene: Any, gear: GearPair, radius: float) -> PitchLine:
     """Return the pitch line of a rack: all contacts with the pinion in the poses of the scene, and a length beyond."""
     row, rack, poses = scene.mechanism.pairs[gear.slide], gear.members[1], scene.poses
     foot = scene.place(scene.on(row.guide, row.point), poses)
@@ -131,6 +133,6 @@ def _rack(scene: Scene, gear: GearPair, radius: float) -> PitchLine:
     return PitchLine(gear.name, (Anchor(member=rack, local=ends[0]), Anchor(member=rack, local=ends[1])))
 
 
-def of_frame(scene: Scene, wheel: Wheel) -> bool:
+def of_frame(scene: Any, wheel: Wheel) -> bool:
     """Return whether a wheel is fixed to the frame."""
     return wheel.member == FRAME and not scene.mechanism.floating

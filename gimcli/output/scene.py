@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from gimcli.dynamic_data import AppliedLoad
 from gimcli.mechanism import FRAME, HEIGHT, SPAN, ComplexArray, Input, Mechanism, PairRow
+from gimcli.output.anchor import Anchor
 from gimcli.structure.convex_hull import convex_hull
 
 if TYPE_CHECKING:
@@ -36,15 +37,6 @@ class Carrier:
 
     origin: int = -1  # node; -1: the coordinates of the file
     towards: int = -1  # node; -1: the x axis does not turn
-
-
-@dataclass(frozen=True)
-class Anchor:
-    """A place that moves with the mechanism: a node, or a point in the coordinate system of a member."""
-
-    node: int = -1  # -1: a point of the member
-    member: int = FRAME
-    local: complex = 0.0j
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,8 @@ from bundled import FILES
 from strut import STRUT
 
 import gimcli
-from gimcli.output.scene import Anchor, Scene
+from gimcli.output.anchor import Anchor
+from gimcli.output.scene import Scene
 
 
 @pytest.fixture(scope="module")
