@@ -121,6 +121,37 @@ def test_rotors_of_cylinders_and_of_moving_pivots_balance_their_power(name):
     assert np.ptp(kinetic[np.isfinite(kinetic)]) > 0.0
 
 
+POLAR = """
+units: {length: m}
+nodes: {O: [0, 0], A: [1, 0], B: [0.4, 0], G: [0, 2]}
+ground: [O, G]
+links: {arm: [O, A]}
+prismatic: {slide: {node: B, guide: [O, A]}}
+actuators:
+  turn: {pivot: O, arm: A, law: {from: 0, to: 200, profile: quintic}}
+  reach: {node: B, guide: [O, A], law: {from: 0.4, to: 0.9, profile: cycloidal}}
+masses: {B: 2}
+"""
+"""A travel along a guide that turns."""
+ROPE = POLAR.replace(
+    "reach: {node: B, guide: [O, A], law: {from: 0.4, to: 0.9", "rope: {nodes: [G, B], law: {from: 2.2, to: 1.9"
+)
+ROPE = ROPE.replace("to: 200", "to: 30").replace("B: [0.4, 0]", "B: [0.92, 0]")
+"""A distance of two nodes that both change their direction."""
+
+
+@pytest.mark.parametrize(("text", "name"), [(POLAR, "reach"), (ROPE, "rope")])
+def test_the_effort_of_the_rotor_follows_the_law(text, name):
+    """The rotor adds J (2 pi / lead)^2 times the acceleration of its law: sin(2 pi t) 2 pi by the stroke and T^2."""
+    bare = gimcli.forces(gimcli.loads(text), 24)
+    model = gimcli.loads(text.replace("profile: cycloidal}", "profile: cycloidal}, rotor: {inertia: 0.01, lead: 2}"))
+    found, stroke = gimcli.forces(model, 24), 0.5 if name == "reach" else -0.3
+    gain = stroke * TURN * np.sin(TURN * np.linspace(0.0, 1.0, 25))
+    added = found[f"{name}.effort"] - bare[f"{name}.effort"]
+    assert added == pytest.approx(0.01 * (TURN / 2) ** 2 * gain, abs=1e-12)
+    assert found["turn.effort"] == pytest.approx(bare["turn.effort"], abs=1e-12)
+
+
 @pytest.mark.parametrize(("rotor", "words"), [
     ("{inertia: 1, lead: 5}", "`lead` is not of a rotary input"),
     ("{inertia: 1, ratio: 0}", "expected a ratio other than 0"),
