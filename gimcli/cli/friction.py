@@ -26,7 +26,8 @@ def print_friction(found: FrictionSummary) -> None:
         )
     if count := found.counts[FrictionStatus.STANDSTILL]:
         typer.echo(f"standstill in {count} row{'s' * (count > 1)}: {FrictionStatus.STANDSTILL.text}")
-    typer.echo(f"residual of the equations with dry friction: {found.residual:.1e} (relative)")
+    if found.works:
+        typer.echo(f"residual of the equations with dry friction: {found.residual:.1e} (relative)")
 
 
 def _print_works(found: FrictionSummary) -> None:

@@ -49,6 +49,7 @@ class DryFriction:
     effort: FloatArray = field(repr=False)  # (2, actuators, rows) least and greatest effort over the solutions
     hold: FloatArray = field(repr=False)  # (2, actuators, rows) range of the effort that holds the position at rest
     margin: FloatArray = field(repr=False)  # (rows,) W, least power of the drive that moves either way from rest
+    smooth: FloatArray = field(repr=False)  # (rows,) W, power of the drive that moves from rest without friction
     residual: FloatArray = field(repr=False)  # (rows,) of the equations with friction, relative
 
     @property
@@ -160,7 +161,7 @@ class _Rows:
         residual = self._residual(x, right)
         wrong = residual > CHECKED
         x[wrong], codes = np.nan, np.where(wrong, int(FrictionStatus.NOT_CONVERGED), codes)
-        hold, margin = self._holding()
+        hold, margin, smooth = self._holding()
         effort = self._efforts(least, greatest)
         for actuator, own in rotors.items():
             effort[:, actuator] += own
@@ -168,7 +169,7 @@ class _Rows:
                 effort[:, leader] += share * own
         dry = DryFriction(
             tuple(dict.fromkeys(pair.name for pair in self.pairs)), codes, self._powers(x),
-            effort, hold, margin, residual,
+            effort, hold, margin, smooth, residual,
         )  # fmt: skip
         return np.ascontiguousarray(x.T), dry
 
@@ -200,8 +201,11 @@ class _Rows:
         course = self.unit()
         return _senses(np.array([pair.rate(self.statics, course) for pair in self.pairs]))[0]
 
-    def _holding(self) -> tuple[FloatArray, FloatArray]:
-        """Return the range of efforts that hold each position at rest, and the least power that moves it either way."""
+    def _holding(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return the range of efforts that hold each position at rest, and powers of the drive that move it from rest.
+
+        The powers are the lesser of those forwards and backwards, and the power forwards without friction.
+        """
         senses, input_rates = self.senses.copy(), self._input_rates(self.course)
         if self.rest.any():
             senses[self.rest] = self._impending()[self.rest]
@@ -215,7 +219,8 @@ class _Rows:
             powers.append(np.where(codes == FrictionStatus.NO_SOLUTION, np.inf, power))
             ends.append(own)
         hold = np.array([np.min([end[0] for end in ends], axis=0), np.max([end[1] for end in ends], axis=0)])
-        return hold, np.min(powers, axis=0)
+        smooth = np.sum(self._efforts(self.still.known, self.still.known)[0] * input_rates, axis=0)
+        return hold, np.min(powers, axis=0), smooth
 
     def _input_rates(self, course: Course) -> FloatArray:
         """Return the speeds of the inputs (actuators, rows) in rad/s or m/s; 0 of those that follow others."""

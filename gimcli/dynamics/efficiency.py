@@ -62,8 +62,17 @@ def row_efficiency(forces: Forces, dry: DryFriction) -> FloatArray:
 
 def self_locking(dry: DryFriction) -> NDArray[np.bool_]:
     """Return for every row whether friction holds the mechanism at rest without an effort against its loads."""
-    finite = dry.margin[np.isfinite(dry.margin)]
-    return np.asarray(dry.margin > NOTHING * np.max(np.abs(finite), initial=0.0))
+    return _held(dry.margin) & _driven(dry.margin, dry.smooth)
+
+
+def _held(margin: FloatArray) -> NDArray[np.bool_]:
+    """Return whether the drive must give power to move the mechanism from rest either way (rows,)."""
+    return np.asarray(margin > NOTHING * np.max(np.abs(margin), initial=0.0, where=np.isfinite(margin)))
+
+
+def _driven(margin: FloatArray, smooth: FloatArray) -> NDArray[np.bool_]:
+    """Return whether the loads would move the mechanism without friction (rows,)."""
+    return np.asarray(np.abs(smooth) > NOTHING * np.where(np.isfinite(margin), np.abs(margin), 0.0))
 
 
 class FrictionSummary:
@@ -79,6 +88,7 @@ class FrictionSummary:
         self._last: tuple[float, dict[str, float], dict[str, float]] | None = None
         self._places: list[FloatArray] = []
         self._margins: list[FloatArray] = []
+        self._driven: list[NDArray[np.bool_]] = []
 
     def add(self, motion: Motion, forces: Forces, dry: DryFriction) -> None:
         """Add the next piece of the motion."""
@@ -90,6 +100,7 @@ class FrictionSummary:
         over = motion.inputs[drivers[0]] if len(drivers) == 1 else forces.course.time
         self._places.append(np.asarray(over))
         self._margins.append(dry.margin)
+        self._driven.append(_driven(dry.margin, dry.smooth))
         self._integrate(forces, dry)
 
     def _integrate(self, forces: Forces, dry: DryFriction) -> None:
@@ -136,11 +147,11 @@ class FrictionSummary:
         if not self._places:
             return []
         place, margin = np.concatenate(self._places), np.concatenate(self._margins)
-        finite = np.isfinite(margin)
-        inside = margin > NOTHING * np.max(np.abs(margin[finite]), initial=0.0)
-        found = []
+        inside, driven, found = _held(margin), np.concatenate(self._driven), []
         edges = np.flatnonzero(np.diff(np.concatenate(([False], inside, [False])).astype(int)))
         for first, end in edges.reshape(-1, 2):
+            if not driven[first:end].any():  # such as a block on a level guide
+                continue
             ends = [
                 _crossing(place, margin, int(first), int(first) - 1),
                 _crossing(place, margin, int(end) - 1, int(end)),

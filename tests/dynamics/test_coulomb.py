@@ -257,6 +257,44 @@ def test_a_wedge_lifts_a_weight(alpha, phi, lift, out, share):
     assert back.effort(0) == pytest.approx(-100 * out, rel=1e-12)
 
 
+INCLINE = """\
+nodes: {{A: [{c}, {s}], B: [{c2}, {s2}], G: [0, 0], H: [{c9}, {s9}]}}
+ground: [G, H]
+links: {{block: [A, B]}}
+prismatic: {{slope: {{nodes: [A, B], guide: [G, H]}}}}
+actuators: {{rope: {{node: A, guide: [G, H], law: {{by: 0.5}}}}}}
+masses: {{block: {{mass: 5, inertia: 0}}}}
+gravity: [0, -9.81]
+friction: {{slope: {{mu: {mu}, length: 2}}}}
+"""
+
+
+@pytest.mark.parametrize(("slope", "phi", "locked"), [(10, 15, True), (10, 5, False), (-10, 15, True), (0, 15, False)])
+def test_a_block_on_a_slope(slope, phi, locked):
+    """Held by m g (sin a -+ mu cos a); locked if a < phi. On a level guide nothing drives it: it is not locked."""
+    a, mu = math.radians(slope), math.tan(math.radians(phi))
+    c, s = math.cos(a), math.sin(a)
+    mechanism = gimcli.loads(INCLINE.format(c=c, s=s, c2=2 * c, s2=2 * s, c9=9 * c, s9=9 * s, mu=mu))
+    found = ForceMotion(mechanism, 5)
+    forces = found.take(trace(mechanism, 4))
+    weight = 5 * 9.81
+    ends = weight * (s - mu * c), weight * (s + mu * c)
+    assert forces.dry.hold[:, 0] == pytest.approx(np.tile(ends, (5, 1)).T, rel=1e-12)
+    assert forces.effort(0) == pytest.approx(ends[1], rel=1e-12)
+    assert self_locking(forces.dry).tolist() == [locked] * 5
+    assert bool(found.friction.locked) is locked
+
+
+def test_a_motion_that_jams_ends_with_a_status(tmp_path):
+    (tmp_path / "m.yaml").write_text(DRAWER % (-20, 0.7))
+    ran = gim("forces", tmp_path / "m.yaml", "-n", "4", "-o", tmp_path / "m.csv")
+    assert ran.code == 5
+    assert "no-solution: jamming" in ran.text
+    assert "however large the effort" in ran.text
+    rows = (tmp_path / "m.csv").read_text().splitlines()[1:]
+    assert [row.rpartition(",")[2] for row in rows] == ["no-solution"] * 5
+
+
 # --- an independent formulation --------------------------------------------------------------------------
 
 
