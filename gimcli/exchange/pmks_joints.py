@@ -112,7 +112,7 @@ def _fault(joint: PmksJoint) -> str | None:
     if not cmath.isfinite(joint.place) or not math.isfinite(joint.angle):
         return f"{joint.where}: the coordinates are not finite numbers"
     if joint.kind == "G":
-        return f"{joint.where}: gear teeth (type G) cannot be converted; models have no gears"
+        return f"{joint.where}: gear teeth (type G) cannot be converted; write the gears as `gears` of a model file"
     if joint.kind == "P" and len(keys) > 2:
         return f"{joint.where}: a sliding block (type P) joins two links, not {len(keys)}"
     if joint.driver and joint.kind == "RP":

@@ -23,7 +23,7 @@ def apply_entries(document: PlusDocument, draft: Draft) -> None:
     """Apply the entries to the records that they name; refuse those that the motion may depend on."""
     for entry in document.entries:
         if entry.startswith("G"):
-            raise draft.refusal("the gears of the drawing cannot be converted; models have no gears")
+            raise draft.refusal("the gears of the drawing cannot be converted; add them to the model file as `gears`")
         if entry.startswith("P"):
             if not _restored(document, entry):
                 raise draft.refusal(f"the entry '{entry[:20]}' is damaged; copy the whole address or file again")

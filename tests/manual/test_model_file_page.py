@@ -15,7 +15,7 @@ TEXT = (MANUAL / "model-file.md").read_text(encoding="utf-8")
 SECTIONS = {
     "Units": "units", "Ground": "ground", "Link": "links", "Element": "elements", "Prismatic": "prismatic",
     "Profile": "profiles", "Law": "law", "Actuator": "actuators", "Effort": "free inputs", "Tracer": "points",
-    "Rotor": "rotors",    "Mass": "masses", "Load": "loads", "Spring": "springs", "Damper": "dampers",
+    "Rotor": "rotors", "Gear": "gears", "Mass": "masses", "Load": "loads", "Spring": "springs", "Damper": "dampers",
     "PairFriction": "friction",
 }  # fmt: skip
 """Heading under which a part of the schema is described."""
