@@ -241,7 +241,16 @@ DYNAMIC = [model.name for model in gimcli.shipped_models() if model.massive]
 
 
 def test_many_models_have_masses():
-    assert {*PLACES, "balanced_lamp", "excavator", "pick_and_place", "watt_1", "watt_durango"} == set(DYNAMIC)
+    assert {
+        *PLACES,
+        "balanced_lamp",
+        "excavator",
+        "pick_and_place",
+        "double_pendulum",
+        "rack_lift",
+        "watt_1",
+        "watt_durango",
+    } == set(DYNAMIC)
     assert len(DYNAMIC) >= 12
 
 
@@ -259,3 +268,13 @@ def test_forces_simulation_and_reduction_run(name):
     assert simulated.answered
     assert abs(simulated["energy.drift"][-1]) <= 1e-6 * np.max(abs(simulated["energy.kinetic"])) + 1e-9
     assert gimcli.reduce(model, steps=12).answered
+
+
+def test_a_rack_carries_the_weight_and_a_planetary_gear_divides_the_torque():
+    """Closed forms: weight times pitch radius; 20 / (20 + 60) of the torque on the arm, by virtual work."""
+    f = gimcli.forces(gimcli.load("rack_lift"), steps=4)
+    assert np.allclose(f["motor.effort"], 12 * 9.81 * 0.03, rtol=1e-12)
+    assert np.allclose(abs(f["teeth.tangential"]), 12 * 9.81, rtol=1e-12)
+    f = gimcli.forces(gimcli.load("planetary_gear"), steps=4)
+    assert np.allclose(f["motor.effort"], 20 * 20 / (20 + 60), rtol=1e-12)
+    assert np.allclose(abs(f["inner.tangential"]), 20 / 2 / 0.04, rtol=1e-12)  # sun and ring each bear one half
