@@ -19,7 +19,7 @@ from gimcli.dynamics.coulomb_pairs import RubbingPair, form_table, rubbing_pairs
 from gimcli.dynamics.coulomb_solver import FrictionSystem, solve_friction
 from gimcli.dynamics.coulomb_status import FrictionStatus
 from gimcli.dynamics.equilibrium_equations import Balance, equilibrium, right_side
-from gimcli.dynamics.kinematic_history import Course, Turns
+from gimcli.dynamics.kinematic_history import Course, Turns, reading
 from gimcli.dynamics.loading import Loading, loading
 from gimcli.dynamics.physical import require_action
 from gimcli.dynamics.statics import Statics
@@ -224,8 +224,6 @@ class _Rows:
 
     def _input_rates(self, course: Course) -> FloatArray:
         """Return the speeds of the inputs (actuators, rows) in rad/s or m/s; 0 of those that follow others."""
-        from gimcli.dynamics.kinematic_history import reading
-
         mechanism = self.statics.mechanism
         rates = [reading(mechanism, actuator, course)[1] for actuator in mechanism.actuators]
         metre = require_action(mechanism)

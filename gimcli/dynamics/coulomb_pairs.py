@@ -6,7 +6,9 @@ The friction of each pair is phi(x) = max |w . x| over one or two complex vector
     pin in a slot  force mu |N|                            w = mu
     guide          force mu max(|N|, 2 |M| / length)       w = mu (1, 1); w = mu (distance of nodes / length) (-1, 1)
 
-so phi(a + b) <= phi(a) + phi(b). Moments are in N times the length unit of the normal frame.
+rho = r mu / sqrt(1 + mu^2) is the radius of the friction circle. The guide has two contacts at +-length/2 from the
+middle of the two nodes: N1 + N2 = N and (N2 - N1) length/2 = M, M about the middle, so |N1| + |N2| is the maximum.
+Always phi(a + b) <= phi(a) + phi(b). Moments are in N times the length unit of the normal frame.
 """
 
 from __future__ import annotations

@@ -14,7 +14,6 @@ from heavy_models import on, weighted
 from in_process import gim
 
 import gimcli
-from gimcli.dynamics.coulomb_laws import contact_forces, friction_circle, guide_normal
 from gimcli.dynamics.coulomb_solver import FrictionSystem, solve_friction
 from gimcli.dynamics.coulomb_status import FrictionStatus
 from gimcli.dynamics.efficiency import row_efficiency, self_locking
@@ -33,12 +32,14 @@ def moved(text, steps):
     return motion, motion_forces(motion)
 
 
-def test_the_laws_of_a_pin_and_of_a_guide():
-    assert friction_circle(0.75, 5.0) == pytest.approx(3.0)
-    one, two = contact_forces(7.0, 3.0, 2.0)
-    assert (one + two, (two - one) * 1.0) == (7.0, 3.0)
-    for normal, moment in ((7.0, 3.0), (-7.0, 3.0), (1.0, 3.0), (-1.0, -3.0), (0.0, 0.0)):
-        assert guide_normal(normal, moment, 2.0) == sum(map(abs, contact_forces(normal, moment, 2.0)))
+def friction_circle(mu, radius):
+    return radius * math.sin(math.atan(mu))
+
+
+def test_the_friction_circle():
+    """The pin of radius 5 and mu = 3/4 has a circle of radius 3."""
+    friction = gimcli.loads(CRANK % (0, 90) + "friction: {A: {mu: 0.75, radius: 5}}").dynamics.frictions[0]
+    assert friction.circle / friction.radius == pytest.approx(0.6, rel=1e-15)
 
 
 # --- slider-crank with friction circles: closed form -----------------------------------------------------
