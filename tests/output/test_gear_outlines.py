@@ -60,6 +60,7 @@ def test_the_pitch_line_of_a_rack_touches_the_pinion_in_every_pose():
     pivot = scene.poses[:, pinion.pivot]
     away = ((pivot - first) * np.conj(second - first) / np.abs(second - first)).imag
     assert np.allclose(np.abs(away), 30.0)
+    assert np.allclose([first.real, second.real], 30.0)  # on the side of the rack
     contact = pivot + 30.0
     assert np.all((contact - first).imag * (contact - second).imag <= -29.9 * 29.9)  # a radius beyond on both sides
 
