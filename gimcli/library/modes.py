@@ -199,7 +199,8 @@ class ModesResult(Result):
             return reason(self.mechanism, self.code, self._inputs)
         rest = remaining(self.found) or "the steps became too short"
         if self.code is Status.LIMIT:
-            return f"the forces push the mechanism against a limit of its inputs, where it cannot be assembled: {rest}"
+            cure = "give the position there with --at, or release another input"
+            return f"the forces push a released input to its limit: {rest}; {cure}"
         return f"no equilibrium was reached: {rest}; start from another position, or check the loads"
 
     def headline(self) -> str:

@@ -22,8 +22,8 @@ ROWS = 49
 ROUND = 2.0
 """Time in which an oscillation is shown [s]."""
 
-GRAPHED = 8
-"""Greatest number of inputs in the graph."""
+GRAPHED = 3
+"""Greatest number of inputs with a graph."""
 
 PHASE = "phase"
 
@@ -34,9 +34,9 @@ def modes_animation(found: Linearised, modes: Sequence[Mode], time: float) -> An
     """Return one clip for each mode; damped ones are shown without their decay."""
     clips = tuple(_clip(found, k, mode, time) for k, mode in enumerate(modes, start=1))
     mechanism = found.mechanism
-    graph = Graph(tuple(mechanism.actuators[k].name for k in found.released[:GRAPHED]), PHASE)
+    graphs = tuple(Graph((mechanism.actuators[k].name,), PHASE) for k in found.released[:GRAPHED])
     note = "Positions satisfy all constraints; the amplitude of each mode is chosen so that it can be seen."
-    return Animation(f"{mechanism.name}: modes", mechanism, clips, (graph,), (note,), "Mode")
+    return Animation(f"{mechanism.name}: modes", mechanism, clips, graphs, (note,), "Mode")
 
 
 def _clip(found: Linearised, k: int, mode: Mode, time: float) -> Clip:
@@ -51,7 +51,9 @@ def _clip(found: Linearised, k: int, mode: Mode, time: float) -> Clip:
     for name in mechanism.traced:
         path = np.asarray(mechanism.to_file(carried_point(mechanism, name, shown.z.T)))
         columns += xy_columns(f"{name}.", path, mechanism.length_unit)
-    pace = f"; an oscillation of {number(mode.period)} s lasts {ROUND:g} s here" if mode.kind == VIBRATION else ""
+    pace = (
+        f"; an oscillation of {number(mode.period)} s lasts {ROUND:g} s at speed × 1" if mode.kind == VIBRATION else ""
+    )
     return Clip(
         f"{k}: {spoken(mode)}", z, ROUND * shown.phases / (2.0 * math.pi), ("ok",) * len(z), Table(tuple(columns)),
         PHASE, closed=True, without=NO_TIME, note=f"{amplitude_text(found, mode, shown)}{pace}",

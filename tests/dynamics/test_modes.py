@@ -221,6 +221,13 @@ def test_a_free_bar_with_a_damper_has_a_mode_without_stiffness_and_one_that_deca
     assert found["decay"] == pytest.approx([0, 0.5])
 
 
+def test_two_free_bars_with_one_damper():
+    """Two shapes without stiffness, one of them damped: the eigenvalue 0 is triple, the fourth one decays."""
+    text = chain(2).replace("-9.81", "0") + "dampers: {d: {pivot: N0, arm: N1, damping: 0.5}}\n"
+    found = gimcli.modes(gimcli.loads(text))
+    assert [m.kind for m in found.modes] == ["rigid body", "rigid body", "decay"]
+
+
 @pytest.mark.parametrize(("load", "kinds"), [(2.08, {"vibration"}), (2.09, {"unstable", "vibration"})])
 def test_a_double_pendulum_under_a_follower_force_flutters(load, kinds):
     """Ziegler 1952: masses 2 m and m, two equal springs; it flutters above P L/k = 7/2 - sqrt 2 = 2.0858."""
@@ -272,6 +279,12 @@ gravity: [{g.real}, {g.imag}]
     assert omegas(text, free="s,e") == pytest.approx([2.680114012253375, 7.188670870287714], rel=1e-12)
 
 
+def test_the_rotor_of_a_motor_counts_with_the_square_of_its_ratio():
+    """Behind a ratio of 20 a rotor of 5e-4 kg m^2 adds 0.2 to J = 1/3 kg m^2."""
+    rotor = bar(free="free: true, rotor: {inertia: 5e-4, ratio: 20}")
+    assert omegas(rotor) == pytest.approx([math.sqrt(0.5 * G / (1 / 3 + 0.2))], rel=1e-13)
+
+
 # -- refusals ---------------------------------------------------------------------------------------
 
 
@@ -290,6 +303,23 @@ def test_a_constant_torque_that_is_too_great_has_no_equilibrium(tmp_path):
     assert (done.code, done.json["status"], done.json["modes"]) == (5, "not-converged", [])
     assert "no equilibrium was reached" in done.json["reason"]
     assert "remain on q" in gim("modes", path, "--settle").text
+
+
+def test_forces_that_push_an_input_to_its_limit_have_a_status():
+    """The slider of a slider-crank is pulled outwards: where crank and rod are in line, its travel ends."""
+    text = """
+nodes: {O: [0, 0], A: [0, 1], B: [2, 0], X: [4, 0]}
+ground: [O, X]
+links: {crank: [O, A], rod: [A, B]}
+prismatic: {guide: {node: B, guide: [O, X]}}
+actuators: {x: {node: B, guide: [O, X]}}
+masses: {B: 2}
+loads: {pull: {on: B, force: [30, 0]}}
+"""
+    found = gimcli.modes(gimcli.loads(text), settle=True)
+    assert (found.status, found.answered, len(found.modes)) == ("unreachable", False, 0)
+    assert "push a released input to its limit" in found.reason
+    assert found.inputs["x"] == pytest.approx(1 + math.sqrt(5), abs=1e-3)
 
 
 def test_inputs_without_a_mass_are_refused():
