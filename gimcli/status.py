@@ -18,6 +18,7 @@ class Status(IntEnum):
     STALLED = 7
     CYCLING = 8
     DIVERGED = 9
+    JAMMED = 10
 
     @property
     def word(self) -> str:
@@ -46,6 +47,7 @@ _WORDS = {
     Status.STALLED: "stalled",
     Status.CYCLING: "cycling",
     Status.DIVERGED: "diverged",
+    Status.JAMMED: "jammed",
 }
 
 _TEXTS = {
@@ -64,6 +66,8 @@ _TEXTS = {
     Status.CYCLING: "the sweeps repeat a cycle and do not reach the tolerance: change the initial coordinates (avoid"
     " nodes in line), choose another --strategy, or use --method auto",
     Status.DIVERGED: "the iterates diverged: use --strategy spectral, more steps, or --method auto",
+    Status.JAMMED: "dry friction jams the mechanism: no forces continue the motion, or several do; use a smaller `mu`,"
+    " a longer guide or smaller pins, or other loads",
     Status.CONTRADICTORY: "a redundant constraint contradicts the others: correct its dimension or remove it",
 }
 

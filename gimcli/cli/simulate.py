@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from gimcli.cli.arguments import INPUTS, MODEL, NONE, OUTPUT, Assembly, Jit, JitOption, Json, ModelPath, Out, Png, Set
 from gimcli.cli.measures import PlotsOnly, refuse_unseen
 from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
-from gimcli.dynamics.integrators import INTEGRATORS
+from gimcli.dynamics.integrators import INTEGRATORS, USUAL, WITH_DRY_FRICTION
 
 if TYPE_CHECKING:
     from gimcli.library.simulate import SimulateResult
 
 HELP = (
     "Inputs with `free: true` move under weight, loads, springs, friction and driving efforts; the other inputs follow"
-    " their laws. Events are standstills and dead points of free inputs, and the event that ends the motion. Writes"
+    " their laws. Events are standstills and dead points of free inputs, pairs with dry friction that stick or slide,"
+    " and the event that ends the motion. Writes"
     " MODEL.simulation.csv and .png."
 )
 EXAMPLES = (
@@ -53,9 +54,9 @@ def command(
         str,
         typer.Option(
             "--integrator", metavar="NAME", callback=_registered, rich_help_panel=INTEGRATION,
-            help=f"{', '.join(INTEGRATORS)}.",
+            help=f"{', '.join(INTEGRATORS)}; default: {USUAL}, with dry friction {WITH_DRY_FRICTION}.",
         ),
-    ] = "dop853",
+    ] = "",
     method: Annotated[str, typer.Option("--method", callback=_registered, hidden=True)] = "",
     rtol: Annotated[
         float,
@@ -65,6 +66,13 @@ def command(
     step: Annotated[
         float, typer.Option("--step", metavar="S", help="Step of rk4 [s].", rich_help_panel=INTEGRATION)
     ] = 1e-3,
+    slip: Annotated[
+        float | None,
+        typer.Option(
+            "--slip", metavar="V", rich_help_panel=INTEGRATION,
+            help="Slip speed below which dry friction grows smoothly [rad/s]; default: 1e-6 rad / --time.",
+        ),
+    ] = None,
     jit: JitOption = Jit.AUTO,
     dt: Annotated[
         float | None,
@@ -93,7 +101,7 @@ def command(
     refuse_repeated(column_names(mechanism))
     note_doubtful_loading(mechanism)
     found = simulate(
-        mechanism, time, dt=dt, integrator=method or integrator, rtol=rtol, step=step, standstills=until,
+        mechanism, time, dt=dt, integrator=method or integrator, rtol=rtol, step=step, slip=slip, standstills=until,
         reactions=reactions, plot=plot, jit=jit.value, notify=note, progress=progress_bar,
     )  # fmt: skip
     outputs.write(found)
@@ -112,10 +120,20 @@ def _print(result: SimulateResult) -> None:
         f"{found.mechanism.name}: {len(found.time)} of {len(result.times)} rows, {found.steps} steps,"
         f" {found.evaluations} evaluations; energy drift {found.worst_drift:.1e}, relative to the greatest energy"
     )
+    if result.slip is not None:
+        turning, sliding = result.slip
+        typer.echo(f"dry friction with a slip speed of {turning:.1e} rad/s in pins, {sliding:.1e} m/s in guides")
     if result.open:
         print_open(result.open)
     if found.status.word != "ok":
         typer.echo(f"ended at {number(found.end)} s, {found.status.word}: {found.status.plain_text}")
+
+
+def _kind(event: dict[str, Any]) -> str:
+    """Return the kind of an event with the input or the pair that has it."""
+    if "pair" in event:
+        return f"{event['pair']} {event['kind']}"
+    return str(event["kind"]) + (f" of {event['actuator']}" if "actuator" in event else "")
 
 
 def _print_events(result: SimulateResult) -> None:
@@ -128,7 +146,7 @@ def _print_events(result: SimulateResult) -> None:
     names = list(events[0]["at"])
     sizes = {n: greatest(result[f"{n}.speed"].tolist()) for n in names}
     rows = [
-        (e["kind"] + (f" of {e['actuator']}" if "actuator" in e else ""), number(e["time"]),
+        (_kind(e), number(e["time"]),
          *(input_value(mechanism, n, e["at"][n]) for n in names), *(number(e["speed"][n], sizes[n]) for n in names))
         for e in events[:EVENTS]
     ]  # fmt: skip

@@ -8,6 +8,8 @@ independent variables.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from gimcli.dynamics.physical import require_masses
@@ -19,6 +21,9 @@ from gimcli.positions.newton import Run
 from gimcli.status import Status
 from gimcli.structure.coordinate_partitioning import free_choice, input_choice
 
+if TYPE_CHECKING:
+    from gimcli.dynamics.regularised_friction import RegularisedFriction
+
 NOTHING: FloatArray = np.zeros(0)
 """Accelerations of the inputs that follow laws, if there are no such inputs."""
 
@@ -26,13 +31,22 @@ NOTHING: FloatArray = np.zeros(0)
 class Equations:
     """The equations of motion of a mechanism, and the choice of their independent variables."""
 
-    def __init__(self, mechanism: Mechanism, run: Run) -> None:
+    def __init__(self, mechanism: Mechanism, run: Run, slip: float = 0.0) -> None:
         require_masses(mechanism)
         self.mechanism = mechanism
         self.free = free_inputs(mechanism)
         self.reducer = Reducer(mechanism, self.free, run)
         self.reducer.continues = True
         self.fastest = float(np.max(np.abs(mechanism.following), initial=1.0))  # ratio of coupled inputs, at least 1
+        self.friction = self._regularised(slip)
+
+    def _regularised(self, slip: float) -> RegularisedFriction | None:
+        """Return the dry friction with its slip speed; None without dry friction."""
+        if not any(friction.mu > 0.0 for friction in self.mechanism.dynamics.frictions):
+            return None
+        from gimcli.dynamics.regularised_friction import RegularisedFriction
+
+        return RegularisedFriction(self.reducer, slip)
 
     # -- motion -------------------------------------------------------------------------------------
 
@@ -45,14 +59,29 @@ class Equations:
         return np.concatenate([y[own : 2 * own], self.reducer.gain[:own], energy[[DISSIPATED, SUPPLIED]]])
 
     def move(self, time: float, y: FloatArray) -> bool:
-        """Move the reducer to a state; return whether it was reached."""
+        """Move the reducer to a state; return whether it was reached, and dry friction is determined there."""
         own, reducer = len(self.free), self.reducer
         if not reducer.given:
-            return reducer.move(y[:own], y[own : 2 * own], NOTHING, time)
+            moved = reducer.move(y[:own], y[own : 2 * own], NOTHING, time)
+            return moved and (self.friction is None or self.friction(NOTHING))
         laws = [self.given(time, order) for order in range(3)]
         target = np.concatenate([y[:own], laws[0]])
         speeds = np.concatenate([y[own : 2 * own], laws[1]])
-        return reducer.move(target, speeds, np.concatenate([np.zeros(own), laws[2]]), time)
+        gains = np.concatenate([np.zeros(own), laws[2]])
+        return reducer.move(target, speeds, gains, time) and (self.friction is None or self.friction(gains[own:]))
+
+    def jacobian(self, time: float, y: FloatArray) -> FloatArray:
+        """Return the derivatives of y' by y, by differences: of speeds within the slip speed of dry friction."""
+        own, base = len(self.free), self.slopes(time, y)
+        table = np.zeros((len(y), len(y)))
+        for k in range(2 * own):
+            step = SIMULATION.difference
+            if k >= own and self.friction is not None:
+                step *= min(1.0, self.friction.slip)
+            moved = y.copy()
+            moved[k] += step
+            table[:, k] = (self.slopes(time, moved) - base) / (moved[k] - y[k])
+        return table
 
     def given(self, time: float, order: int) -> FloatArray:
         """Return the inputs that follow laws, or a derivative by s; before and after the law the speed is constant."""
@@ -115,8 +144,15 @@ class Equations:
             return None
         return np.concatenate([v[reducer.own[:own]], speeds[reducer.own[:own]]])
 
+    @property
+    def is_jammed(self) -> bool:
+        """Return whether dry friction had no solution in the last state."""
+        return self.friction is not None and self.friction.failed
+
     def reason(self) -> Status:
-        """Return why the motion cannot continue: the law of an input reaches a limit, or the position is singular."""
+        """Return why the motion cannot continue: friction jams, a law reaches a limit, or the position is singular."""
         reducer = self.reducer
+        if self.is_jammed:
+            return Status.JAMMED
         regular = free_choice(reducer.terms, reducer.base.v, (), len(self.free) + len(reducer.given))
         return Status.LIMIT if reducer.given and regular is not None else Status.SINGULAR

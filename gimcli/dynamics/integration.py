@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,10 +11,11 @@ from gimcli.dynamics.dop853 import StrideSolver
 from gimcli.dynamics.energy_projection import Projection
 from gimcli.dynamics.equations_of_motion import Equations
 from gimcli.dynamics.event_search import EventSearch
-from gimcli.dynamics.integrators import INTEGRATORS, StepControl
+from gimcli.dynamics.integrators import CAREFUL, INTEGRATORS, USUAL, WITH_DRY_FRICTION, StepControl
 from gimcli.dynamics.reducer import ReducedState, release_of
 from gimcli.dynamics.simulation_types import (
     DEAD_POINT,
+    JAM,
     LIMIT,
     SIMULATION,
     SINGULAR,
@@ -34,6 +35,9 @@ from gimcli.positions.options import Options
 from gimcli.progress import Progress
 from gimcli.status import Status
 
+if TYPE_CHECKING:
+    from gimcli.dynamics.stick_events import StickEvents
+
 
 class Integration:
     """One simulation; the independent variables can differ from piece to piece."""
@@ -42,16 +46,35 @@ class Integration:
         self, mechanism: Mechanism, times: FloatArray, settings: Settings, run: Run, progress: Progress
     ) -> None:
         self.mechanism, self.times, self.settings, self.progress = mechanism, times, settings, progress
-        self.equations = Equations(mechanism, run)
+        duration = float(times[-1] - times[0])
+        self.equations = Equations(mechanism, run, settings.slip or SIMULATION.slip / duration)
         self.free, self.reducer = self.equations.free, self.equations.reducer
-        self.integrator = INTEGRATORS[settings.method]
+        usual = USUAL if self.equations.friction is None else WITH_DRY_FRICTION
+        self.integrator = INTEGRATORS[settings.method or usual]
+        if self.equations.friction is not None and not self.integrator.lands:
+            raise UsageError(
+                f"integrator {settings.method}: equal steps do not resolve dry friction; choose {WITH_DRY_FRICTION} or"
+                f" {CAREFUL}"
+            )
         self.projection = Projection(self.reducer, self.integrator.corrected)
         self.search = EventSearch(self.equations, self._solver, self.integrator.lands)
+        self.sticking = self._stick_events(duration)
+        self.friction: list[FloatArray] = []  # of each row
         self.rows: list[ReducedState] = []
         self.exchanged: list[tuple[float, float]] = []  # energy dissipated and supplied up to each row, J
         self.events: list[Event] = []
         self.evaluations = self.steps = 0
+        self.accepted = float(times[0])  # time of the last accepted state
+        self.fastest = np.zeros(len(mechanism.actuators))  # greatest speed of each input since its last standstill
         self.status, self.contradiction = Status.OK, 0.0
+
+    def _stick_events(self, duration: float) -> StickEvents | None:
+        """Return the search for pairs that stick; None without dry friction."""
+        if self.equations.friction is None:
+            return None
+        from gimcli.dynamics.stick_events import StickEvents
+
+        return StickEvents(self.equations, duration)
 
     def simulation(self) -> Simulation:
         """Integrate; the result has all rows and events up to the end, also if the integration fails."""
@@ -92,11 +115,14 @@ class Integration:
 
     def _integrate(self, time: float, y: FloatArray) -> float:
         """Integrate to the end; return the time of the end [s]."""
-        self._keep_row(time, y)
+        if self._keep_row(time, y) and self.sticking is not None:
+            self.sticking.begin(time)
         end = float(self.times[-1])
         while time < end:
             if not self._accept(time, y):  # sets the signals of events for the new piece
                 self.status = self.equations.reason()
+                if self.equations.is_jammed:
+                    self._event(JAM, time, self.equations.velocity(time, y))
                 break
             solver = self._stride_solver(time, y, end) or self._solver(time, y, end)
             stop, changed = self._piece(solver, end)
@@ -105,16 +131,26 @@ class Integration:
             time, y = solver.t, np.array(solver.y)
             if solver.status == "finished":
                 break
-            moved = self.equations.change(self.search.last_y, changed)
+            if not changed and self._takes_care():
+                time, y = self.accepted, self.search.last_y.copy()
+                continue
+            moved = None if self.equations.is_jammed else self.equations.change(self.search.last_y, changed)
             if moved is None:
                 self.status = self.equations.reason()
-                kind = LIMIT if self.status is Status.LIMIT else SINGULAR
+                kind = {Status.LIMIT: LIMIT, Status.JAMMED: JAM}.get(self.status, SINGULAR)
                 self._event(kind, time, self.equations.velocity(time, y))
                 break
             y = np.concatenate([moved, y[-2:]])
         if self.status is Status.OK and self._due < math.inf:  # the next row is at a singular position
             time, self.status = self._due, self.equations.reason()
         return time
+
+    def _takes_care(self) -> bool:
+        """Continue with an implicit method where dry friction stops the usual one; return whether that is new."""
+        if self.equations.friction is None or self.settings.method or self.integrator is INTEGRATORS[CAREFUL]:
+            return False
+        self.integrator = INTEGRATORS[CAREFUL]
+        return True
 
     def _piece(self, solver: Any, end: float) -> tuple[float | None, bool]:
         """Take steps until other independent variables are better or a step fails.
@@ -131,6 +167,8 @@ class Integration:
             if not self._accept(solver.t, solver.y):
                 break
             self._keep_energy(solver)
+            if self.sticking is not None:
+                self.sticking.take(solver)
             crept = crept + 1 if solver.t - solver.t_old < self._creep else 0
             if crept > SIMULATION.patience:
                 break
@@ -158,13 +196,17 @@ class Integration:
 
     def _solver(self, time: float, y: FloatArray, end: float) -> Any:
         settings, least = self.settings, SIMULATION.beginning * self._shortest
-        control = StepControl(settings.rtol, self.tolerances, settings.step, least)
+        jacobian = None if self.equations.friction is None else self.equations.jacobian
+        control = StepControl(settings.rtol, self.tolerances, settings.step, least, jacobian)
         return self.integrator.begin(self.equations.slopes, time, y, end, control)
 
     @property
     def tolerances(self) -> FloatArray:
         """Absolute tolerances of a state."""
-        return np.array([SIMULATION.absolute * self.settings.rtol] * 2 * len(self.free) + [SIMULATION.energies] * 2)
+        own, places = len(self.free), SIMULATION.absolute * self.settings.rtol
+        friction = self.equations.friction
+        speeds = places if friction is None else min(places, SIMULATION.resolved * friction.slip)
+        return np.array([places] * own + [speeds] * own + [SIMULATION.energies] * 2)
 
     def _stride_solver(self, time: float, y: FloatArray, end: float) -> StrideSolver | None:
         """Return the solver that takes many steps per compiled call, if the model allows it."""
@@ -172,7 +214,7 @@ class Integration:
         compiled = reducer.run is not plain and self.integrator.compiled
         if not compiled or reducer.given or not reducer.constant or not reducer.on_inputs:
             return None
-        if self.projection.start is None:
+        if self.projection.start is None or self.equations.friction is not None:
             return None
         return StrideSolver(
             reducer, self.equations.slopes, time, y, end, settings.rtol,
@@ -187,12 +229,18 @@ class Integration:
     @property
     def _shortest(self) -> float:
         """Step below which the integration has failed [s]."""
-        return SIMULATION.shortest * float(self.times[-1] - self.times[0])
+        return SIMULATION.shortest * self._span
 
     @property
     def _creep(self) -> float:
         """Step below which only `patience` steps in succession are allowed [s]."""
-        return SIMULATION.creep * float(self.times[-1] - self.times[0])
+        return SIMULATION.creep * self._span
+
+    @property
+    def _span(self) -> float:
+        """Time to which short steps are compared [s]: the whole time, less with dry friction, where speeds reverse."""
+        whole = float(self.times[-1] - self.times[0])
+        return whole if self.equations.friction is None else SIMULATION.reversal * whole
 
     def _count(self, solver: Any) -> None:
         self.evaluations += solver.nfev
@@ -216,6 +264,8 @@ class Integration:
 
         stop = math.inf
         for event in self.search.events(solver, path):
+            if self._is_creep(event):
+                continue
             self.events.append(event)
             done = sum(e.kind == STANDSTILL for e in self.events)
             if event.kind == STANDSTILL and done == self.settings.standstills:
@@ -226,6 +276,13 @@ class Integration:
             if not self._keep_row(at, solver.y if at == solver.t else path()(at)):
                 break
         return stop < math.inf
+
+    def _is_creep(self, event: Event) -> bool:
+        """Return whether an input that dry friction holds reverses its creep: that is no standstill."""
+        if self.equations.friction is None or event.kind != STANDSTILL:
+            return False
+        greatest, self.fastest[event.actuator] = float(self.fastest[event.actuator]), 0.0
+        return greatest < SIMULATION.standing * self.equations.friction.slip
 
     def _again(self, solver: Any) -> Any:
         """Return the states of a step by shorter steps, if the stages of its dense output have no position."""
@@ -251,6 +308,8 @@ class Integration:
         self.projection.begin()
         self.rows.append(state)
         self.exchanged.append((float(y[-2]), float(y[-1])))
+        if self.equations.friction is not None:
+            self.friction.append(self.equations.friction.forces.copy())
         self.contradiction = max(self.contradiction, self.reducer.error(state.v))
         return True
 
@@ -260,6 +319,9 @@ class Integration:
             return False
         self.reducer.accept()
         self.search.keep(y)
+        self.accepted = time
+        if self.equations.friction is not None:
+            np.maximum(self.fastest, np.abs(self.reducer.inputs(self.reducer.room.velocity)), out=self.fastest)
         return True
 
     def _keep_energy(self, solver: Any) -> None:
@@ -289,7 +351,14 @@ class Integration:
             efforts[list(reducer.given), k] = state.q[len(self.free) :]
         nodes = np.ascontiguousarray(np.swapaxes(reducer.nodes(jets), 1, 2))
         inputs = np.ascontiguousarray(np.swapaxes(reducer.inputs(jets), 1, 2))
+        friction, slip = None, 0.0
+        if self.equations.friction is not None and self.sticking is not None:
+            friction = np.array(self.friction).reshape(count, len(self.equations.friction.names)).T
+            slip = self.equations.friction.slip
+            self.events += self.sticking.all(end)
+            self.events.sort(key=lambda event: event.time)
         return Simulation(
             mechanism, self.times[:count], inputs, nodes, efforts, energy, tuple(self.events), self.status, end,
             self.evaluations + self.search.evaluations, self.steps, self.projection.total, self.contradiction,
+            friction, slip,
         )  # fmt: skip

@@ -25,6 +25,7 @@ class StepControl:
     atol: FloatArray  # (state,)
     step: float  # s, of methods with equal steps
     least: float  # s, least first step of methods with adaptive steps
+    jacobian: Callable[[float, FloatArray], FloatArray] | None = None  # for implicit methods; None: by their own means
 
 
 Begin = Callable[[Slopes, float, "FloatArray", float, StepControl], Any]
@@ -39,6 +40,7 @@ class Integrator:
     lands: bool = True  # a shortened step that ends at an event is as accurate as the others
     corrected: bool = False  # the state may be changed between steps
     compiled: bool = False  # there is also a compiled version
+    explicit: bool = False  # its steps become short where the equations are stiff
     over_input: bool = False  # its steps are steps of the input instead of the time; `begin` is not used
 
 
@@ -48,7 +50,8 @@ def of_scipy(name: str) -> Begin:
     def begin(slopes: Slopes, start: float, y: FloatArray, end: float, control: StepControl) -> Any:
         from scipy import integrate
 
-        solver = getattr(integrate, name)(slopes, start, y, end, rtol=control.rtol, atol=control.atol)
+        known = {"jac": control.jacobian} if name == "Radau" and control.jacobian is not None else {}
+        solver = getattr(integrate, name)(slopes, start, y, end, rtol=control.rtol, atol=control.atol, **known)
         if hasattr(solver, "h_abs"):  # LSODA has its own first step
             solver.h_abs = min(max(solver.h_abs, control.least), end - start)
         return solver
@@ -63,9 +66,12 @@ def in_equal_steps(slopes: Slopes, start: float, y: FloatArray, end: float, cont
     return ClassicRungeKutta(slopes, start, y, end, control.step)
 
 
+USUAL, WITH_DRY_FRICTION, CAREFUL = "dop853", "lsoda", "radau"
+"""The default; with dry friction, which is stiff; and where that one cannot continue."""
+
 INTEGRATORS: dict[str, Integrator] = {
-    "dop853": Integrator(of_scipy("DOP853"), corrected=True, compiled=True),
-    "rk45": Integrator(of_scipy("RK45"), corrected=True),
+    "dop853": Integrator(of_scipy("DOP853"), corrected=True, compiled=True, explicit=True),
+    "rk45": Integrator(of_scipy("RK45"), corrected=True, explicit=True),
     "radau": Integrator(of_scipy("Radau")),
     "lsoda": Integrator(of_scipy("LSODA")),
     "rk4": Integrator(in_equal_steps, lands=False),

@@ -31,9 +31,10 @@ def simulate(
     Raises UsageError for an unknown method, StructureError without a free input, ModelError without masses.
     """
     settings = settings or Settings()
-    if settings.method not in INTEGRATORS:
+    if settings.method and settings.method not in INTEGRATORS:
         raise UsageError(f"integrator: expected one of {', '.join(INTEGRATORS)}, got '{settings.method}'")
-    kind = EulerIntegration if INTEGRATORS[settings.method].over_input else Integration
+    over_input = bool(settings.method) and INTEGRATORS[settings.method].over_input
+    kind = EulerIntegration if over_input else Integration
     return _checked(kind(mechanism, np.asarray(times, dtype=float), settings, run, progress).simulation())
 
 
@@ -46,5 +47,6 @@ def _checked(found: Simulation) -> Simulation:
     return replace(
         found, time=found.time[rows], inputs=found.inputs[:, :, rows], nodes=found.nodes[:, :, rows],
         efforts=found.efforts[:, rows], energy=found.energy[:, rows], status=Status.NOT_CONVERGED,
+        friction=None if found.friction is None else found.friction[:, rows],
         end=float(found.time[rows.stop]),
     )  # fmt: skip

@@ -45,6 +45,10 @@ def simulation_table(found: Simulation, times: FloatArray, forces: Forces | None
         from gimcli.dynamics.force_table import reaction_columns
 
         columns += reaction_columns(forces)
+        if found.friction is not None:
+            from gimcli.dynamics.simulated_friction import friction_columns
+
+            columns += friction_columns(mechanism, forces.course, found.friction)
     reason = found.status if found.status is not Status.OK else Status.NOT_CONVERGED
     words = np.array([Status.OK.word] * rows + [reason.word] * (len(times) - rows))
     head = Column("step", np.arange(len(times))), Column("time", times, "s")
@@ -68,6 +72,8 @@ def _efforts(found: Simulation) -> list[Column]:
 def event_report(mechanism: Mechanism, event: Event) -> dict[str, Any]:
     """Return an event in the file's units."""
     report: dict[str, Any] = {"kind": event.kind, "time": event.time}
+    if event.pair:
+        report["pair"] = event.pair
     if event.actuator >= 0 and len(mechanism.actuators) > 1:
         report["actuator"] = mechanism.actuators[event.actuator].name
     return report | {"at": mechanism.inputs_to_file(event.inputs), "speed": mechanism.inputs_to_file(event.speeds)}
@@ -78,7 +84,12 @@ def reactions(found: Simulation) -> Forces:
     from gimcli.dynamics.forces import inverse_dynamics
     from gimcli.dynamics.statics import statics
 
-    return inverse_dynamics(statics(found.mechanism), found.course())
+    forces = inverse_dynamics(statics(found.mechanism), found.course())
+    if found.friction is None:
+        return forces
+    from gimcli.dynamics.simulated_friction import with_friction
+
+    return with_friction(forces, found.friction)
 
 
 def reaction_names(mechanism: Mechanism) -> list[str]:
@@ -91,4 +102,9 @@ def reaction_names(mechanism: Mechanism) -> list[str]:
     nodes = np.zeros((3, len(mechanism.nodes), 1), dtype=complex)
     nodes[0, :, 0] = mechanism.drawn
     at_rest = Course(np.zeros(1), mechanism.drawn_inputs[:, None], nodes)
-    return [column.name for column in reaction_columns(inverse_dynamics(statics(mechanism), at_rest))]
+    names = [column.name for column in reaction_columns(inverse_dynamics(statics(mechanism), at_rest))]
+    if not any(friction.mu > 0.0 for friction in mechanism.dynamics.frictions):
+        return names
+    from gimcli.dynamics.simulated_friction import friction_names
+
+    return [*names, *friction_names(mechanism)]

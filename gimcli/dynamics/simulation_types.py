@@ -12,16 +12,18 @@ from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.status import Status
 
 STANDSTILL, DEAD_POINT, LIMIT, SINGULAR = "standstill", "dead point", "limit", "singular position"
+STICKS, SLIDES, JAM = "sticks", "slides", "jam"
 
 
 @dataclass(frozen=True)
 class Settings:
     """Settings of an integration that the user chooses."""
 
-    method: str = "dop853"  # a name of INTEGRATORS
+    method: str = ""  # a name of INTEGRATORS; "": the usual one
     rtol: float = 1e-9  # relative tolerance of variables and speeds
     step: float = 1e-3  # s, of rk4
     standstills: int = 0  # number of the standstill at which to end; 0: none
+    slip: float = 0.0  # rad/s, slip speed of dry friction; 0: from the whole time
 
 
 @dataclass(frozen=True)
@@ -39,6 +41,12 @@ class SimulationConstants:
     beside: float = 2e-2  # determinant of a dyad below which every step is checked
     landing: float = 1e-2  # greatest correction of an event relative to the step; greater ones mean a change point
     bisections: int = 60  # of a bracket, for full precision
+    slip: float = 1e-6  # slip speed of dry friction times the whole time: the creep of what should stand [rad]
+    difference: float = 1e-5  # step of differences, relative to 1 or to the slip speed: errors are about its size
+    resolved: float = 1e-2  # absolute tolerance of speeds relative to the slip speed of dry friction, at most
+    reversal: float = 1e-3  # of the whole time: dry friction changes its sense within shorter steps than loads change
+    standing: float = 4.0  # sliding speed relative to the slip speed up to which a pair stands: 1 - tanh(4) is 7e-4
+    dwell: float = 1e-3  # least time relative to the whole time for which a pair stands: a reversal is shorter
     moving: float = 1e-2  # least kinetic energy relative to the greatest energies for a correction of the speeds
 
 
@@ -47,13 +55,14 @@ SIMULATION = SimulationConstants()
 
 @dataclass(frozen=True)
 class Event:
-    """An event of a simulation: a standstill, a dead point, a limit or a singular position."""
+    """An event of a simulation: a standstill, a dead point, the end of the motion, or a pair that sticks or slides."""
 
     kind: str
     time: float  # s
     inputs: FloatArray  # (actuators,) rad, or length in the normal frame
     speeds: FloatArray  # (actuators,) by s
     actuator: int = -1  # the input concerned; -1: several
+    pair: str = ""  # the pair with dry friction that sticks or slides
 
 
 @dataclass(frozen=True)
@@ -73,6 +82,8 @@ class Simulation:
     steps: int
     corrected: float  # J, sum of the absolute energy corrections
     contradiction: float  # greatest residual of all equations, including redundant ones
+    friction: FloatArray | None = field(default=None, repr=False)  # (contacts, rows) N x length in pins, N in guides
+    slip: float = 0.0  # rad/s, slip speed of dry friction; 0: there is none
 
     @property
     def total(self) -> FloatArray:

@@ -38,7 +38,7 @@ THEMES = {
     ),
     "Forces and dynamics: cylinders, springs and dampers": (
         "excavator", "lift_table", "suspension", "hatch", "garage_door", "toggle_clamp", "snap_hinge",
-        "balanced_lamp",
+        "balanced_lamp", "spring_block",
     ),
     "Forces and dynamics: swings, legs, robots, wipers": (
         "swing", "double_pendulum", "watt_durango", "strandbeest", "pick_and_place", "wiper",

@@ -10,7 +10,7 @@ import numpy as np
 
 from gimcli.dynamics.force_table import open_reactions
 from gimcli.dynamics.forces import Forces
-from gimcli.dynamics.integrators import INTEGRATORS
+from gimcli.dynamics.integrators import INTEGRATORS, WITH_DRY_FRICTION
 from gimcli.dynamics.simulation import simulate as simulate_times
 from gimcli.dynamics.simulation_table import ENERGIES, column_names, event_report, reaction_names, simulation_table
 from gimcli.dynamics.simulation_table import reactions as find_reactions
@@ -49,8 +49,8 @@ A_SECOND = 1500
 
 
 def simulate(
-    mechanism: Mechanism, time: float = 5.0, *, dt: float | None = None, integrator: str = "dop853",
-    rtol: float = 1e-9, step: float = STEP, standstills: int = 0, reactions: bool = False,
+    mechanism: Mechanism, time: float = 5.0, *, dt: float | None = None, integrator: str = "",
+    rtol: float = 1e-9, step: float = STEP, slip: float | None = None, standstills: int = 0, reactions: bool = False,
     plot: str | Sequence[str] = (), jit: str = "auto", notify: Notify | None = None, progress: Phases = no_phases,
     method: str = "",
 ) -> SimulateResult:  # fmt: skip
@@ -61,9 +61,11 @@ def simulate(
         time: duration of the motion [s].
         dt: time between two rows [s]; by default time / 200.
         integrator: "dop853", "rk45", "radau", "lsoda" (steps from `rtol`), "rk4" (equal steps of time) or "euler"
-            (equal steps of the only free input).
+            (equal steps of the only free input); by default "dop853", with dry friction "lsoda".
         rtol: relative tolerance of the integrators with adaptive steps, from 1e-14 to 1e-2.
         step: time step of "rk4" [s].
+        slip: slip speed of dry friction [rad/s] below which it grows smoothly with the speed, in guides times the unit
+            of length of the normal frame (about the size of the mechanism); by default 1e-6 rad by `time`.
         standstills: end at the standstill with this number of a free input; 0: do not end at standstills.
         reactions: add the reactions in all pairs to the columns.
         plot: the graphs of the picture, a text or a list, such as "P.y,energy" (see `gim manual graphs`); by default
@@ -89,13 +91,17 @@ def simulate(
         raise UsageError(f"step: expected a number of seconds above 0 and at most the time {time:g}, got {step:g}")
     integrator = method or integrator
     refuse_linked(mechanism, "simulate")
-    refuse_choice("integrator", integrator, INTEGRATORS)
+    if integrator:
+        refuse_choice("integrator", integrator, INTEGRATORS)
+    _check_slip(mechanism, slip)
     refuse_choice("jit", jit, JIT)
     refuse_count("standstills", standstills, 0, MOST_STEPS)
     texts = [plot] if isinstance(plot, str) else list(plot)
     plans = _planned(mechanism, texts) if any(text.strip() for text in texts) else []
     run = choose(jit, time * A_SECOND * WORK, notify, ("move",))
-    settings = Settings(integrator, max(rtol, LEAST), step, standstills)
+    if integrator and INTEGRATORS[integrator].explicit and _has_dry_friction(mechanism) and notify is not None:
+        notify(f"dry friction is stiff: {integrator} may take long; {WITH_DRY_FRICTION} and radau do not")
+    settings = Settings(integrator, max(rtol, LEAST), step, standstills, slip or 0.0)
     with explained(mechanism):
         found = simulate_times(mechanism, times, settings, run, progress("simulating"))
     if standstills and found.status.word == "ok":
@@ -105,6 +111,20 @@ def simulate(
         progress("reactions")
         forces = find_reactions(found)
     return SimulateResult(found, times, forces, plans)
+
+
+def _has_dry_friction(mechanism: Mechanism) -> bool:
+    return any(friction.mu > 0.0 for friction in mechanism.dynamics.frictions)
+
+
+def _check_slip(mechanism: Mechanism, slip: float | None) -> None:
+    """Raise UsageError if the slip speed is not a positive number, or nothing has dry friction."""
+    if slip is None:
+        return
+    if not 0.0 < slip < 1e9:
+        raise UsageError(f"slip: expected a number of rad/s above 0, got {slip:g}")
+    if not _has_dry_friction(mechanism):
+        raise UsageError(f"slip: no pair of {mechanism.name} has dry friction; add `mu` in `friction`, or leave it out")
 
 
 def _planned(mechanism: Mechanism, texts: Sequence[str]) -> list[PlannedGraph]:
@@ -132,8 +152,15 @@ class SimulateResult(RowsResult):
         return len(self.found.time) == len(self.times)
 
     @property
+    def slip(self) -> tuple[float, float] | None:
+        """The slip speed of dry friction in pins [rad/s] and guides [m/s]; None without dry friction."""
+        if self.found.friction is None:
+            return None
+        return self.found.slip, self.found.slip * (self.mechanism.dynamics.metre or 1.0)
+
+    @property
     def events(self) -> list[dict[str, Any]]:
-        """Standstills, dead points, and the event that ended the motion early."""
+        """Standstills, dead points, pairs that stick or slide, and the event that ended the motion early."""
         return [event_report(self.mechanism, event) for event in self.found.events]
 
     @cached_property
@@ -176,7 +203,8 @@ class SimulateResult(RowsResult):
     def report(self) -> dict[str, Any]:
         """Return the report that --json prints."""
         found = self.found
-        return {
+        slip = {} if self.slip is None else {"slip": self.slip[0], "slip_of_guides": self.slip[1]}
+        return slip | {
             "steps": len(self.times) - 1,
             "solved": len(found.time), "residual": found.contradiction, "status": found.status.word,
             "end": found.end, "events": self.events, "energy_drift": found.worst_drift,

@@ -27,7 +27,8 @@ def test_event_kinds():
     assert {getattr(singularities, k) for k in ("LIMIT", "DEAD", "CHANGE", "TANGENCY", "STATIONARY")} == set(
         kinds["positions"]
     )
-    simulated = {getattr(simulation_types, k) for k in ("STANDSTILL", "DEAD_POINT", "LIMIT", "SINGULAR")}
+    kinds_of_simulate = ("STANDSTILL", "DEAD_POINT", "LIMIT", "SINGULAR", "STICKS", "SLIDES", "JAM")
+    simulated = {getattr(simulation_types, k) for k in kinds_of_simulate}
     assert simulated == set(kinds["simulate"])
 
 

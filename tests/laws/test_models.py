@@ -277,6 +277,11 @@ def ladder_in_a_corner(m):
     yield m.xy("T"), np.sqrt(49 - (7 - height) ** 2) + 7j
 
 
+@law("spring_block")
+def block_along_its_guide(m):
+    yield m.xy("P"), m.value["travel"] - 200
+
+
 @law("gim_fig13a")
 def crank_rocker_from_integer_coordinates(m):
     b = abs(20 + 35j) * ray(m.value["motor"])

@@ -219,7 +219,10 @@ def test_options_are_those_of_the_command(command):
 def test_all_words_are_on_the_page():
     words = {f"`{status.word}`" for status in Status}
     words |= {f"`{getattr(singularities, k)}`" for k in ("LIMIT", "DEAD", "CHANGE", "TANGENCY", "STATIONARY")}
-    words |= {f"`{getattr(simulation_types, k)}`" for k in ("STANDSTILL", "DEAD_POINT", "LIMIT", "SINGULAR")}
+    words |= {
+        f"`{getattr(simulation_types, k)}`"
+        for k in ("STANDSTILL", "DEAD_POINT", "LIMIT", "SINGULAR", "STICKS", "SLIDES", "JAM")
+    }
     words |= {f"`{name}`" for name in [*INTEGRATORS, *(method.name for method in METHODS), "sequence exchanged"]}
     assert {word for word in words if word not in TEXT} == set()
     assert all(re.search(rf"(?m)^\| `{kind}\b", TEXT) for kind in KINDS)

@@ -1,0 +1,173 @@
+"""The equations of all bodies of a simulation in the arrays of the kernel `gimcli.kernels.body_balance`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gimcli.dynamic_data import NO_NODE, AppliedLoad, Friction, Inertia
+from gimcli.dynamics.load_arrays import moving_loads, with_friction_gauges
+from gimcli.dynamics.statics import Reaction, Statics, statics
+from gimcli.kernels.body_balance import GUIDE, PIN, SLOT, BalancedBodies, Contacts
+from gimcli.kernels.equilibrium import ALONG, COUPLE
+from gimcli.mechanism import ANGLE, FRAME, SPAN, FloatArray, IntArray, Mechanism
+from gimcli.structure.polynomials import with_gauges
+from gimcli.structure.rotation import members_of
+from gimcli.structure.sliding_pairs import pair_of
+from gimcli.structure.steps import NONE
+
+TURNS, TRAVELS, LENGTHS = range(3)
+"""Kinds of readings."""
+
+
+@dataclass(frozen=True)
+class DryPair:
+    """A contact with dry friction: a member on the pin of a node, or a sliding pair."""
+
+    name: str  # of the node or the sliding pair
+    member: int = NONE  # that turns on the pin
+    first: int = NONE  # member to which the pin is fixed
+    slide: int = NONE  # number of the sliding pair's first height
+
+
+class BodyBalance:
+    """The bodies, unknowns and contacts of a mechanism; `free` are its released inputs."""
+
+    def __init__(self, mechanism: Mechanism, free: Sequence[int]) -> None:
+        read = with_friction_gauges(mechanism)
+        every = statics(with_gauges(read))
+        self.mechanism, self.first = mechanism, 2 * len(mechanism.nodes)
+        couples = _friction_couples(read, every)
+        self.statics: Statics = replace(every, reactions=(*every.reactions, *couples))
+        self.couples = len(every.reactions) + np.arange(len(couples), dtype=np.int64)
+        self.readings = np.array(every.efforts, dtype=np.int64)  # columns of actuators and gauges
+        known = {*self.readings[list(free)].tolist(), *self.readings[len(mechanism.actuators) :].tolist(), NONE}
+        unknown = [c for c in range(len(every.reactions)) if c not in known]
+        self.unknown = np.full(len(self.statics.reactions), -1, dtype=np.int64)
+        self.unknown[unknown] = np.arange(len(unknown))
+        self.unknowns, self.equations = len(unknown), every.equations
+        self.pairs: list[DryPair] = []  # of the contacts
+        self.columns: list[int] = []
+        self.contacts = self._contacts()
+        self.bodies = self._bodies(read)
+
+    def _bodies(self, read: Mechanism) -> BalancedBodies:
+        every = self.statics
+        vectors = [reaction.vector for reaction in every.reactions]
+        turned = [(c, v.u, v.v, int(every.reactions[c].kind == ALONG)) for c, v in enumerate(vectors) if v.u != NONE]
+        contact = np.full(len(vectors), -1, dtype=np.int64)
+        contact[self.columns] = np.arange(len(self.columns))
+        kinds = {ANGLE: TURNS, SPAN: LENGTHS}
+        readings = [kinds.get(i.kind, TRAVELS) for i in (*read.actuators, *read.gauges)]
+        inertias = [i for i in self.mechanism.dynamics.inertias if i.member != FRAME]
+        terms, factors = self._terms()
+        rotors, ratios = self._rotors()
+        shares, share = self._shares()
+        return BalancedBodies(
+            terms, factors, np.array([(v.z.real, v.z.imag) for v in vectors]).reshape(-1, 2), _ints(turned, 4),
+            self.unknown, contact, self._acted(inertias), self._acted(moving_loads(read)),
+            _ints(list(zip(self.readings.tolist(), readings, strict=True)), 2), self.couples,
+            rotors, ratios, shares, share, self.first,
+        )  # fmt: skip
+
+    def _terms(self) -> tuple[IntArray, FloatArray]:
+        """Return the entries of the equations, as in `gimcli.dynamics.equilibrium_equations.equilibrium`."""
+        every, terms, factors = self.statics, list[tuple[int, ...]](), list[float]()
+        for c, reaction in enumerate(every.reactions):
+            for body, axis, kind, factor, node in every.entries(reaction):
+                terms.append((every.first_row[body] + axis, c, kind, node, every.bodies[body].node))
+                factors.append(factor)
+        return _ints(terms, 5), np.array(factors)
+
+    def _rotors(self) -> tuple[IntArray, FloatArray]:
+        """Return number of the rotor and column of each actuator that turns it, and the ratios."""
+        rows, ratios = list[tuple[int, int]](), list[float]()
+        leaders = {coupling.follower: coupling.terms for coupling in self.mechanism.couplings}
+        for k, rotor in enumerate(self.mechanism.dynamics.rotors):
+            for actuator, ratio in leaders.get(rotor.actuator, ((rotor.actuator, 1.0),)):
+                rows.append((k, int(self.readings[actuator])))
+                ratios.append(ratio)
+        return _ints(rows, 2), np.array(ratios, dtype=float)
+
+    def _shares(self) -> tuple[IntArray, FloatArray]:
+        """Return columns of actuators and of their followers without gears, and the ratios."""
+        rows, ratios = list[tuple[int, int]](), list[float]()
+        for coupling in self.mechanism.couplings:
+            if not coupling.geared:
+                for actuator, ratio in coupling.terms:
+                    rows.append((int(self.readings[actuator]), int(self.readings[coupling.follower])))
+                    ratios.append(ratio)
+        return _ints(rows, 2), np.array(ratios, dtype=float)
+
+    def _acted(self, parts: Sequence[Inertia | AppliedLoad]) -> IntArray:
+        """Return first equation, node of reference, and whether there is an equation of moments, of the bodies."""
+        every, rows = self.statics, list[tuple[int, int, int]]()
+        for part in parts:
+            body = every.body_of_pin[part.node] if part.node != NO_NODE else every.body_of_member[part.member]
+            if body == NONE:
+                rows.append((-1, 0, 0))
+            else:
+                own = every.bodies[body]
+                rows.append((every.first_row[body], own.node, int(own.member != NONE)))
+        return _ints(rows, 3)
+
+    # -- contacts -------------------------------------------------------------------------------------
+
+    def _contacts(self) -> Contacts:
+        """Return the pairs with dry friction: each member on a pin but the first, and the guides."""
+        holders, turning, sliding = members_of(self.mechanism), 0, 0
+        rows, factors, pairs = list[tuple[int, ...]](), list[tuple[float, float]](), list[DryPair]()
+        travels = len(self.mechanism.actuators) + len(self.mechanism.gauges)
+        for friction in self.mechanism.dynamics.frictions:
+            if friction.slide < 0:
+                first, *others = holders[friction.node]
+                for k, member in enumerate(others):
+                    pairs.append(DryPair(friction.name, member, first))
+                    rows.append(self._on_pin(friction, k, turning))
+                    factors.append((friction.circle, 0.0))
+                    self.columns.append(int(self.couples[turning]))
+                    turning += 1
+            else:
+                pairs.append(DryPair(friction.name, slide=friction.slide))
+                rows.append(self._on_guide(friction, travels + sliding))
+                factors.append((friction.mu, friction.length))
+                self.columns.append(int(self.readings[travels + sliding]))
+                sliding += 1
+        dry = [k for k, factor in enumerate(factors) if factor[0] > 0.0]
+        self.columns, self.pairs = [self.columns[k] for k in dry], [pairs[k] for k in dry]
+        table = _ints([rows[k] for k in dry], 8)
+        return Contacts(
+            table[:, 0].copy(), table[:, 1].copy(), table[:, 2:].copy(),
+            np.array([factors[k] for k in dry]).reshape(-1, 2),
+        )  # fmt: skip
+
+    def _on_pin(self, friction: Friction, k: int, number: int) -> tuple[int, ...]:
+        """Return kind, speed, and unknowns, columns and nodes of the force of a pin on its k-th other member."""
+        column = next(p.first for p in self.statics.pins if p.node == friction.node) + 2 * k
+        unknowns = int(self.unknown[column]), int(self.unknown[column + 1])
+        return (PIN, number, *unknowns, column, column + 1, friction.node, friction.node)
+
+    def _on_guide(self, friction: Friction, reading: int) -> tuple[int, ...]:
+        """Return kind, speed, and unknowns, columns and nodes of the normal forces of a guide."""
+        slides = pair_of(self.mechanism, friction.slide).slides
+        ends = slides[0], slides[-1]
+        columns = [self.statics.normals[k] for k in ends]
+        nodes = [self.mechanism.slides[k].node for k in ends]
+        kind = GUIDE if len(slides) > 1 and friction.length > 0.0 else SLOT
+        return (kind, self.first + reading, *(int(self.unknown[c]) for c in columns), *columns, *nodes)
+
+
+def _friction_couples(mechanism: Mechanism, every: Statics) -> list[Reaction]:
+    """Return the moments between the members of pins with friction, in the order of `Acting.rubs`."""
+    holders, body, couples = members_of(mechanism), every.body_of_member, list[Reaction]()
+    for friction in mechanism.dynamics.frictions:
+        if friction.slide < 0:
+            first, *others = holders[friction.node]
+            couples += [Reaction(COUPLE, body[member], body[first]) for member in others]
+    return couples
+
+
+def _ints(table: Sequence[Sequence[int]], width: int) -> IntArray:
+    return np.array(table, dtype=np.int64).reshape(-1, width)

@@ -1,0 +1,145 @@
+"""Dry (Coulomb) friction in simulations, regularised: below a slip speed it grows smoothly with the speed.
+
+    moment in a pin = rho |R| tanh(omega / e),   force in a guide = mu (|N1| + |N2|) tanh(v / (e L))
+
+rho: radius of the friction circle; R: pin force; N1, N2: the two contacts of a guide (or the normal force of a pin in a
+slot); L: unit of length of the normal frame, about the size of the mechanism; e [rad/s]: the slip speed. What should
+stand creeps with less than e where the load is at most 76 % of the greatest friction, tanh(1). The reactions depend on
+the accelerations and on the friction itself: the kernel solves for both in each state.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gimcli.dynamics.body_balance import BodyBalance
+from gimcli.dynamics.reducer import Reducer
+from gimcli.errors import StructureError
+from gimcli.kernels import body_balance as kernels
+from gimcli.kernels.reduction import DISSIPATED, SUPPLIED
+from gimcli.mechanism import FloatArray
+
+SOFT = 1e-12
+"""Singular values below this fraction of the greatest belong to redundant constraints."""
+
+UNIQUE = 1e-8
+"""Greatest part of a reaction in a unit self-stress for which it counts as determined."""
+
+
+class RegularisedFriction:
+    """The dry friction of a mechanism in the states of a simulation."""
+
+    def __init__(self, reducer: Reducer, slip: float) -> None:
+        self.reducer, self.slip = reducer, slip
+        self.balance = BodyBalance(reducer.mechanism, reducer.free)
+        columns, size, free = len(self.balance.statics.reactions), self.balance.equations, len(reducer.free)
+        count = len(self.balance.columns)
+        self.room = kernels.BalanceRoom(
+            np.zeros((columns, 2)), np.zeros(columns), np.zeros((size, self.balance.unknowns + free)),
+            np.zeros((size, 1 + count)), np.zeros(reducer.terms.variables),
+        )  # fmt: skip
+        self.loop = kernels.LoopRoom(
+            np.zeros(count), np.zeros(count), np.zeros((count, 2, 1 + count)), np.zeros(count), np.zeros(count),
+            np.zeros((count, 2)), np.zeros((count, count)), np.zeros(2 * count), np.zeros(count), np.zeros(count),
+        )  # fmt: skip
+        self.failed = False  # whether the last state has no solution, or no unique one
+        self.checked = False  # whether the reactions of the contacts are determined
+
+    @property
+    def names(self) -> list[str]:
+        """The names of the contacts: of a node, or a sliding pair."""
+        return [pair.name for pair in self.balance.pairs]
+
+    @property
+    def forces(self) -> FloatArray:
+        """Friction of the last state (contacts,): N x length of the normal frame in pins, N in guides."""
+        return self.loop.f
+
+    @property
+    def speeds(self) -> FloatArray:
+        """Sliding speeds of the last state (contacts,): rad/s in pins, lengths of the normal frame per s in guides."""
+        return self.loop.speed
+
+    def __call__(self, given: FloatArray) -> bool:
+        """Add the friction to the state of the reducer's last move; return whether the friction is determined.
+
+        `given` are the accelerations of the inputs that follow laws.
+        """
+        reducer, balance, room = self.reducer, self.balance, self.room
+        reducer.run(kernels.fill)(
+            balance.bodies, reducer.acting, reducer.at, reducer.room, given, reducer.factors, room
+        )  # fmt: skip
+        found, self.failed = self._solved(), False
+        if found is None:
+            return False
+        done = reducer.run(kernels.find_friction)(
+            balance.bodies, balance.contacts, reducer.acting, reducer.at, reducer.room.velocity, self.slip,
+            room.directions, found, self.loop,
+        )  # fmt: skip
+        self.failed = not done
+        if done:
+            self._apply(found[:, 0] + found[:, 1:] @ self.loop.f)
+        return bool(done)
+
+    def _solved(self) -> FloatArray | None:
+        """Return the unknowns without friction, and by each friction (unknowns + free, 1 + contacts)."""
+        matrix, sides = self.room.matrix, self.room.sides
+        if matrix.shape[0] == matrix.shape[1]:
+            try:
+                return np.asarray(np.linalg.solve(matrix, sides), dtype=np.float64)
+            except np.linalg.LinAlgError:
+                return None
+        if not (np.all(np.isfinite(matrix)) and np.all(np.isfinite(sides))):
+            return None
+        size = np.linalg.norm(matrix, axis=0)
+        size[size == 0.0] = 1.0
+        if not self.checked:
+            self._require_determined(matrix / size)
+        return np.asarray(np.linalg.lstsq(matrix / size, sides, rcond=SOFT)[0] / size[:, None])
+
+    def _apply(self, unknowns: FloatArray) -> None:
+        """Set accelerations, efforts of the inputs that follow laws, and powers."""
+        reducer, out, metre = self.reducer, self.reducer.out, self.reducer.acting.metre
+        free = len(reducer.free)
+        reducer.gain[:free] = unknowns[len(unknowns) - free :]
+        out.energy[DISSIPATED] += metre * float(self.loop.f @ self.loop.speed)
+        if reducer.given:
+            rates = reducer.room.velocity[[reducer.terms.first_reading + k for k in reducer.given]]
+            out.energy[SUPPLIED] -= float(out.q[free:] @ rates)
+            out.q[free:] = self._efforts(unknowns)
+            out.energy[SUPPLIED] += float(out.q[free:] @ rates)
+
+    def _efforts(self, unknowns: FloatArray) -> FloatArray:
+        """Return the efforts of the inputs that follow laws, with those of their followers and rotors."""
+        reducer, bodies = self.reducer, self.balance.bodies
+        acting, gains = reducer.acting, reducer.room.acceleration + reducer.gain @ reducer.at.b
+        efforts = []
+        for k in reducer.given:
+            column = int(self.balance.readings[k])
+            effort = unknowns[bodies.unknown[column]]
+            for (own, follower), ratio in zip(bodies.shares.tolist(), bodies.share.tolist(), strict=True):
+                effort += ratio * unknowns[bodies.unknown[follower]] if own == column else 0.0
+            effort *= acting.metre
+            for (rotor, own), ratio in zip(bodies.rotors.tolist(), bodies.rotor_ratio.tolist(), strict=True):
+                effort += ratio * acting.rotor[rotor] * gains[acting.rotors[rotor]] if own == column else 0.0
+            efforts.append(effort)
+        return np.array(efforts)
+
+    def _require_determined(self, matrix: FloatArray) -> None:
+        """Raise StructureError if redundant constraints leave the reactions of a contact open."""
+        self.checked = True
+        _, values, across = np.linalg.svd(matrix)
+        rank = int(np.sum(values > SOFT * values[0]))
+        stressed = np.linalg.norm(across[rank:], axis=0)
+        kind, place = self.balance.contacts.kind, self.balance.contacts.place
+        open_ones = [
+            name
+            for k, name in enumerate(self.names)
+            if max(stressed[place[k, 0]], stressed[place[k, 1]] if kind[k] != kernels.SLOT else 0.0) > UNIQUE
+        ]
+        if open_ones:
+            names = ", ".join(dict.fromkeys(open_ones))
+            raise StructureError(
+                f"{self.reducer.mechanism.name}: redundant constraints leave the forces in {names} indeterminate, and"
+                " so the dry friction there: remove the redundant constraints (`gim mobility` names them), or `mu`"
+            )

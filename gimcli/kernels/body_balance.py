@@ -1,0 +1,367 @@
+"""Equilibrium of all bodies in one state of a simulation, with accelerations among the unknowns, and dry friction.
+
+The unknowns x are the reactions, the efforts of the inputs that follow laws, and the accelerations s'' of the free
+independent variables. With the equations of equilibrium E (`gimcli.kernels.equilibrium`) and the inertia forces I of
+unit accelerations,
+
+    E x - I s'' = i - w - E e + E f
+
+i: inertia forces while s'' is 0; w: weight and loads; e: efforts of springs, dampers and free inputs; f: friction
+forces and moments, opposite to the sliding. So x and s'' are linear in f, while f depends on x:
+
+    f_j = s_j |y_j|,   y = y0 + G f
+
+s: shares of the full friction (-1..1); y: a pin force times the radius of its friction circle, or mu times the normal
+force and the moment of a guide; |y|: the length, or the greater of the two. Newton's method uses the slopes of the
+piece on which f lies. Without friction its Jacobian is 1; a solution that is connected to it has a positive
+determinant.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from gimcli.kernels.equilibrium import MOMENT, X
+from gimcli.kernels.influence import InfluencePosition, InfluenceScratch
+from gimcli.kernels.jit import kernel, stage
+from gimcli.kernels.linear import lu_factor, lu_solve
+from gimcli.kernels.reduction import Acting, carry, turn
+from gimcli.mechanism import SPAN, FloatArray, IntArray
+
+PIN, SLOT, GUIDE = range(3)
+"""Kinds of contacts: a pin, the guide of a pin in a slot, and a guide that bears a moment."""
+
+ROUNDS, HALVINGS = 40, 12
+"""Most iterations, and most halvings of a correction that increases the error; a few suffice for small friction."""
+
+EXACT, ACCEPTED = 1e-13, 1e-11
+"""Errors relative to the greatest reaction: at which the iteration ends, and of a solution that is accepted."""
+
+PARTS = 16
+"""Steps of the shares from 0 to 1 where the iteration fails at once."""
+
+
+class BalancedBodies(NamedTuple):
+    """The equations; the columns are reactions, actuators and gauges, and moments in pins."""
+
+    terms: IntArray  # (., 5) row, column, axis (TURN: a couple), node of action, node of reference
+    factors: FloatArray  # (terms,) 1 or -1, of couples any number
+    vectors: FloatArray  # (columns, 2) z
+    turned: IntArray  # (., 4) column, u, v, and 1 to normalise the direction z (v - u)
+    unknown: IntArray  # (columns,) number among the unknowns, or -1
+    contact: IntArray  # (columns,) number of the contact with this friction, or -1
+    masses: IntArray  # (masses, 3) row of the body's first equation or -1, its node of reference, 1 with a moment
+    loads: IntArray  # (loads, 3)
+    readings: IntArray  # (readings, 2) column, kind of the quantity
+    couples: IntArray  # (rubs,) columns of the moments in pins
+    rotors: IntArray  # (., 2) number of a rotor, column of an actuator that turns it
+    rotor_ratio: FloatArray  # (.,) rate of the rotor's input by that of the actuator: 1, or the ratio of a follower
+    shares: IntArray  # (., 2) column of an actuator, column of a follower, whose effort the actuator bears
+    share: FloatArray  # (.,) ratio of the follower
+    first: int  # number of the variable that is the first reading
+
+
+class Contacts(NamedTuple):
+    """The pairs with dry friction."""
+
+    kind: IntArray  # (contacts,)
+    speed: IntArray  # (contacts,) number of its moment in `Acting.rubs`, or variable of the travel
+    place: IntArray  # (contacts, 6) unknowns, columns and nodes of the pin force (x, y) or of the normal forces
+    factor: FloatArray  # (contacts, 2) radius of the friction circle or mu; length between the contacts of a guide
+
+
+class BalanceRoom(NamedTuple):
+    """Results of `fill`, and scratch arrays."""
+
+    directions: FloatArray  # (columns, 2)
+    efforts: FloatArray  # (columns,) N, or N x length of the normal frame
+    matrix: FloatArray  # (equations, unknowns + free)
+    sides: FloatArray  # (equations, 1 + contacts)
+    rest: FloatArray  # (variables,) accelerations while s'' is 0
+
+
+class LoopRoom(NamedTuple):
+    """Results of `find_friction`, and scratch arrays."""
+
+    speed: FloatArray  # (contacts,) rad/s, or lengths of the normal frame per s
+    share: FloatArray  # (contacts,)
+    y: FloatArray  # (contacts, 2, 1 + contacts) y0 and G
+    f: FloatArray  # (contacts,) N x length of the normal frame, or N
+    size: FloatArray  # (contacts,) |y|
+    slope: FloatArray  # (contacts, 2) of |y| by y
+    a: FloatArray  # (contacts, contacts)
+    order: FloatArray  # (2 contacts,)
+    step: FloatArray  # (contacts,)
+    trial: FloatArray  # (contacts,)
+
+
+@kernel
+def pin_speed(p: Acting, v: FloatArray, w: FloatArray, i: int) -> float:
+    """Return the relative angular speed in a pin with friction."""
+    one = turn(v, w, p.rubs[i, 0], p.rubs[i, 1], p.rub[i, 1])
+    return one - turn(v, w, p.rubs[i, 2], p.rubs[i, 3], p.rub[i, 2])
+
+
+@kernel
+def act(
+    table: FloatArray, column: int, body: IntArray, v: FloatArray, x: float, y: float, fx: float, fy: float, m: float
+) -> None:
+    """Add a force at (x, y) and a moment on a body to a column of a table."""
+    row = body[0]
+    if row < 0:
+        return
+    table[row, column] += fx
+    table[row + 1, column] += fy
+    if body[2]:
+        r = body[1]
+        table[row + 2, column] += (x - v[2 * r]) * fy - (y - v[2 * r + 1]) * fx + m
+
+
+@stage
+def fill_bodies(
+    b: BalancedBodies, p: Acting, at: InfluencePosition, free: int, factors: FloatArray, out: BalanceRoom
+) -> None:  # fmt: skip
+    """Add inertia forces, weight and loads."""
+    v, metre, unknowns = at.v, p.metre, out.matrix.shape[1] - free
+    for i in range(p.masses.shape[0]):
+        n, f, zr, zi = p.masses[i, 0], p.masses[i, 1], p.mass[i, 0], p.mass[i, 1]
+        mass, moment, square, body = p.mass[i, 2] * metre, p.mass[i, 3] / metre, p.mass[i, 4], b.masses[i]
+        x, y = carry(v, n, f, zr, zi)
+        ax, ay = carry(out.rest, n, f, zr, zi)
+        weight = p.mass[i, 2]
+        fx, fy = mass * ax - weight * p.gravity[0], mass * ay - weight * p.gravity[1]
+        act(out.sides, 0, body, v, x, y, fx, fy, moment * turn(v, out.rest, n, f, square))
+        for k in range(free):
+            ax, ay = carry(at.b[k], n, f, zr, zi)
+            spin = moment * turn(v, at.b[k], n, f, square)
+            act(out.matrix, unknowns + k, body, v, x, y, -mass * ax, -mass * ay, -spin)
+    for i in range(p.loads.shape[0]):
+        n, f, fx, fy = p.loads[i, 0], p.loads[i, 1], p.load[i, 2], p.load[i, 3]
+        x, y = carry(v, n, f, p.load[i, 0], p.load[i, 1])
+        if p.loads[i, 2]:
+            ex, ey = v[2 * f] - v[2 * n], v[2 * f + 1] - v[2 * n + 1]
+            fx, fy = fx * ex - fy * ey, fx * ey + fy * ex
+        torque = p.load[i, 4] / metre
+        act(out.sides, 0, b.loads[i], v, x, y, -fx * factors[i], -fy * factors[i], -torque * factors[i])
+
+
+@stage
+def fill_efforts(
+    b: BalancedBodies, p: Acting, v: FloatArray, w: FloatArray, rest: FloatArray, efforts: FloatArray
+) -> None:
+    """Compute the efforts of springs, dampers, free inputs, rotors while s'' is 0, and viscous friction in pins."""
+    metre = p.metre
+    for c in range(efforts.shape[0]):
+        efforts[c] = 0.0
+    for i in range(p.springs.shape[0]):
+        r = p.springs[i, 0]
+        column, kind = b.readings[r - b.first, 0], p.springs[i, 1]
+        value = abs(v[r]) if kind == SPAN else v[r]  # coincident nodes were passed: the length is |variable|
+        unit = metre if b.readings[r - b.first, 1] else 1.0 / metre
+        efforts[column] -= p.spring[i, 0] * unit * (value - p.spring[i, 1])
+    for i in range(p.dampers.shape[0]):
+        r = p.dampers[i, 0]
+        column = b.readings[r - b.first, 0]
+        unit = 1.0 / metre if p.dampers[i, 1] else metre
+        rate = -w[r] if b.readings[r - b.first, 1] == 2 and v[r] < 0.0 else w[r]
+        efforts[column] -= p.damper[i] * unit * rate
+    for i in range(p.motors.shape[0]):
+        r = p.motors[i, 0]
+        effort = p.motor[i, 0] / metre if p.motors[i, 1] else p.motor[i, 0]
+        if p.motor[i, 1] != 0.0:
+            effort *= 1.0 - w[r] / p.motor[i, 1]
+        efforts[b.readings[r - b.first, 0]] += effort
+    for i in range(b.rotors.shape[0]):
+        k, column = b.rotors[i, 0], b.rotors[i, 1]
+        efforts[column] -= b.rotor_ratio[i] * p.rotor[k] / metre * rest[p.rotors[k]]
+    for i in range(p.rubs.shape[0]):
+        efforts[b.couples[i]] -= p.rub[i, 0] / metre * pin_speed(p, v, w, i)
+
+
+@kernel
+def entry(b: BalancedBodies, t: int, v: FloatArray, directions: FloatArray) -> float:
+    """Return an entry of E."""
+    c, axis, n, r = b.terms[t, 1], b.terms[t, 2], b.terms[t, 3], b.terms[t, 4]
+    part, dx, dy = 1.0, directions[c, 0], directions[c, 1]
+    if axis == MOMENT:
+        part = (v[2 * n] - v[2 * r]) * dy - (v[2 * n + 1] - v[2 * r + 1]) * dx
+    elif axis < MOMENT:
+        part = dx if axis == X else dy
+    return b.factors[t] * part
+
+
+@stage
+def fill_rotors(b: BalancedBodies, p: Acting, at: InfluencePosition, free: int, out: BalanceRoom) -> None:
+    """Add the efforts that rotors of free inputs need for s''."""
+    unknowns = out.matrix.shape[1] - free
+    for i in range(b.rotors.shape[0]):
+        r, column = b.rotors[i, 0], b.rotors[i, 1]
+        if b.unknown[column] >= 0:
+            continue
+        for t in range(b.terms.shape[0]):
+            if b.terms[t, 1] == column:
+                part = entry(b, t, at.v, out.directions) * b.rotor_ratio[i] * p.rotor[r] / p.metre
+                for k in range(free):
+                    out.matrix[b.terms[t, 0], unknowns + k] -= part * at.b[k, p.rotors[r]]
+
+
+@stage
+def fill_shares(b: BalancedBodies, v: FloatArray, out: BalanceRoom) -> None:
+    """Add the efforts of followers that free inputs bear."""
+    for i in range(b.shares.shape[0]):
+        column, follower = b.shares[i, 0], b.shares[i, 1]
+        if b.unknown[column] < 0:
+            for t in range(b.terms.shape[0]):
+                if b.terms[t, 1] == column:
+                    part = entry(b, t, v, out.directions)
+                    out.matrix[b.terms[t, 0], b.unknown[follower]] -= b.share[i] * part
+
+
+@kernel
+def fill(
+    b: BalancedBodies, p: Acting, at: InfluencePosition, room: InfluenceScratch, given: FloatArray, factors: FloatArray,
+    out: BalanceRoom,
+) -> None:  # fmt: skip
+    """Compute the matrix and the right sides of the state in `at` and `room`.
+
+    given: accelerations of the inputs that follow laws, the last independent variables.
+    """
+    v = at.v
+    free = at.b.shape[0] - given.shape[0]
+    for i in range(v.shape[0]):
+        out.rest[i] = room.acceleration[i]
+        for k in range(given.shape[0]):
+            out.rest[i] += given[k] * at.b[free + k, i]
+    for i in range(out.matrix.shape[0]):
+        for j in range(out.matrix.shape[1]):
+            out.matrix[i, j] = 0.0
+        for j in range(out.sides.shape[1]):
+            out.sides[i, j] = 0.0
+    for c in range(b.vectors.shape[0]):
+        out.directions[c, 0], out.directions[c, 1] = b.vectors[c, 0], b.vectors[c, 1]
+    for t in range(b.turned.shape[0]):
+        c, i, j = b.turned[t, 0], b.turned[t, 1], b.turned[t, 2]
+        ex, ey = v[2 * j] - v[2 * i], v[2 * j + 1] - v[2 * i + 1]
+        dx, dy = b.vectors[c, 0] * ex - b.vectors[c, 1] * ey, b.vectors[c, 0] * ey + b.vectors[c, 1] * ex
+        norm = math.sqrt(dx * dx + dy * dy) if b.turned[t, 3] == 1 else 1.0
+        out.directions[c, 0], out.directions[c, 1] = dx / norm, dy / norm
+    fill_efforts(b, p, v, room.velocity, out.rest, out.efforts)
+    for t in range(b.terms.shape[0]):
+        row, c, part = b.terms[t, 0], b.terms[t, 1], entry(b, t, v, out.directions)
+        if b.unknown[c] >= 0:
+            out.matrix[row, b.unknown[c]] += part
+        else:
+            out.sides[row, 0] -= part * out.efforts[c]
+        if b.contact[c] >= 0:
+            out.sides[row, 1 + b.contact[c]] += part
+    fill_bodies(b, p, at, free, factors, out)
+    if b.rotors.shape[0]:
+        fill_rotors(b, p, at, free, out)
+    if b.shares.shape[0]:
+        fill_shares(b, v, out)
+
+
+@stage
+def measure(c: Contacts, v: FloatArray, directions: FloatArray, found: FloatArray, y: FloatArray) -> None:
+    """Compute y0 and G of the contacts from the unknowns `found` (unknowns, 1 + contacts)."""
+    for k in range(c.kind.shape[0]):
+        one, other, factor = c.place[k, 0], c.place[k, 1], c.factor[k, 0]
+        turn_one, turn_other = 0.0, 0.0
+        if c.kind[k] == GUIDE:
+            n, m = c.place[k, 4], c.place[k, 5]
+            hx, hy = 0.5 * (v[2 * n] - v[2 * m]), 0.5 * (v[2 * n + 1] - v[2 * m + 1])  # from the middle
+            lever, i, j = 2.0 * factor / c.factor[k, 1], c.place[k, 2], c.place[k, 3]
+            turn_one = lever * (hx * directions[i, 1] - hy * directions[i, 0])
+            turn_other = -lever * (hx * directions[j, 1] - hy * directions[j, 0])
+        for j in range(found.shape[1]):
+            first = found[one, j]
+            second = found[other, j] if c.kind[k] != SLOT else 0.0
+            if c.kind[k] == PIN:
+                y[k, 0, j], y[k, 1, j] = factor * first, factor * second
+            else:
+                y[k, 0, j], y[k, 1, j] = factor * (first + second), turn_one * first + turn_other * second
+
+
+@kernel
+def miss_of(kind: IntArray, part: float, f: FloatArray, room: LoopRoom) -> tuple[float, float]:
+    """Compute |y| and its slopes at f; return the greatest error of the equations, and the greatest |y|."""
+    worst, greatest = 0.0, 0.0
+    for k in range(kind.shape[0]):
+        one, other = room.y[k, 0, 0], room.y[k, 1, 0]
+        for j in range(f.shape[0]):
+            one += room.y[k, 0, 1 + j] * f[j]
+            other += room.y[k, 1, 1 + j] * f[j]
+        room.slope[k, 0], room.slope[k, 1] = 0.0, 0.0
+        if kind[k] == PIN:
+            size = math.sqrt(one * one + other * other)
+            if size > 0.0:
+                room.slope[k, 0], room.slope[k, 1] = one / size, other / size
+        elif abs(one) >= abs(other):
+            size, room.slope[k, 0] = abs(one), 1.0 if one >= 0.0 else -1.0
+        else:
+            size, room.slope[k, 1] = abs(other), 1.0 if other >= 0.0 else -1.0
+        room.size[k] = size
+        greatest = max(greatest, size)
+        error = abs(f[k] - part * room.share[k] * size)
+        if not error <= worst:
+            worst = error
+    return worst, greatest
+
+
+@stage
+def settle_friction(kind: IntArray, part: float, room: LoopRoom) -> bool:
+    """Solve for `room.f`, starting from its present values, with `part` of the shares.
+
+    Returns whether a solution was found, with a positive determinant.
+    """
+    n = kind.shape[0]
+    error, greatest = miss_of(kind, part, room.f, room)
+    rounds, improves = 0, True
+    while True:
+        for k in range(n):
+            for j in range(n):
+                slope = room.slope[k, 0] * room.y[k, 0, 1 + j] + room.slope[k, 1] * room.y[k, 1, 1 + j]
+                room.a[k, j] = (1.0 if j == k else 0.0) - part * room.share[k] * slope
+            room.step[k] = part * room.share[k] * room.size[k] - room.f[k]
+        sign = lu_factor(room.a, n, room.order)
+        if error <= EXACT * greatest or not improves or rounds >= ROUNDS or sign == 0.0:
+            return bool(error <= ACCEPTED * greatest and sign > 0.0)
+        lu_solve(room.a, n, room.order, room.step)
+        length, before = 1.0, error
+        for _ in range(HALVINGS):
+            for k in range(n):
+                room.trial[k] = room.f[k] + length * room.step[k]
+            error, greatest = miss_of(kind, part, room.trial, room)
+            if error < before:
+                break
+            length *= 0.5
+        improves = error < before
+        if improves:
+            for k in range(n):
+                room.f[k] = room.trial[k]
+        else:
+            error, greatest = miss_of(kind, part, room.f, room)
+        rounds += 1
+
+
+@kernel
+def find_friction(
+    b: BalancedBodies, c: Contacts, p: Acting, at: InfluencePosition, velocity: FloatArray, slip: float,
+    directions: FloatArray, found: FloatArray, room: LoopRoom,
+) -> bool:  # fmt: skip
+    """Compute the friction `room.f` (contacts,), starting from its present values; return whether it was found."""
+    for k in range(c.kind.shape[0]):
+        i = c.speed[k]
+        room.speed[k] = pin_speed(p, at.v, velocity, i) if c.kind[k] == PIN else velocity[i]
+        room.share[k] = math.tanh(room.speed[k] / slip)
+    measure(c, at.v, directions, found, room.y)
+    if settle_friction(c.kind, 1.0, room):
+        return True
+    for k in range(c.kind.shape[0]):
+        room.f[k] = 0.0
+    done, i = True, 0
+    while done and i < PARTS:
+        i += 1
+        done = settle_friction(c.kind, i / PARTS, room)
+    return done
