@@ -431,7 +431,7 @@ def dry(mu, viscous=0.0, size=None):
 
 @pytest.mark.few
 def test_the_power_balances_in_every_row(model):
-    """Dry and viscous friction together; the power of dry friction is negative, and redundant models are refused, as are pivots of gears."""
+    """Dry and viscous friction together; redundant models are refused, as are pivots of gears."""
     motion = trace(weighted(model, dry(0.05, 0.3)), 24)
     if statics(motion.mechanism).surplus or motion.mechanism.gears:
         with pytest.raises(ModelError, match=r"redundant constraints|bears a force of the gear"):
