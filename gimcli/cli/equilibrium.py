@@ -111,7 +111,8 @@ def _print(result: EquilibriumResult) -> None:
     for name, value in result.holding.items():
         unit = result.unit(found.released[result.released.index(name)])
         where = at_inputs(mechanism, result.inputs(found.start_inputs))
-        typer.echo(f"effort of {name} that holds the mechanism at {where}: {number(value, found.size)} {unit}")
+        besides = " besides its own" * (name in result.driven)
+        typer.echo(f"effort of {name}{besides} that holds the mechanism at {where}: {number(value, found.size)} {unit}")
     for sentence in remarks(result):
         typer.echo(sentence)
     for k, one in enumerate(found.found):

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gimcli.dynamic_data import DrivingEffort
 from gimcli.dynamics.equilibria import Equilibria, Equilibrium, Push
 from gimcli.dynamics.equilibria_balance import StaticBalance
 from gimcli.dynamics.equilibria_circuit import circuit_equilibria, released_circuit
@@ -130,8 +131,15 @@ class EquilibriumResult(Result):
         return tuple(self.mechanism.actuators[k].name for k in self.found.released)
 
     @property
+    def driven(self) -> tuple[str, ...]:
+        """The names of the released inputs with an effort of their own in the file, which acts."""
+        actuators = self.mechanism.actuators
+        own = [r for r in self.mechanism.dynamics.releases if r.actuator in self.found.released]
+        return tuple(actuators[r.actuator].name for r in own if r.effort != DrivingEffort())
+
+    @property
     def holding(self) -> dict[str, float]:
-        """The efforts [N m or N] of the released inputs that hold the mechanism in the start position."""
+        """The efforts [N m or N] of the released inputs, besides their own, that hold the mechanism at the start."""
         return {name: float(value) for name, value in zip(self.released, self.found.holding, strict=True)}
 
     @property

@@ -7,9 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import yaml
 from bundled import MODELS
+from in_process import gim
 
-from gimcli import equilibrium, load, solve
+from gimcli import equilibrium, forces, load, solve
 from gimcli.dynamics.equilibria_balance import StaticBalance
 from gimcli.dynamics.equilibria_freedoms import Freedoms, released_inputs_line
 from gimcli.dynamics.equilibria_search import EquilibriumSearch
@@ -444,6 +446,99 @@ def test_each_equilibrium_is_one_of_the_linearised_equations(name):
         there = linearised(mechanism, one.z, one.inputs, (0,))
         assert there.unbalance[0] < 1e-11
         assert there.stiffness[0, 0] == pytest.approx(one.stiffness[0, 0], rel=1e-9)
+
+
+@pytest.mark.parametrize("name", ["watt_1", "watt_durango", "suspension", "swing"])
+def test_the_holding_effort_is_that_of_the_inverse_dynamics_of_a_slow_motion(name):
+    mechanism = load(MODELS / f"{name}.yaml").with_({"duration": 1e7})
+    first = mechanism.actuators[0].name
+    found = equilibrium(mechanism, first, {a.name: v for a, v in _starts(mechanism)})
+    assert found.holding[first] == pytest.approx(forces(mechanism, 1)[f"{first}.effort"][0], rel=1e-9)
+
+
+def _starts(mechanism):
+    for k, actuator in enumerate(mechanism.actuators):
+        yield actuator, float(mechanism.value_to_file(k, mechanism.start_inputs[k : k + 1])[0])
+
+
+@pytest.mark.parametrize("name", ["snap_hinge", "suspension", "toggle_clamp", "garage_door", "watt_1"])
+def test_stable_and_unstable_alternate_on_a_closed_circuit(name):
+    found = equilibrium(load(MODELS / f"{name}.yaml"))
+    assert found.found.closed
+    assert found.count % 2 == 0
+    by_place = [one.stability for one in sorted(found.found.found, key=lambda one: one.fraction)]
+    assert {tuple(by_place[::2]), tuple(by_place[1::2])} == {
+        ("stable",) * (found.count // 2),
+        ("unstable",) * (found.count // 2),
+    }
+    for one in found.equilibria:
+        assert len(one["pushes"]) == 2 * (one["stability"] == "stable")
+        assert all(push["barrier"] > 0.0 for push in one["pushes"])
+
+
+def test_an_effort_over_its_input_has_a_potential(tmp_path):
+    """A table that is a straight line from 3 to -3 N m is a torsion spring: V = m g r sin q - 3 q + q^2/3."""
+    (tmp_path / "table.csv").write_text("q,effort\n-9,30\n0,3\n9,-24\n")
+    model = bar()
+    model["actuators"]["q"] |= {"free": True, "effort": {"table": str(tmp_path / "table.csv"), "over": "value"}}
+    found = equilibrium(load(model))
+    q, potential = found.curve()["q"], found.curve()["potential"]
+    expected = 2 * G * 0.3 * np.sin(q) - 3 * q + 1.5 * q**2
+    assert potential - potential[0] == pytest.approx(expected - expected[0], abs=1e-11)
+    assert found.found.conservative
+
+
+def test_an_input_that_follows_moves_with_its_leader():
+    """Bars of 1 m and 1 kg, and 0.6 m and 0.5 kg, hanging, q2 = R q1: V'' = g (m1 c1 + R^2 m2 c2)."""
+    model = bar(
+        nodes={"O": [0, 0], "A": [0, -1], "P": [2, 0], "B": [2, -0.6]}, ground=["O", "P"],
+        links={"one": ["O", "A"], "two": ["P", "B"]},
+        masses={"one": {"mass": 1, "inertia": 0}, "two": {"mass": 0.5, "inertia": 0}},
+    )  # fmt: skip
+    for ratio in (-1.0, -2.0, 0.5):
+        down = -0.5 * math.pi
+        model["actuators"] = {
+            "q": {"pivot": "O", "arm": "A", "law": {"from": down, "to": down + 6}},
+            "r": {"pivot": "P", "arm": "B", "follows": "q", "ratio": ratio, "phase": down - ratio * down},
+        }
+        found = equilibrium(load(model))
+        lowest = min(found.equilibria, key=lambda one: one["potential"])
+        assert lowest["stiffness"][0][0] == pytest.approx(G * (0.5 + ratio**2 * 0.15), abs=1e-11)
+        q = np.array(values(found))
+        assert 0.5 * np.cos(q) + ratio * 0.15 * np.cos(down + ratio * (q - down)) == pytest.approx(0.0, abs=1e-11)
+
+
+# -- files and reports ------------------------------------------------------------------------------
+
+
+def test_pictures_of_one_input_of_several_and_of_everywhere():
+    one = equilibrium(load("snap_hinge")).picture()
+    assert [picture.labels[1] for picture in one.pictures[1:]] == ["potential [J]", "holding effort [N m]"]
+    lamp = load("balanced_lamp")
+    assert equilibrium(lamp, starts=2).picture().title.startswith("Balanced lamp: in equilibrium everywhere")
+    heavier = equilibrium(lamp.with_({"lamp": 0.7}), starts=4).picture()
+    assert {word for word, _ in heavier.legend} <= {"stable", "unstable"}
+
+
+def test_the_command_names_the_option_and_ends_with_five_without_convergence(tmp_path):
+    model = double_pendulum(loads={"t": {"on": "two", "torque": 30.0}})
+    (tmp_path / "lost.yaml").write_text(yaml.safe_dump(model).replace("true:", "'on':"))
+    done = gim("equilibrium", tmp_path / "lost.yaml", "--starts", 2)
+    assert done.code == 5
+    assert "2 did not converge" in done.text
+    for one in model["actuators"].values():
+        del one["free"]
+    (tmp_path / "held.yaml").write_text(yaml.safe_dump(model).replace("true:", "'on':"))
+    done = gim("equilibrium", tmp_path / "held.yaml")
+    assert done.code == 2
+    assert "--free q" in done.error
+
+
+def test_an_npz_file_has_the_curve(tmp_path):
+    found = equilibrium(load("snap_hinge"))
+    found.save(tmp_path / "hinge.npz")
+    with np.load(tmp_path / "hinge.npz") as file:
+        assert file["curve.potential"].max() == pytest.approx(found.equilibria[-1]["potential"], rel=1e-3)
 
 
 # -- errors -----------------------------------------------------------------------------------------
