@@ -148,7 +148,7 @@ class _CircuitSearch:
         open_one = root.multiplicity % 2 == 0 or self._meets(at)
         stability = UNDECIDED if open_one else UNSTABLE if root.rises else STABLE
         stiffness = None
-        if abs(at.rate) > RESTING:
+        if abs(at.rate) > RESTING and root.smooth:
             own = -at.slope if root.multiplicity == 1 else 0.0
             stiffness = np.array([[own / (at.rate * self.metre) ** 2]])
         return Equilibrium(

@@ -35,36 +35,41 @@ class CurveRoot:
         """Whether the force is 0 to rounding."""
         return self.residual <= BALANCE.residual
 
+    @property
+    def smooth(self) -> bool:
+        """Whether the slope agrees with the change of sign; not at the jump of a spring whose ends meet."""
+        return self.multiplicity > 1 or (self.at.slope > 0.0) == self.rises
+
 
 def curve_roots(curve: BalanceCurve, points: list[BalancePoint]) -> list[CurveRoot]:
     """Return the roots between resolved points, in their order, each once."""
     found: list[CurveRoot] = []
     for here, there in pairwise(points):
-        for raw, touches in _isolated(curve, here, there, DIVISIONS):
-            scale = max(here.size, there.size, raw.size)
-            root = _examined(curve, raw, scale, touches, rises=here.force < 0.0)
-            if root is not None and not any(_same(curve, root, known) for known in found):
+        for raw, sense in _isolated(curve, here, there, DIVISIONS):
+            root = _examined(curve, raw, max(here.size, there.size, raw.size), sense)
+            if not any(_same(curve, root, known) for known in found):
                 found.append(root)
     return sorted(found, key=lambda root: root.at.mark)
 
 
-def _isolated(curve: BalanceCurve, a: BalancePoint, b: BalancePoint, depth: int) -> Iterator[tuple[BalancePoint, bool]]:
-    """Yield the roots between two points, and whether the force only touches 0 there."""
-    if _sign(a.slope) != _sign(b.slope):
+def _isolated(curve: BalanceCurve, a: BalancePoint, b: BalancePoint, depth: int) -> Iterator[tuple[BalancePoint, int]]:
+    """Yield the roots between two points, and whether the force rises (1), falls (-1) or only touches 0 there (0)."""
+    steep = max(abs(a.slope), abs(b.slope)) * distance(a, b) > BALANCE.touching * max(a.size, b.size)
+    if steep and _sign(a.slope) != _sign(b.slope):
         extreme = _between(curve, a, b, "slope")
         if abs(extreme.force) <= BALANCE.touching * max(a.size, b.size, extreme.size):
-            yield extreme, True
+            yield extreme, 0
             return
         for one, other in ((a, extreme), (extreme, b)):
             if _sign(one.force) != _sign(other.force):
-                yield _between(curve, one, other, "force"), False
+                yield _between(curve, one, other, "force"), -_sign(one.force)
         return
-    if depth and (part := _vertex(a, b)) is not None:
+    if steep and depth and (part := _vertex(a, b)) is not None:
         middle = curve.middle(a, b, part)
         yield from _isolated(curve, a, middle, depth - 1)
         yield from _isolated(curve, middle, b, depth - 1)
     elif _sign(a.force) != _sign(b.force):
-        yield _between(curve, a, b, "force"), False
+        yield _between(curve, a, b, "force"), -_sign(a.force)
 
 
 def _sign(value: float) -> int:
@@ -101,16 +106,15 @@ def _between(curve: BalanceCurve, a: BalancePoint, b: BalancePoint, name: str) -
     return known[part]
 
 
-def _examined(curve: BalanceCurve, raw: BalancePoint, scale: float, touches: bool, rises: bool) -> CurveRoot | None:
-    """Return a root to full accuracy, with its multiplicity; None if a polynomial shows no root there."""
-    if touches or abs(raw.slope) <= BALANCE.flat * scale:
+def _examined(curve: BalanceCurve, raw: BalancePoint, scale: float, sense: int) -> CurveRoot:
+    """Return a root to full accuracy, with its multiplicity; `sense` as from `_isolated`."""
+    if sense == 0 or abs(raw.slope) <= BALANCE.flat * scale:
         multiple = _multiple(curve, raw, scale)
-        if multiple is not None and not (touches and multiple.multiplicity == 2):
+        if multiple is not None and not (sense == 0 and multiple.multiplicity == 2):
             return multiple
-    if touches:  # the root of the slope is more accurate
+    if sense == 0:  # the root of the slope is more accurate
         return CurveRoot(raw, 2, False, scale)
-    root = _polished(curve, raw)
-    return CurveRoot(root, 1, root.slope > 0.0 if root.slope else rises, scale)
+    return CurveRoot(_polished(curve, raw), 1, sense > 0, scale)
 
 
 def _polished(curve: BalanceCurve, root: BalancePoint) -> BalancePoint:

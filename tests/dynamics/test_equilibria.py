@@ -303,6 +303,33 @@ def test_the_input_turns_back_at_its_limits_without_loss_of_a_root():
     assert any(push["effort"] is None for one in found.equilibria for push in one["pushes"])  # beyond a limit
 
 
+def test_a_constant_force_along_a_line_has_no_equilibrium():
+    """A block on an incline, and with a spring that bears it: k s = m g sin of 30 deg."""
+    unit = complex(math.sqrt(0.75), 0.5)
+    nodes = {name: [(s * unit).real, (s * unit).imag] for name, s in (("L", -1), ("R", 1), ("P", 0), ("Q", 0.2))}
+    model = bar(
+        nodes=nodes, ground=["L", "R"], links={"block": ["P", "Q"]},
+        prismatic={"slide": {"nodes": ["P", "Q"], "guide": ["L", "R"]}}, masses={"block": {"mass": 2, "inertia": 0}},
+        actuators={"q": {"type": "linear", "node": "P", "guide": ["L", "R"], "law": {"by": 0.1}}},
+    )  # fmt: skip
+    assert equilibrium(load(model)).headline().endswith("no equilibrium")
+    found = equilibrium(load(model | {"springs": {"s": {"nodes": ["P", "L"], "stiffness": 50, "free": 1}}}))
+    assert words(found) == ["stable", "unstable", "stable"]  # also beyond the end of the spring
+    assert found.equilibria[2]["inputs"]["q"] == pytest.approx(1 - 2 * G * 0.5 / 50, abs=ROOT)
+
+
+def test_a_spring_whose_ends_meet_is_unstable_there():
+    """The force jumps; the equilibria on both sides are those of its length."""
+    model = bar(
+        nodes={"O": [0, 0], "A": [0, -1], "H": [0, 1]}, ground=["O", "H"],
+        springs={"s": {"nodes": ["A", "H"], "stiffness": 40, "free": 0.5}},
+    )  # fmt: skip
+    found = equilibrium(load(model))
+    assert words(found) == ["stable", "unstable", "stable", "unstable"]
+    assert found.equilibria[1]["inputs"]["q"] == pytest.approx(math.pi / 2, abs=1e-9)
+    assert found.equilibria[1]["stiffness"] is None
+
+
 # -- several released inputs ------------------------------------------------------------------------
 
 
