@@ -206,7 +206,12 @@ class Integration:
         own, places = len(self.free), SIMULATION.absolute * self.settings.rtol
         friction = self.equations.friction
         speeds = places if friction is None else min(places, SIMULATION.resolved * friction.slip)
-        return np.array([places] * own + [speeds] * own + [SIMULATION.energies] * 2)
+        energies = SIMULATION.energies
+        if friction is not None:  # implicit methods iterate only for what has a tolerance
+            acting, whole = self.reducer.acting, float(self.times[-1] - self.times[0])
+            weight = float(acting.mass[:, 2].sum()) * acting.metre**2 + float(acting.mass[:, 3].sum())
+            energies = SIMULATION.lost * weight / whole**2
+        return np.array([places] * own + [speeds] * own + [energies] * 2)
 
     def _stride_solver(self, time: float, y: FloatArray, end: float) -> StrideSolver | None:
         """Return the solver that takes many steps per compiled call, if the model allows it."""

@@ -43,6 +43,7 @@ class SimulationConstants:
     bisections: int = 60  # of a bracket, for full precision
     slip: float = 1e-6  # slip speed of dry friction times the whole time: the creep of what should stand [rad]
     difference: float = 1e-5  # step of differences, relative to 1 or to the slip speed: errors are about its size
+    lost: float = 1e-7  # tolerance of the energies with dry friction, relative to masses at a size (rad) per whole time
     resolved: float = 1e-2  # absolute tolerance of speeds relative to the slip speed of dry friction, at most
     reversal: float = 1e-3  # of the whole time: dry friction changes its sense within shorter steps than loads change
     standing: float = 4.0  # sliding speed relative to the slip speed up to which a pair stands: 1 - tanh(4) is 7e-4

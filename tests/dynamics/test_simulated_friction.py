@@ -195,6 +195,7 @@ friction: {guide: {mu: 0.2, length: 0.4}}
     assert abs(slides.time - begin) < 2e-3
     after = np.clip(found.time - begin, 0.0, None)
     assert np.abs((found.inputs[0, 0] - found.inputs[0, 0, 0]) * mechanism.scale - after**3 / 3.0).max() < 5e-6
+    assert found.worst_drift < 1e-6  # the energies have a tolerance of their own
 
 
 # -- pins ---------------------------------------------------------------------------------------------
