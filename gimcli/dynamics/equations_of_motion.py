@@ -37,7 +37,8 @@ class Equations:
         self.free = free_inputs(mechanism)
         self.reducer = Reducer(mechanism, self.free, run)
         self.reducer.continues = True
-        self.fastest = float(np.max(np.abs(mechanism.following), initial=1.0))  # ratio of coupled inputs, at least 1
+        ratios = [ratio for coupling in mechanism.couplings for _, ratio in (*coupling.terms, *coupling.reads)]
+        self.fastest = float(np.max(np.abs(ratios), initial=1.0))  # of the inputs that follow others
         self.friction = self._regularised(slip)
 
     def _regularised(self, slip: float) -> RegularisedFriction | None:

@@ -21,7 +21,7 @@ from gimcli.mechanism import ComplexArray, FloatArray, Input, Mechanism
 from gimcli.positions.dispatch import plain
 from gimcli.positions.newton import Run
 from gimcli.structure.coordinate_partitioning import Choice, free_choice, gradients, input_choice, make_chart, residuals
-from gimcli.structure.polynomials import coupled_terms, is_rotary, with_gauges
+from gimcli.structure.polynomials import continue_linked, coupled_terms, is_rotary, with_gauges, with_linked_gauges
 
 CORRECTIONS = 20
 """Most Newton corrections of a singular initial position."""
@@ -69,7 +69,7 @@ class Reducer:
     def __init__(self, mechanism: Mechanism, free: Sequence[int], run: Run = plain) -> None:
         self.mechanism, self.free, self.run = mechanism, tuple(free), run
         self.given = tuple(k for k in mechanism.drivers if k not in self.free)
-        read = with_friction_gauges(mechanism)
+        read = with_friction_gauges(with_linked_gauges(mechanism))
         self.terms = coupled_terms(with_gauges(read))
         self.acting = acting(read, self.free, require_masses(mechanism))
         self.loads = moving_loads(read)
@@ -105,6 +105,7 @@ class Reducer:
         v[first : first + len(inputs)] = inputs
         gauges = self.terms.mechanism.actuators[len(inputs) :]
         v[first + len(inputs) : -1] = [_read(self.terms.mechanism, gauge, z) for gauge in gauges]
+        continue_linked(self.terms, v)
         return v
 
     def start_singular(self, inputs: FloatArray) -> bool:

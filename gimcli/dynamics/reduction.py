@@ -90,7 +90,8 @@ def with_others_fixed(mechanism: Mechanism, actuator: int) -> Mechanism:
         laws[k] = RatioLaw(law, float(shares[k]), float(begun[k]))
     laws[actuator] = law
     others = [replace(a, law=own) for a, own in zip(mechanism.actuators, laws, strict=True)]
-    return replace(mechanism, actuators=tuple(others))
+    fixed = replace(mechanism, actuators=tuple(others))
+    return fixed if mechanism.complete is None else mechanism.complete(fixed)
 
 
 @dataclass(frozen=True)

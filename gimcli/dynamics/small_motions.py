@@ -27,7 +27,14 @@ from gimcli.kernels import influence, reduction
 from gimcli.mechanism import ComplexArray, FloatArray, Input, Mechanism
 from gimcli.positions.dispatch import plain
 from gimcli.structure.coordinate_partitioning import Choice, free_choice, input_choice, make_chart
-from gimcli.structure.polynomials import Terms, coupled_terms, is_rotary, with_gauges
+from gimcli.structure.polynomials import (
+    Terms,
+    continue_linked,
+    coupled_terms,
+    is_rotary,
+    with_gauges,
+    with_linked_gauges,
+)
 
 
 @dataclass(frozen=True)
@@ -94,7 +101,7 @@ class Linearisation:
         metre = require_action(mechanism)
         self.mechanism, self.released, self.time, self.metre = mechanism, released, time, metre
         self.held = tuple(k for k in mechanism.drivers if k not in released)
-        read = with_friction_gauges(_with_releases(mechanism, released))
+        read = with_friction_gauges(with_linked_gauges(_with_releases(mechanism, released)))
         self.terms, self.loads = coupled_terms(with_gauges(read)), moving_loads(read)
         self.acting = acting(read, released, metre)
         efforts = [release_of(read, k).effort for k in released]
@@ -158,6 +165,7 @@ class Linearisation:
         near = [g.drawn for g in read]
         near[: len(self.mechanism.gauges)] = near[: len(self.mechanism.gauges)] if gauges is None else list(gauges)
         v[first + own : -1] = [_read(terms.mechanism, g, z, last) for g, last in zip(read, near, strict=True)]
+        continue_linked(terms, v)
         return v
 
     def _differentiate(self, v: FloatArray, choice: Choice, directions: FloatArray) -> InfluenceCoefficients:

@@ -116,7 +116,8 @@ class Statics:
         for body, sense, node in self.senses(reaction):
             for axis in self.axes(reaction, body, node):
                 found.append((body, axis, TURN if reaction.kind == COUPLE else axis, float(sense), node))
-        found += [(body, MOMENT, TURN, factor, self.bodies[body].node) for body, factor in reaction.couples]
+        turned = [(body, factor) for body, factor in reaction.couples if body != NONE]
+        found += [(body, MOMENT, TURN, factor, self.bodies[body].node) for body, factor in turned]
         return found
 
     @cached_property
@@ -219,7 +220,7 @@ class _StaticsBuilder:
 
     def _gear(self, members: tuple[int, int], force: GearForce) -> int:
         body = self.body_of_member
-        couples = tuple((body[k], factor) for k, factor in force.couples if body[k] != NONE and factor != 0.0)
+        couples = tuple((body[k], factor) for k, factor in force.couples if factor != 0.0)
         if force.vector is None:
             return self._add(Reaction(COUPLE, NONE, NONE, couples=couples))
         first, second = force.nodes

@@ -10,7 +10,7 @@ from gimcli.dynamics.flywheel import Flywheel, flywheel
 from gimcli.dynamics.physical import require_masses
 from gimcli.dynamics.reduction import Reduction, chosen_input, reduce_to_input, reduction_table
 from gimcli.errors import UsageError
-from gimcli.library.inputs import MOST_STEPS, refuse_choice, refuse_count, refuse_linked, refuse_unmoved
+from gimcli.library.inputs import MOST_STEPS, refuse_choice, refuse_count, refuse_unmoved
 from gimcli.library.result import RowsResult
 from gimcli.mechanism import Mechanism
 from gimcli.positions.dispatch import choose
@@ -54,7 +54,6 @@ def reduce(
     """
     if (fluctuation is None) != (rpm is None):
         raise UsageError("a flywheel needs both fluctuation and rpm")
-    refuse_linked(mechanism, "reduce")
     refuse_choice("jit", jit, JIT)
     refuse_count("steps", steps, 1, MOST_STEPS)
     require_masses(mechanism)

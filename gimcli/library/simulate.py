@@ -90,9 +90,10 @@ def simulate(
     if not 0.0 < step <= max(time, STEP):
         raise UsageError(f"step: expected a number of seconds above 0 and at most the time {time:g}, got {step:g}")
     integrator = method or integrator
-    refuse_linked(mechanism, "simulate")
     if integrator:
         refuse_choice("integrator", integrator, INTEGRATORS)
+    if any(friction.mu for friction in mechanism.dynamics.frictions):
+        refuse_linked(mechanism, "simulate")
     _check_slip(mechanism, slip)
     refuse_choice("jit", jit, JIT)
     refuse_count("standstills", standstills, 0, MOST_STEPS)

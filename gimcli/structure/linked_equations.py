@@ -105,7 +105,8 @@ class LinkedEquations:
             y[1] = 0.0
             y[1, k] = 1.0
             columns.append(self._series(y, inputs, at.read)[0][1])
-        return value[0], np.moveaxis(np.array(columns).reshape(len(at.y), -1, rows), (0, 1, 2), (2, 1, 0)), read
+        slopes = np.array(columns).reshape(len(at.y), len(value[0]), rows)
+        return value[0], np.moveaxis(slopes, (0, 1, 2), (2, 1, 0)), read
 
     def derivatives(self, at: LinkedPoint, rates: FloatArray) -> FloatArray:
         """Return the derivatives of y (orders, unknowns, rows) by a parameter.

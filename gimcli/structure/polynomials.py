@@ -7,11 +7,12 @@ u, u^2, cos u or sin u. The coefficients are found by evaluating `Constraints` w
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from gimcli.mechanism import FRAME, Mechanism
+from gimcli.mechanism import FRAME, Coupling, FloatArray, Mechanism
 from gimcli.structure.derived import derived
 from gimcli.structure.exact_equations import Constraints
 
@@ -94,8 +95,17 @@ def make_terms(mechanism: Mechanism) -> Terms:
     return Terms(mechanism, tuple(equations), tuple(2 * k + c for k in free for c in (0, 1)))
 
 
+def with_linked_gauges(mechanism: Mechanism) -> Mechanism:
+    """Return the mechanism with a gauge for each quantity of the linkage that inputs follow."""
+    rows = dict.fromkeys(row for coupling in mechanism.couplings for row, _ in coupling.reads)
+    return replace(mechanism, gauges=(*mechanism.gauges, *rows)) if rows else mechanism
+
+
 def coupled_terms(mechanism: Mechanism) -> Terms:
-    """Return the equations of a mechanism and those of its couplings: u - phase - sum of ratio times input = 0."""
+    """Return the equations of a mechanism and of its couplings: u - phase - sum of ratio times input or quantity = 0.
+
+    The quantities of the linkage that inputs follow are actuators, by `with_linked_gauges` and `with_gauges`.
+    """
     terms = make_terms(mechanism)
     if not mechanism.couplings:
         return terms
@@ -103,12 +113,28 @@ def coupled_terms(mechanism: Mechanism) -> Terms:
     equations = [
         (
             Term(1.0, ONE, first + coupling.follower, one),
-            *(Term(-ratio, ONE, first + leader, one) for leader, ratio in coupling.terms),
+            *(Term(-ratio, ONE, first + reading, one) for reading, ratio in followed(mechanism, coupling)),
             Term(-coupling.phase, ONE, one, one),
         )
         for coupling in mechanism.couplings
     ]  # fmt: skip
     return replace(terms, equations=(*terms.equations, *equations))
+
+
+def followed(mechanism: Mechanism, coupling: Coupling) -> list[tuple[int, float]]:
+    """Return the readings that an input follows, with their ratios."""
+    return [*coupling.terms, *((mechanism.actuators.index(row), ratio) for row, ratio in coupling.reads)]
+
+
+def continue_linked(terms: Terms, v: FloatArray) -> None:
+    """Add full turns to the angles of the linkage that inputs follow, so that they agree with these inputs."""
+    mechanism, first = terms.mechanism, terms.first_reading
+    for coupling in mechanism.couplings:
+        for row, ratio in coupling.reads:
+            if row.rotary:
+                rest = v[first + coupling.follower] - coupling.phase
+                rest -= sum(factor * v[first + k] for k, factor in followed(mechanism, coupling))
+                v[first + mechanism.actuators.index(row)] += 2.0 * math.pi * round(rest / ratio / (2.0 * math.pi))
 
 
 class Polynomial:

@@ -15,6 +15,7 @@ from influence_coefficients import Influence
 from gimcli import load
 from gimcli.dynamics.force_table import reaction_columns
 from gimcli.dynamics.forces import equilibrium, inverse_dynamics, motion_forces
+from gimcli.dynamics.gear_pivots import add_across
 from gimcli.dynamics.kinematic_history import Course, turning
 from gimcli.dynamics.statics import statics
 from gimcli.errors import ModelError
@@ -218,19 +219,20 @@ def test_power_and_frame_forces_balance_on_every_model(model):
 
 @pytest.mark.few
 def test_efforts_agree_with_virtual_work_on_every_model(model):
-    """Effort = -B' (applied - inertia) for every input, from influence coefficients without reactions."""
+    """Effort = -B' (applied - inertia) for every driver, from influence coefficients without reactions."""
     mechanism = weighted(model)
     motion, forces, good = moved(mechanism)
     found = Influence(mechanism).over(motion.z, motion.inputs)
     loads, scale = forces.loads, np.nanmax(np.abs(forces.unknowns[:, good]))
-    for a in range(len(mechanism.actuators)):
+    for a, shares in zip(mechanism.drivers, mechanism.following.T, strict=True):
         work = np.zeros(len(motion.time))
         for k, body in enumerate(forces.statics.bodies):
             force = loads.inertia_force[k] - loads.force[k]
-            work += (found.points[body.node, a].conj() * force).real
+            work += (np.tensordot(shares, found.points[body.node], 1).conj() * force).real
             if body.member != NONE:
-                work += found.angles[body.member - 1, a] * (loads.inertia_moment[k] - loads.moment[k])
-        values = forces.unknowns[forces.statics.efforts[a]]
+                spin = np.tensordot(shares, found.angles[body.member - 1], 1)
+                work += spin * (loads.inertia_moment[k] - loads.moment[k])
+        values = forces.effort(a) / (mechanism.dynamics.metre if mechanism.actuators[a].rotary else 1.0)
         assert np.max(np.abs(work - values)[good]) < 1e-9 * max(scale, np.max(np.abs(work[good])))
 
 
@@ -248,6 +250,7 @@ def test_solution_by_blocks_agrees_with_the_whole_system_on_every_model(model):
     right = np.array(right)[:, good].T
     whole = np.array([np.linalg.lstsq(a, b, rcond=None)[0] for a, b in zip(table, right, strict=True)]).T
     condition = np.array([np.linalg.cond(a) for a in table])
+    add_across(forces.statics, forces.course.nodes[0][:, good], whole, np.zeros((0, *whole.shape)))
     error = np.max(np.abs(whole - forces.unknowns[:, good]), axis=0) / np.max(np.abs(whole), axis=0)
     assert np.all(error < 1e-13 * condition)
 
@@ -269,6 +272,8 @@ def turned(angle, shift):
             if "pivot" in actuator and "reference" not in actuator:
                 for key in {"from", "to"} & set(actuator.get("law", {})):
                     actuator["law"][key] += by
+                if "phase" in actuator:  # of a follower; its leader is turned by the same angle
+                    actuator["phase"] += by * (1.0 - actuator.get("ratio", 1.0))
 
     return change, e
 
@@ -283,7 +288,7 @@ def test_a_turned_and_shifted_frame_changes_nothing(model):
     _, two, also = moved(weighted(model, change), 12)
     both = good & also
     scale = np.max(np.abs(one.unknowns[:, both]))
-    for k in range(len(mechanism.actuators)):
+    for k in set(range(len(mechanism.actuators))) - mechanism.geared:
         assert np.max(np.abs(one.effort(k) - two.effort(k))[both]) < 1e-7 * scale
     assert np.max(np.abs(one.shaking_force * e - two.shaking_force)[both]) < 1e-7 * scale
     assert (

@@ -119,7 +119,7 @@ TURNING = [
     name
     for name in NAMES
     if all(
-        d["type"] == "rotary" and abs(d["law"].get("by", d["law"].get("to", 0) - d["law"].get("from", 0))) == 360
+        d.get("type") == "rotary" and abs(d["law"].get("by", d["law"].get("to", 0) - d["law"].get("from", 0))) == 360
         for d in read(name)["actuators"].values()
         if "law" in d
     )

@@ -6,7 +6,9 @@ import numpy as np
 from bundled import MODELS, changed
 
 from gimcli.dynamics.forces import directions, motion_forces
+from gimcli.dynamics.gear_pivots import across
 from gimcli.kernels.equilibrium import COUPLE
+from gimcli.mechanism import FRAME
 from gimcli.motion.motion import trace
 from gimcli.structure.steps import NONE
 
@@ -95,4 +97,11 @@ def total_on_frame(forces):
                 push = sense * along[k] * forces.unknowns[k]
                 force += push
                 moment += (z[node].conj() * push).imag * metre
+        moment += sum(factor for body, factor in reaction.couples if body == NONE) * forces.unknowns[k] * metre
+    for gear, unknown in zip(forces.mechanism.gears, forces.statics.teeth, strict=True):
+        if FRAME in gear.members:  # wheels on the frame are pressed at their pivots
+            k = gear.members.index(FRAME)
+            push = across(forces.statics, gear, z) * np.abs(forces.unknowns[unknown]) * (1.0 if k else -1.0)
+            force += push
+            moment += (z[gear.pivots[k]].conj() * push).imag * metre
     return force, moment
