@@ -15,7 +15,7 @@ from gimcli.dynamics.equilibria_balance import StaticBalance
 from gimcli.dynamics.equilibria_circuit import circuit_equilibria, released_circuit
 from gimcli.dynamics.equilibria_search import released_search
 from gimcli.errors import UsageError
-from gimcli.library.inputs import in_file_units, inputs_of, refuse_count
+from gimcli.library.inputs import in_file_units, inputs_of, refuse_count, refuse_linked
 from gimcli.library.places import coordinates
 from gimcli.library.released import released_inputs
 from gimcli.library.result import Result
@@ -71,6 +71,7 @@ def equilibrium(
         StructureError: the mechanism has no actuator, or is not fully driven, over-driven or contradictory.
         UnassembledError: the start position cannot be assembled.
     """
+    refuse_linked(mechanism, "equilibrium")
     refuse_count("starts", starts, 1, MOST_STARTS)
     refuse_count("seed", seed, 0, 2**63)
     if not math.isfinite(time):

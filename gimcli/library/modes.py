@@ -15,7 +15,7 @@ from gimcli.dynamics.reducer import release_of
 from gimcli.dynamics.settling import settled
 from gimcli.dynamics.small_motions import Linearised, linearised
 from gimcli.errors import UsageError
-from gimcli.library.inputs import in_file_units, inputs_of, refuse_linked
+from gimcli.library.inputs import in_file_units, inputs_of
 from gimcli.library.mode_shapes import ModeShape, mode_shape
 from gimcli.library.released import released_inputs
 from gimcli.library.result import Result
@@ -74,7 +74,6 @@ def modes(
     """
     if not math.isfinite(time):
         raise UsageError(f"time: expected a finite number of seconds, got {time}")
-    refuse_linked(mechanism, "modes")
     options = Options.checked("auto", "spectral", tolerance, "off")
     require_masses(mechanism)
     released = released_inputs(mechanism, free)

@@ -269,11 +269,11 @@ def turned(angle, shift):
         data["loads"]["push"]["force"] = turn(data["loads"]["push"]["force"])
         by = angle if data["units"].get("angle") == "rad" else math.degrees(angle)
         for actuator in data["actuators"].values():
-            if "pivot" in actuator and "reference" not in actuator:
-                for key in {"from", "to"} & set(actuator.get("law", {})):
-                    actuator["law"][key] += by
-                if "phase" in actuator:  # of a follower; its leader is turned by the same angle
-                    actuator["phase"] += by * (1.0 - actuator.get("ratio", 1.0))
+            own = by if "pivot" in actuator and "reference" not in actuator else 0.0
+            for key in {"from", "to"} & set(actuator.get("law", {})):
+                actuator["law"][key] += own
+            if "phase" in actuator:  # of a follower; its leader is turned
+                actuator["phase"] += own - by * actuator.get("ratio", 1.0)
 
     return change, e
 

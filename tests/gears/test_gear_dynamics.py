@@ -8,6 +8,7 @@ from scipy.integrate import solve_ivp
 import gimcli
 from gimcli.dynamics.small_motions import linearised
 from gimcli.errors import UsageError
+from gimcli.motion.linked_inputs import linked_position
 
 FREE = {"pivot": "O", "arm": "A", "free": True}
 
@@ -164,3 +165,62 @@ def test_only_independent_inputs_are_reduced_to():
     m = gimcli.load(pendulums(-1.0, geared=False))
     with pytest.raises(UsageError, match="'second' follows other inputs; choose one of motor"):
         gimcli.reduce(m, input="second")
+
+
+# --- gears that the linkage turns ---------------------------------------------------------------------
+
+
+def pinion_on_a_slider_crank():
+    """Return a slider-crank whose slider is a rack with a pinion of 20 mm; only crank and pinion have inertia."""
+    return {
+        "units": {"length": "mm", "angle": "deg"},
+        "nodes": {"O": [0, 0], "A": [30, 0], "B": [130, 0], "C": [160, 0], "G": [-200, 0], "H": [300, 0],
+                  "Q": [150, 20], "T": [150, 40]},
+        "ground": ["O", "G", "H", "Q"],
+        "links": {"crank": ["O", "A"], "rod": ["A", "B"], "bar": ["B", "C"], "pinion": ["Q", "T"]},
+        "prismatic": {"slide": {"nodes": ["B", "C"], "guide": ["G", "H"]}},
+        "actuators": {
+            "motor": {"pivot": "O", "arm": "A", "law": {"from": 0, "to": 360}, "free": True, "start": 20, "speed": 200}
+        },
+        "gears": {"mesh": {"type": "rack", "members": ["pinion", "bar"], "pivots": ["Q"], "radii": [20]}},
+        "masses": {
+            "crank": {"mass": 1, "inertia": 0.002, "centre": [0, 0]},
+            "pinion": {"mass": 1, "inertia": 0.001, "centre": [0, -15]},
+        },
+        "gravity": [0, -9.81], "trace": ["T"],
+    }  # fmt: skip
+
+
+def rack_rate(turn):
+    """Return the derivative of the slider's place by the angle of the crank, in radii of the pinion."""
+    return (-30.0 * np.sin(turn) - 900.0 * np.sin(turn) * np.cos(turn) / np.sqrt(1e4 - (30 * np.sin(turn)) ** 2)) / 20.0
+
+
+def test_inertia_of_a_pinion_on_the_rack_of_a_slider_crank():
+    found = gimcli.reduce(gimcli.load(pinion_on_a_slider_crank()), steps=24)
+    turn = np.radians(found["q"])
+    about = 0.001 + 0.015**2  # of the pinion about its pivot
+    assert set(found["status"]) == {"ok"}
+    assert np.allclose(found["J"], 0.002 + about * rack_rate(turn) ** 2, rtol=1e-10)
+    place = 30.0 * np.cos(turn) + np.sqrt(1e4 - (30.0 * np.sin(turn)) ** 2) - 130.0
+    height = 15e-3 * np.sin(place / 20.0)  # of the centre of mass, which is drawn to the right of Q -> T
+    assert np.allclose(found["V"] - found["V"][0], 9.81 * (height - height[0]), atol=1e-12)
+
+
+def test_motion_of_a_pinion_on_the_rack_of_a_slider_crank():
+    found = gimcli.simulate(gimcli.load(pinion_on_a_slider_crank()), 1.5, dt=0.05, reactions=True)
+    turn, speed = np.radians(found["motor"]), np.radians(found["motor.speed"])
+    inertia = 0.002 + (0.001 + 0.015**2) * rack_rate(turn) ** 2
+    assert np.allclose(found["energy.kinetic"], 0.5 * inertia * speed**2, rtol=1e-8)
+    assert np.max(abs(found["energy.drift"])) < 1e-9
+    assert np.max(abs(found["motor.effort"])) < 1e-10  # inverse dynamics of the motion: the motor is free
+    assert np.allclose(np.radians(found["mesh.speed"]), rack_rate(turn) * speed, atol=1e-8)
+
+
+def test_stiffness_with_a_pinion_on_the_rack_of_a_slider_crank():
+    m = gimcli.load(pinion_on_a_slider_crank())
+    inputs, z = linked_position(m, np.radians([60.0, 0.0]))
+    near, found = linearised(m, z, inputs, (0,)), gimcli.reduce(m, steps=6)
+    assert np.isclose(near.mass[0, 0], found["J"][1], rtol=1e-10)
+    assert np.isclose(near.effort[0], found["tau"][1], rtol=1e-9)
+    assert np.isclose(near.stiffness[0, 0], -found["dtau_dq"][1], rtol=1e-9)
