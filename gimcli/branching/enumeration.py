@@ -100,7 +100,7 @@ def circuits(
         raise StructureError(f"{mechanism.name} has no actuator: add one, or use `gim solve --all`")
     require_driven(mechanism)
     curve = PositionCurve(mechanism)
-    search = CircuitSearch(curve, curve.single and bool(curve.rotary[0]), constants or EnumerationConstants(), progress)
+    search = CircuitSearch(curve, curve.single and curve.periodic, constants or EnumerationConstants(), progress)
     search.run()
     start = all_configurations(mechanism, search.curve.inputs(search.curve.begin()))
     places = tuple(tuple(search.places(z, search.curve.begin())) for z in start.z)
@@ -111,7 +111,7 @@ def circuits(
 
 
 class CircuitSearch:
-    """Search for circuits; `turning` is whether the parameter is an angle that can make full turns."""
+    """Search for circuits; `turning`: the parameter is an angle, and all inputs are the same after some turns."""
 
     def __init__(
         self, curve: PositionCurve, turning: bool, constants: EnumerationConstants, progress: Progress
@@ -131,7 +131,7 @@ class CircuitSearch:
         self.begin()
         low, high = self._range()
         self.sample(low, high)
-        if self.turning or not self.curve.single:
+        if self.turning or not self.curve.single or self.curve.rotary[self.curve.main]:
             return
         for turned in (1.0, -1.0):  # a linear input: its own range and that of the mirrored one
             ends = [turned * q for strand in self.strands for q in strand.interval] or [low, high]
@@ -145,20 +145,20 @@ class CircuitSearch:
             self._take(drawn_circuit(self.mechanism, TOLERANCE))
 
     def _range(self) -> tuple[float, float]:
-        """Return the range of parameters: a full turn, the time of the laws, or the reach of the members."""
+        """Return the range of parameters: turns of a period, time of the laws, or reach of the members."""
         if self.turning:
             begin = self.curve.begin()
-            return begin, begin + 2.0 * math.pi
-        if not self.curve.single:
+            return begin, begin + self.curve.period
+        if not self.curve.single or self.curve.rotary[self.curve.main]:
             return self.curve.laws
         spans = [float(np.max(np.abs(m.shape[:, None] - m.shape))) for m in self.mechanism.members]
         reach = sum(spans) + float(np.max(np.abs([s.point for s in self.mechanism.slides]), initial=0.0))
-        distance = self.mechanism.actuators[0].kind == SPAN
+        distance = self.mechanism.actuators[self.curve.main].kind == SPAN
         return (0.0 if distance else -reach), reach
 
     def sample(self, low: float, high: float) -> None:
         """Find all configurations at evenly spaced parameters, and follow those that are new."""
-        count = self.constants.samples
+        count = self.constants.samples * (round(self.curve.period / (2.0 * math.pi)) if self.turning else 1)
         q = low + (high - low) * (np.arange(count) + self.constants.aside) / count
         inputs = np.array([self.curve.inputs(value) for value in q.tolist()]).T
         every = configurations_over(self.mechanism, inputs, progress=lambda done, of: self._report(done, of, 0, 1))

@@ -99,7 +99,8 @@ def survey(mechanism: Mechanism, tolerance: float = 1e-10, progress: Progress = 
     for number, circuit in enumerate(branches.circuits):
         own = singularities(circuit, number)
         ends = interval(circuit, own)
-        reach.append(_first_round(ends, reach[0][0] if reach else ends[0]) if branches.circuits[0].turns else ends)
+        begin, turning = reach[0][0] if reach else ends[0], branches.circuits[0].turns
+        reach.append(_first_round(ends, begin, circuit.curve.period) if turning else ends)
         for what in own:
             z, u = circuit.curve.nodes(what.p), circuit.curve.inputs(float(what.p[-1]))
             if holds(mechanism, z[:, None], u[:, None], tolerance)[0]:
@@ -120,9 +121,9 @@ def _add(found: list[Found], what: Singularity, number: int, circuit: Circuit) -
     found.append(Found(what, (number,)))
 
 
-def _first_round(ends: tuple[float, float], begin: float) -> tuple[float, float]:
+def _first_round(ends: tuple[float, float], begin: float, turn: float) -> tuple[float, float]:
     """Return an interval moved by whole turns into the turn at which the first circuit begins."""
-    shift = 2.0 * math.pi * math.floor((ends[0] - begin + SAME) / (2.0 * math.pi))
+    shift = turn * math.floor((ends[0] - begin + SAME) / turn)
     return ends[0] - shift, ends[1] - shift
 
 
@@ -131,7 +132,7 @@ def first_turn(survey: Survey, q: float) -> float:
     curve, first = survey.curve, survey.branches.circuits[0]
     if not curve.single or not first.turns:
         return q
-    begin, turn = min(float(first.p[-1, 0]), float(first.p[-1, -1])), 2.0 * math.pi
+    begin, turn = min(float(first.p[-1, 0]), float(first.p[-1, -1])), curve.period
     over = (q - begin) % turn
     return begin + (0.0 if turn - over < SAME else over)
 

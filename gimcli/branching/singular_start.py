@@ -17,7 +17,7 @@ SINGULAR = "singular"
 def singular_start(mechanism: Mechanism, z: ComplexArray) -> str:
     """Return the kind (limit, change point, ...) of an assembled position z (nodes,) that inputs do not determine."""
     curve, inputs = PositionCurve(mechanism), mechanism.drawn_inputs
-    q = float(inputs[0]) if curve.single else curve.begin()
+    q = float(inputs[curve.main]) if curve.single else curve.begin()
     if not np.allclose(curve.inputs(q), inputs, rtol=0.0, atol=1e-9):
         return SINGULAR  # the laws of several inputs begin at other values
     try:

@@ -49,7 +49,7 @@ def command(
 
 def _print(result: CircuitsResult) -> None:
     from gimcli.assemblies import drawn_configuration
-    from gimcli.cli.console import how_it_ends, print_table, print_turns
+    from gimcli.cli.console import how_it_ends, print_table
     from gimcli.library.circuits import curve_label, inputs_at, span, verdict
     from gimcli.library.rounding import at_inputs, intervals
     from gimcli.structure.rigid_triangles import triangle_hints
@@ -83,6 +83,5 @@ def _print(result: CircuitsResult) -> None:
     if own is not None:
         typer.echo("*: the circuit of the initial configuration")
     typer.echo(verdict(found))
-    print_turns(mechanism)
     for hint in triangle_hints(mechanism):
         typer.echo(hint)

@@ -397,7 +397,6 @@ def follow_circuit(curve: PositionCurve, start: CurvePoint) -> Circuit:
 
 
 def _turns(curve: PositionCurve, places: list[CurvePoint]) -> float:
-    main = None if curve.line is None else curve.line.main
-    if main is not None and curve.mechanism.drivers == (main,) and curve.rotary[main]:
+    if curve.single and curve.rotary[curve.main]:
         return float(round((places[-1].p[-1] - places[0].p[-1]) / (2.0 * math.pi)))
     return 0.0

@@ -1,20 +1,23 @@
 """The curve of a motion: positions x and one parameter q, F(x, u(q)) = 0.
 
 If the inputs are on a straight line (a single input always is), q is the parameter of the line: the value of the input
-that changes most. Such a curve has no end; but if several inputs change and one is rotary, it may never close, and is
-followed for some turns only. Otherwise q is the time of the laws, scaled by the length of the path of the inputs. Then
-the curve extends beyond the ends of the laws if these are linear, else it ends there.
+that changes most, or of the one that all others follow. Such a curve has no end; but if several inputs change and one
+is rotary, it may never close, and is followed for some turns only, unless the ratios are fractions of small numbers.
+Otherwise q is the time of the laws, scaled by the length of the path of the inputs. Then the curve extends beyond the
+ends of the laws if these are linear, else it ends there.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
-from gimcli.positions.inputs import InputLine, input_line, law_inputs, law_times
+from gimcli.positions.inputs import InputLine, input_line, law_inputs, law_times, leading
+from gimcli.structure.coupled_rows import turns_until_repeated
 from gimcli.structure.system import system_of
 
 EVEN = 1e-9
@@ -22,6 +25,9 @@ EVEN = 1e-9
 
 TURNS = 4
 """Number of turns beyond both ends of its law for which one of several inputs is followed."""
+
+LONGEST = 100
+"""Greatest number of turns of an input after which those that follow it are the same again: a longer curve is cut."""
 
 
 @dataclass(frozen=True)
@@ -42,13 +48,33 @@ class PositionCurve:
     def __init__(self, mechanism: Mechanism, line: InputLine | None = None) -> None:
         self.mechanism, self.system = mechanism, system_of(mechanism)
         self.rotary = np.array([a.rotary for a in mechanism.actuators])
-        self.single = len(mechanism.actuators) == 1
+        self.single = leading(mechanism) is not None and (line is None or not mechanism.couplings)
         self.line = line or input_line(mechanism)
         self.span, self.domain = 1.0, Domain()
         if self.line is None:
             self._stretch()
-        elif not self.single and self.rotary.any():
+        elif self.rotary.any() and not (self.single and self.periodic):
             self._bound(self.line)
+
+    @property
+    def main(self) -> int:
+        """Number of the actuator whose input is the parameter; 0 if the parameter is the time."""
+        return 0 if self.line is None else self.line.main
+
+    @cached_property
+    def period(self) -> float:
+        """Change of the parameter after which all inputs are the same, up to full turns; infinite if there is none."""
+        if self.line is None or np.any(self.line.along[~self.rotary] != 0.0):
+            return math.inf
+        if not (self.single and self.mechanism.couplings):
+            return 2.0 * math.pi
+        turns = turns_until_repeated(self.mechanism)
+        return math.inf if turns is None or turns > LONGEST else 2.0 * math.pi * turns
+
+    @property
+    def periodic(self) -> bool:
+        """Whether all inputs are the same again after some turns of the input that is the parameter."""
+        return math.isfinite(self.period)
 
     def _bound(self, line: InputLine) -> None:
         fastest = float(np.max(np.abs(line.along[self.rotary])))

@@ -21,7 +21,7 @@ SAME, NEAR = 1e-7, 0.5
 
 
 class Visits:
-    """The points of a circuit as arrays. turning: its parameter is an angle, with period 2 pi."""
+    """The points of a circuit as arrays. turning: its parameter is an angle with a period."""
 
     def __init__(self, circuit: Circuit, turning: bool) -> None:
         self.curve = circuit.curve
@@ -31,7 +31,7 @@ class Visits:
         self.marks = np.concatenate([[0.0], np.cumsum(self.step)])
         around = abs(float(self.p[-1, -1] - self.p[0, -1]))
         closes = circuit.closed and around > SAME
-        self.period = 2.0 * math.pi if turning else around if closes else math.inf
+        self.period = circuit.curve.period if turning else around if closes else math.inf
 
     def locations(self, x: FloatArray, q: float) -> FloatArray:
         """Return the locations (0..1) on the circuit of positions x (rows, n) at parameter q; NaN if not on it."""

@@ -66,7 +66,7 @@ def circuits_animation(
         clips.append(_clip(one.name, motion, motion_table(motion), places, one.circuit.closed, one.note))
     if not clips:
         return None
-    over = mechanism.actuators[0].name if len(mechanism.actuators) == 1 else PART
+    over = mechanism.actuators[mechanism.drivers[0]].name if len(mechanism.drivers) == 1 else PART
     return Animation(title, mechanism, tuple(clips), first_graphs(clips[0].table, None, over), choice=choice)
 
 
@@ -116,9 +116,10 @@ def _motion(circuit: Circuit, places: Sequence[SingularPlace]) -> Motion:
 
 def _wound(circuit: Circuit, p: FloatArray, near: float) -> FloatArray:
     """Return a position whose parameter is moved by whole turns to the turn of another parameter."""
-    if not (circuit.curve.single and circuit.curve.rotary[0]):
+    turn = circuit.curve.period
+    if not (circuit.curve.single and circuit.curve.periodic):
         return p
-    return np.append(p[:-1], near + (p[-1] - near + np.pi) % (2.0 * np.pi) - np.pi)
+    return np.append(p[:-1], near + (p[-1] - near + 0.5 * turn) % turn - 0.5 * turn)
 
 
 def _ends(circuit: Circuit) -> tuple[float, float]:

@@ -8,6 +8,7 @@ import numpy as np
 
 from gimcli.branching.enumeration import Circuits, EnumerationConstants, Strand
 from gimcli.branching.enumeration import circuits as all_circuits
+from gimcli.continuation.curve import LONGEST
 from gimcli.library.inputs import in_file_units, interval_of, refuse_count, refuse_linked
 from gimcli.library.places import coordinates
 from gimcli.library.result import Result
@@ -184,8 +185,9 @@ def spacing(found: Circuits) -> tuple[float, str]:
     if not found.curve.single:
         low, high = found.curve.laws
         return float(found.spacing / (high - low)), "times the range of the laws"
-    unit = mechanism.unit_of(mechanism.actuators[0])
-    return float(mechanism.value_to_file(0, spacing)[0]), "" if unit == "unit" else unit
+    main = found.curve.main
+    unit = mechanism.unit_of(mechanism.actuators[main])
+    return float(mechanism.value_to_file(main, spacing)[0]), "" if unit == "unit" else unit
 
 
 def verdict(found: Circuits) -> str:
@@ -197,7 +199,13 @@ def verdict(found: Circuits) -> str:
     if not found.strands:
         return f"cannot be assembled at {count} sampled input values (proved)"
     step = "{:.3g} {}".format(*spacing(found)).rstrip()
+    open_ended = found.curve.single and found.curve.rotary[found.curve.main] and not found.curve.periodic
+    name = found.curve.mechanism.actuators[found.curve.main].name
+    beyond = (
+        f"; only the turns of {name} in its law are searched, since the inputs that follow it are not the same again"
+        f" within {LONGEST} turns"
+    )
     return (
         f"all configurations at {count} sampled input values are proved, and each is on a circuit of this list; a"
-        f" circuit with a range of less than {step} between these values may be missing"
+        f" circuit with a range of less than {step} between these values may be missing{beyond if open_ended else ''}"
     )

@@ -152,11 +152,11 @@ def _graph(found: Circuits, lines: Sequence[FloatArray], paths: Sequence[Complex
 
 
 def _values(found: Circuits, q: Any) -> Any:
-    """Return parameters, those of a rotary input within one turn from the start of its law."""
-    if not (found.curve.single and found.curve.rotary[0]):
+    """Return parameters, those of a rotary input within one period from the start of its law."""
+    if not (found.curve.single and found.curve.periodic):
         return q
     begin = found.curve.begin()
-    return begin + np.mod(q - begin, 2.0 * np.pi)
+    return begin + np.mod(q - begin, found.curve.period)
 
 
 def _abscissa(found: Circuits, values: Any) -> tuple[str, Any, str]:

@@ -42,9 +42,10 @@ def input_value(mechanism: Mechanism, name: str, value: float) -> str:
 
 
 def at_inputs(mechanism: Mechanism, inputs: Mapping[str, float]) -> str:
-    """Return values of actuators by their names, with units."""
+    """Return values of actuators by their names, with units; without those of followers, which these determine."""
     texts = (
-        f"{name} = {input_value(mechanism, name, value)}{_unit(mechanism, name)}" for name, value in inputs.items()
+        f"{name} = {input_value(mechanism, name, inputs[name])}{_unit(mechanism, name)}"
+        for name in _independent(mechanism, inputs)
     )
     return ", ".join(texts)
 
@@ -63,8 +64,15 @@ def interval(mechanism: Mechanism, name: str, low: float, high: float) -> str:
 
 
 def intervals(mechanism: Mechanism, spans: Mapping[str, Sequence[float]], between: str = "\n") -> str:
-    """Return intervals of actuators by their names."""
-    return between.join(f"{name}: {interval(mechanism, name, low, high)}" for name, (low, high) in spans.items())
+    """Return intervals of actuators by their names; without those of followers."""
+    named = ((name, spans[name]) for name in _independent(mechanism, spans))
+    return between.join(f"{name}: {interval(mechanism, name, low, high)}" for name, (low, high) in named)
+
+
+def _independent(mechanism: Mechanism, names: Iterable[str]) -> list[str]:
+    """Return the names without those of actuators that follow others."""
+    followers = {mechanism.actuators[coupling.follower].name for coupling in mechanism.couplings}
+    return [name for name in names if name not in followers]
 
 
 def _order(value: float) -> int:

@@ -61,8 +61,30 @@ def line_through(mechanism: Mechanism, values: FloatArray) -> InputLine | None:
     return InputLine(base, along, main)
 
 
+def leading(mechanism: Mechanism) -> int | None:
+    """Return the actuator that determines all inputs: the only one, or the only one that follows no other, else None.
+
+    It is None as well if an input follows a quantity of the linkage.
+    """
+    if len(mechanism.drivers) != 1 or any(coupling.reads for coupling in mechanism.couplings):
+        return None
+    return mechanism.drivers[0]
+
+
+def coupled_line(mechanism: Mechanism, driver: int) -> InputLine:
+    """Return the line along which one driver moves and all other inputs follow it; its input is the parameter."""
+    return InputLine(
+        mechanism.coupled(np.zeros(len(mechanism.actuators))), mechanism.following[:, 0].copy(), driver
+    )  # fmt: skip
+
+
 def input_line(mechanism: Mechanism) -> InputLine | None:
-    """Return the line that the inputs follow under the laws; None if there is none or all inputs are constant."""
+    """Return the line that the inputs follow under the laws; None if there is none or all inputs are constant.
+
+    Where one actuator leads all others, its input is the parameter.
+    """
+    if mechanism.couplings and (driver := leading(mechanism)) is not None:
+        return coupled_line(mechanism, driver)
     few = len(mechanism.actuators) < 2
     return line_through(mechanism, law_inputs(mechanism)(np.zeros(1) if few else law_times(mechanism)))
 
