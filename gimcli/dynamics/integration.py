@@ -28,6 +28,7 @@ from gimcli.errors import UsageError
 from gimcli.kernels.dormand_prince import DOUBLE, FREE_GROWTH
 from gimcli.kernels.reduction import KINETIC, POTENTIAL
 from gimcli.mechanism import FloatArray, Mechanism
+from gimcli.motion.linked_inputs import followed
 from gimcli.motion.solve import solve
 from gimcli.positions.dispatch import plain
 from gimcli.positions.newton import Run
@@ -95,7 +96,7 @@ class Integration:
             speeds.append(release.speed)
         for row, k in enumerate(reducer.given):
             inputs[k] = self.equations.given(time, 0)[row]
-        inputs = self._coupled(inputs)
+        inputs = followed(mechanism, inputs)
         position = solve(mechanism, inputs, Options())
         assembled = position.status is Status.OK
         if not (reducer.start(position.z, inputs) if assembled else reducer.start_singular(inputs)):
@@ -110,14 +111,6 @@ class Integration:
             self._event(DEAD_POINT, time, np.zeros(reducer.terms.variables))
         own = len(self.free)
         return np.concatenate([reducer.base.v[reducer.own[:own]], speeds, [0.0, 0.0]])
-
-    def _coupled(self, inputs: FloatArray) -> FloatArray:
-        """Return inputs (actuators,) in which the followers have the values that those of the drivers give."""
-        if self.mechanism.complete is None:
-            return self.mechanism.coupled(inputs)
-        from gimcli.motion.linked_inputs import linked_position  # imported late: few mechanisms have such gears
-
-        return linked_position(self.mechanism, inputs)[0]
 
     # -- pieces -------------------------------------------------------------------------------------
 

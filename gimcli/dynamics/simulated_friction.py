@@ -50,14 +50,14 @@ def friction_columns(mechanism: Mechanism, course: Course, friction: FloatArray)
         unit, factor = ("N m", metre) if pair.slide == NONE else ("N", 1.0)
         columns.append(Column(f"{_names(balance)[k]}.friction", -factor * friction[k], unit))
         powers[pair.name] = powers.get(pair.name, 0.0) + power
-    return [*columns, *(Column(f"power.friction.{name}", power, "W") for name, power in powers.items())]
+    return [*columns, *(Column(f"friction.power.{name}", power, "W") for name, power in powers.items())]
 
 
 def friction_names(mechanism: Mechanism) -> list[str]:
     """Return the names of the columns of friction; no simulation is needed for them."""
     balance = BodyBalance(mechanism, free_inputs(mechanism))
     pairs = dict.fromkeys(pair.name for pair in balance.pairs)
-    return [*(f"{name}.friction" for name in _names(balance)), *(f"power.friction.{name}" for name in pairs)]
+    return [*(f"{name}.friction" for name in _names(balance)), *(f"friction.power.{name}" for name in pairs)]
 
 
 def _names(balance: BodyBalance) -> list[str]:

@@ -43,11 +43,11 @@ def inputs_of(
             raise UsageError(f"{text}: no actuator '{name}'{near(name, names)}")
         refuse_follower(mechanism, names.index(name), text)
         values[names.index(name)] = _value(mechanism, names.index(name), text, value)
-    if mechanism.complete is not None:
-        from gimcli.motion.linked_inputs import linked_position
+    if not mechanism.couplings:
+        return values
+    from gimcli.motion.linked_inputs import followed  # imported late: few mechanisms have coupled inputs
 
-        return linked_position(mechanism, values)[0]
-    return mechanism.coupled(values) if mechanism.couplings else values
+    return followed(mechanism, values)
 
 
 def refuse_follower(mechanism: Mechanism, actuator: int, text: str) -> None:

@@ -21,6 +21,7 @@ from gimcli.library.released import released_inputs
 from gimcli.library.result import Result
 from gimcli.library.rounding import number, titled
 from gimcli.mechanism import FloatArray, Mechanism
+from gimcli.motion.linked_inputs import followed
 from gimcli.motion.solve import solve as solve_position
 from gimcli.positions.options import Options
 from gimcli.status import Status
@@ -100,7 +101,7 @@ def _start(
         start = release_of(mechanism, k).start
         if start is not None and mechanism.actuators[k].name not in given:
             values[k] = start
-    return mechanism.coupled(values) if mechanism.couplings else values
+    return followed(mechanism, values)
 
 
 def _refusal(found: Linearised) -> str:

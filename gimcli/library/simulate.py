@@ -92,8 +92,10 @@ def simulate(
     integrator = method or integrator
     if integrator:
         refuse_choice("integrator", integrator, INTEGRATORS)
+        if INTEGRATORS[integrator].over_input:
+            refuse_linked(mechanism, f"simulate --integrator {integrator}")
     if any(friction.mu for friction in mechanism.dynamics.frictions):
-        refuse_linked(mechanism, "simulate")
+        refuse_linked(mechanism, "simulate with dry friction")
     _check_slip(mechanism, slip)
     refuse_choice("jit", jit, JIT)
     refuse_count("standstills", standstills, 0, MOST_STEPS)

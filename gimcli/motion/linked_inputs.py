@@ -204,6 +204,16 @@ def linked_position(mechanism: Mechanism, inputs: FloatArray) -> tuple[FloatArra
     return equations.inputs(inputs, found.y), equations.nodes(found.y)
 
 
+def followed(mechanism: Mechanism, inputs: FloatArray) -> FloatArray:
+    """Return inputs (actuators,) in which the followers have the values that those of the drivers give.
+
+    Raises UnassembledError if the linkage that turns a gear cannot reach them from the drawing.
+    """
+    if mechanism.complete is not None:
+        return linked_position(mechanism, inputs)[0]
+    return mechanism.coupled(inputs) if mechanism.couplings else inputs
+
+
 def linked_limit(mechanism: Mechanism) -> float | None:
     """Return the normalised time at which the motion of the linkage that turns gears ends before that of the laws."""
     laws = (mechanism.actuators[c.follower].law for c in mechanism.couplings if c.reads)

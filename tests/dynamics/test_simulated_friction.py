@@ -255,7 +255,7 @@ def test_reactions_carry_the_friction_of_the_simulation(text):
     assert np.abs(forces.power_error).max() < 1e-10
     table = {c.name: c.values for c in simulation_table(found, found.time, forces).columns}
     assert set(reaction_names(found.mechanism)) <= set(table)
-    lost = sum(values for name, values in table.items() if name.startswith("power.friction."))
+    lost = sum(values for name, values in table.items() if name.startswith("friction.power."))
     assert np.all(lost <= 0.0)
     assert found.worst_drift < 1e-7
 
@@ -278,12 +278,12 @@ def test_the_friction_of_a_sliding_pin_is_its_circle_times_its_force():
     for name, radius in (("O", 0.02), ("A", 0.02), ("B", 0.015)):
         force = np.hypot(table[f"{name}.fx"], table[f"{name}.fy"])
         circle = radius * 0.2 / math.sqrt(1.04)
-        moving = np.abs(table[f"power.friction.{name}"]) > 1e-2
+        moving = np.abs(table[f"friction.power.{name}"]) > 1e-2
         assert moving.sum() > 30
         assert np.abs(np.abs(table[f"{name}.friction"]) - circle * force)[moving].max() < 1e-9
     middle = table["guide.moment"] - 0.025 * table["guide.normal"]  # about the middle between B and C
     two = 0.1 * np.maximum(np.abs(table["guide.normal"]), 2.0 * np.abs(middle) / 0.08)
-    moving = np.abs(table["power.friction.guide"]) > 1e-2
+    moving = np.abs(table["friction.power.guide"]) > 1e-2
     assert np.abs(np.abs(table["guide.friction"]) - two)[moving].max() < 1e-8
 
 
@@ -395,7 +395,7 @@ def test_the_command_reports_the_slip_speed(tmp_path):
     assert "guide sticks" in found.text
     assert "slip speed of 1.0e-04 rad/s in pins" in found.text
     head = next(tmp_path.glob("*.csv")).read_text(encoding="utf-8").splitlines()[0]
-    assert "guide.friction,power.friction.guide" in head
+    assert "guide.friction,friction.power.guide" in head
     report = gim("simulate", "spring_block", "--time", "1.6", "--json", "-o", f"{tmp_path}/").json
     assert report["slip"] == pytest.approx(1e-6 / 1.6)
     assert "guide" in [event.get("pair") for event in report["events"]]
