@@ -32,6 +32,10 @@ class RegularisedFriction:
     def __init__(self, reducer: Reducer, slip: float) -> None:
         self.reducer, self.slip = reducer, slip
         self.balance = BodyBalance(reducer.mechanism, reducer.free)
+        if reducer.mechanism.gears:
+            from gimcli.dynamics.gear_pivots import refuse_dry_friction  # imported late: few mechanisms have gears
+
+            refuse_dry_friction(self.balance.statics)
         columns, size, free = len(self.balance.statics.reactions), self.balance.equations, len(reducer.free)
         count = len(self.balance.columns)
         self.room = kernels.BalanceRoom(

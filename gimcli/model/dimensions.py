@@ -22,6 +22,8 @@ from gimcli.model.units import TURN
 AXES = ("x", "y")
 NAMELESS = ("law", "profile", "constant")
 """Keys that a name leaves out; of a point also `at` and `local`."""
+PLAIN = ("polynomial", "nodes", "guide", "teeth", "radii")
+"""Keys of lists whose entries are no coordinates."""
 GEOMETRY = ("nodes", "links", "elements", "prismatic", "points")
 """Sections whose numbers are lengths."""
 WHOLE = ("duration", "gravity")
@@ -100,7 +102,7 @@ def name_of(where: Where) -> str:
     keys = [*keys[:1], *(key for key in keys[1:] if key not in left_out)]
     if section == "friction":
         keys = [*keys[:1], "friction", *(key for key in keys[1:] if key != "viscous")]
-    if keys and isinstance(keys[-1], int) and len(keys) > 1 and keys[-2] not in ("polynomial", "nodes", "guide"):
+    if keys and isinstance(keys[-1], int) and len(keys) > 1 and keys[-2] not in PLAIN:
         keys[-1] = AXES[keys[-1]]
     return ".".join(map(str, keys or where))
 

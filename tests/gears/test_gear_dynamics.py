@@ -7,7 +7,7 @@ from scipy.integrate import solve_ivp
 
 import gimcli
 from gimcli.dynamics.small_motions import linearised
-from gimcli.errors import UsageError
+from gimcli.errors import GimError, UsageError
 from gimcli.motion.linked_inputs import linked_position
 
 FREE = {"pivot": "O", "arm": "A", "free": True}
@@ -224,3 +224,25 @@ def test_stiffness_with_a_pinion_on_the_rack_of_a_slider_crank():
     assert np.isclose(near.mass[0, 0], found["J"][1], rtol=1e-10)
     assert np.isclose(near.effort[0], found["tau"][1], rtol=1e-9)
     assert np.isclose(near.stiffness[0, 0], -found["dtau_dq"][1], rtol=1e-9)
+
+
+@pytest.mark.parametrize("angle", [0.0, 20.0])
+def test_dry_friction_at_the_pivot_of_a_gear(angle):
+    """The tooth force enters the friction of the pivot; its part across the pivots is refused."""
+    data = {
+        "nodes": {"O": [0, 0], "A": [0.1, 0], "Q": [0.3, 0], "B": [0.4, 0]}, "ground": ["O", "Q"],
+        "links": {"one": ["O", "A"], "two": ["Q", "B"]},
+        "actuators": {"motor": {"pivot": "O", "arm": "A", "free": True, "speed": 1000}},
+        "gears": {"mesh": {"members": ["one", "two"], "pivots": ["O", "Q"], "ratio": 0.5, "pressure_angle": angle}},
+        "masses": {"one": {"mass": 1, "inertia": 0.01, "centre": [0, 0]},
+                   "two": {"mass": 2, "inertia": 0.02, "centre": [0, 0]}},
+        "friction": {"Q": {"mu": 0.1, "radius": 0.02}}, "gravity": [0, -9.81],
+    }  # fmt: skip
+    if angle:
+        with pytest.raises(GimError, match="'Q' bears a force of the gear 'mesh'"):
+            gimcli.simulate(gimcli.load(data), time=0.1)
+        return
+    found = gimcli.simulate(gimcli.load(data), time=0.1)
+    half = 0.5 * 0.1 * 0.02 / np.sqrt(1.01)  # friction radius, per turn of the first wheel
+    slowing = half * 2.0 * 9.81 / (0.01 + 0.25 * 0.02 + half * 0.01 / 0.1)  # the tooth force lifts the second wheel
+    assert np.allclose(np.radians(found["motor.acceleration"]), -slowing, rtol=1e-6)
