@@ -325,7 +325,8 @@ def with_friction_everywhere(mechanism, mu):
     releases = dynamics.releases
     if not any(r.free for r in releases):
         releases = (replace(releases[0], free=True), *releases[1:])
-    return replace(mechanism, dynamics=replace(dynamics, frictions=tuple(frictions), releases=releases))
+    gears = tuple(replace(gear, pressure_angle=0.0) for gear in mechanism.gears)  # else friction there is refused
+    return replace(mechanism, gears=gears, dynamics=replace(dynamics, frictions=tuple(frictions), releases=releases))
 
 
 def dynamic_models():
