@@ -50,12 +50,12 @@ def inputs_of(
     return followed(mechanism, values)
 
 
-def refuse_follower(mechanism: Mechanism, actuator: int, text: str) -> None:
+def refuse_follower(mechanism: Mechanism, actuator: int, text: str, cure: str = "give the input of") -> None:
     """Raise UsageError if an actuator follows others, so that its input cannot be chosen."""
     if actuator in mechanism.drivers:
         return
     others = " and ".join(f"'{name}'" for name in leaders(mechanism, actuator))
-    raise UsageError(f"{text}: '{mechanism.actuators[actuator].name}' follows {others}; give the input of that one")
+    raise UsageError(f"{text}: '{mechanism.actuators[actuator].name}' follows {others}; {cure} that one")
 
 
 def leaders(mechanism: Mechanism, actuator: int) -> list[str]:
@@ -105,7 +105,7 @@ def interval_of(low: Mapping[str, float], high: Mapping[str, float]) -> dict[str
 
 def refuse_linked(mechanism: Mechanism, analysis: str) -> None:
     """Raise StructureError if the linkage itself turns gears: such an analysis cannot vary their inputs."""
-    if mechanism.complete is None:
+    if mechanism.complete is None or not mechanism.drivers:
         return
     names = ", ".join(f"'{mechanism.actuators[c.follower].name}'" for c in mechanism.couplings if c.reads)
     raise StructureError(
@@ -115,6 +115,6 @@ def refuse_linked(mechanism: Mechanism, analysis: str) -> None:
 
 
 def refuse_unmoved(mechanism: Mechanism, cure: str) -> None:
-    """Raise StructureError if a mechanism has no actuator."""
-    if not mechanism.actuators:
+    """Raise StructureError if a mechanism has no actuator, or only inputs that follow the linkage."""
+    if not mechanism.drivers:
         raise StructureError(f"{mechanism.name} has no actuator: nothing moves; {cure}")

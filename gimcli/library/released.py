@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from gimcli.errors import UsageError
-from gimcli.library.inputs import near, refuse_unmoved
+from gimcli.library.inputs import near, refuse_follower, refuse_unmoved
 from gimcli.mechanism import Mechanism
 
 
@@ -26,6 +26,9 @@ def released_inputs(mechanism: Mechanism, free: str | Sequence[str]) -> tuple[in
     wanted = [name.strip() for text in given for name in text.split(",") if name.strip()]
     for name in wanted:
         if name not in names:
+            every = [actuator.name for actuator in mechanism.actuators]
+            if name in every:
+                refuse_follower(mechanism, every.index(name), f"free {name}", "release")
             raise UsageError(f"free {name}: no actuator '{name}'{near(name, names)}")
     own = {r.actuator for r in mechanism.dynamics.releases if r.free and r.actuator in mechanism.drivers}
     own |= {mechanism.drivers[names.index(name)] for name in wanted}

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from gimcli.coupling_data import BELT, CROSSED, EXTERNAL, INTERNAL, RACK
+from gimcli.model.check_inputs import GREATEST
 from gimcli.model.compile_gears import carrier_of, rack_height, rack_pair
 from gimcli.model.references import CLOSEST, References
 from gimcli.model.schema import Gear
@@ -34,6 +35,8 @@ def _check_members(refs: References, where: Where, gear: Gear) -> bool:
     if len(gear.pivots) != len(wheels):
         text = f"expected {len(wheels)} pivot{'s' * (len(wheels) > 1)}, got {len(gear.pivots)}"
         refs.fault((*where, "pivots"), text)
+    elif apart := _pivot_of_none(refs, gear, wheels):
+        refs.fault((*where, "pivots"), f"the pivot {apart[1]} is no node of '{apart[0]}'; add it to its nodes")
     elif not carrier:
         text = f"no member has both pivots {' and '.join(gear.pivots)}; add the `carrier` on which the wheels turn"
         refs.fault(where, text)
@@ -41,16 +44,21 @@ def _check_members(refs: References, where: Where, gear: Gear) -> bool:
         text = f"expected two members that turn on a third one, got {', '.join(gear.members)} on '{carrier}'"
         refs.fault((*where, "members"), text)
     else:
-        for name in (*wheels, carrier):
-            own = refs.ground if name in ("ground", refs.held) else set(refs.members[name])
-            lacking = [p for p in gear.pivots if p not in own] if name == carrier else []
-            if name in wheels and gear.pivots[wheels.index(name)] not in own:
-                lacking = [gear.pivots[wheels.index(name)]]
-            if lacking:
-                refs.fault((*where, "pivots"), f"the pivot {lacking[0]} is no node of '{name}'; add it to its nodes")
-                return False
-        return True
+        lacking = [pivot for pivot in gear.pivots if pivot not in _nodes(refs, carrier)]
+        if not lacking:
+            return True
+        refs.fault((*where, "pivots"), f"the pivot {lacking[0]} is no node of '{carrier}'; add it to its nodes")
     return False
+
+
+def _pivot_of_none(refs: References, gear: Gear, wheels: list[str]) -> tuple[str, str] | None:
+    """Return a wheel that does not have its pivot, and the pivot."""
+    pairs = zip(wheels, gear.pivots, strict=True)
+    return next(((name, pivot) for name, pivot in pairs if pivot not in _nodes(refs, name)), None)
+
+
+def _nodes(refs: References, name: str) -> set[str]:
+    return refs.ground if name in ("ground", refs.held) else set(refs.members[name])
 
 
 def _check_size(refs: References, where: Where, gear: Gear) -> bool:
@@ -63,6 +71,10 @@ def _check_size(refs: References, where: Where, gear: Gear) -> bool:
         refs.lack(where, ("ratio", "teeth", "radii"), f"expected one of `ratio`, `teeth` and `radii`, got {got}")
     elif gear.radii is not None and len(gear.radii) != 2:
         refs.fault((*where, "radii"), "expected two radii, one of each wheel")
+    elif not all(1.0 / GREATEST <= part <= GREATEST for part in (gear.ratio or 1.0, *_shares(gear))):
+        refs.fault(where, f"expected a ratio of {1.0 / GREATEST:g} to {GREATEST:g}; correct `{given[0]}`")
+    elif gear.teeth is not None and not all(float(count).is_integer() for count in gear.teeth):
+        refs.fault((*where, "teeth"), "expected whole numbers of teeth")
     elif gear.pitch is not None and (gear.type not in (BELT, CROSSED) or gear.teeth is None):
         text = "`pitch` gives the radii of a chain or toothed belt with `teeth`; remove it"
         refs.fault((*where, "pitch"), text, key=True)
@@ -71,6 +83,12 @@ def _check_size(refs: References, where: Where, gear: Gear) -> bool:
     else:
         return True
     return False
+
+
+def _shares(gear: Gear) -> list[float]:
+    """Return the ratio of the numbers of teeth or radii, if they are given."""
+    pair = gear.teeth or gear.radii
+    return [pair[0] / pair[1]] if pair else []
 
 
 def _angle_fits(refs: References, where: Where, gear: Gear) -> bool:

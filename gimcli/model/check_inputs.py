@@ -14,6 +14,8 @@ ROTARY, LINEAR = ("pivot", "arm", "reference"), ("nodes", "node", "guide")
 KEYS = (*ROTARY, *LINEAR)
 FOLLOWING = {"follows", "ratio", "phase"}
 """Keys of an actuator that follows another."""
+GREATEST = 1e6
+"""Greatest ratio of two inputs."""
 OWN = ("law", "free", "start", "speed", "effort")
 """Keys of an actuator that follows no other."""
 
@@ -38,22 +40,24 @@ def _check_following(refs: References, where: Where, actuator: Actuator) -> None
             others = [name for name in known if name != where[1]]
             hint = near(leader, others) or f"; actuators: {', '.join(others) or 'none'}"
             refs.fault((*where, "follows"), f"no actuator '{leader}'{hint}")
-    elif _round(refs, str(where[1])):
-        refs.fault((*where, "follows"), f"'{where[1]}' follows itself; one actuator must have a law of its own")
+    elif _leaders(refs, str(where[1]))[-1] == where[1]:
+        chain = " -> ".join(f"'{name}'" for name in _leaders(refs, str(where[1])))
+        refs.fault((*where, "follows"), f"'{where[1]}' follows itself: {chain}; one of them must have a law of its own")
     elif own := [key for key in OWN if key in actuator.given]:
         text = f"`{own[0]}` does not belong to an actuator that follows '{leader}'; remove it"
         refs.fault((*where, own[0]), text, key=True)
     elif actuator.ratio == 0.0:
         refs.fault((*where, "ratio"), "the ratio 0 holds the input constant; use a `law` instead of `follows`")
+    elif not 1.0 / GREATEST <= abs(actuator.ratio or 1.0) <= GREATEST:
+        refs.fault((*where, "ratio"), f"expected a ratio of {1.0 / GREATEST:g} to {GREATEST:g}, got {actuator.ratio:g}")
 
 
-def _round(refs: References, name: str) -> bool:
-    """Return whether an actuator follows itself, possibly through others."""
-    known, at, passed = refs.model.actuators, name, set[str]()
-    while at in known and known[at].follows is not None and at not in passed:
-        passed.add(at)
-        at = str(known[at].follows)
-    return at == name and bool(passed)
+def _leaders(refs: References, name: str) -> list[str]:
+    """Return an actuator that follows another, that other, and so on; the last name is repeated if they follow it."""
+    known, found = refs.model.actuators, [name]
+    while found[-1] in known and known[found[-1]].follows is not None and found.count(found[-1]) < 2:
+        found.append(str(known[found[-1]].follows))
+    return found
 
 
 def check_span(refs: References, where: Where, guide: Sequence[str], sliding: Sequence[str]) -> None:

@@ -26,6 +26,7 @@ masses: {coupler: {mass: 1, inertia: 0.1}}
 PHASES = {
     "trace": (["--steps", "2"], ["tracing", "drawing"]),
     "forces": (["--steps", "2"], ["forces along the motion", "drawing"]),
+    "equilibrium": (["--png", "e.png"], ["forces along the circuit", "drawing"]),
     "reduce": (["--steps", "2"], ["reducing", "drawing"]),
     "tradeoff": (["--steps", "2", "--tolerances", "1e-3"], ["comparing", "drawing"]),
     "simulate": (["--time", "0.02", "--dt", "0.01", "--reactions"], ["simulating", "reactions", "drawing"]),

@@ -248,6 +248,7 @@ def test_many_models_have_masses():
         "pick_and_place",
         "double_pendulum",
         "rack_lift",
+        "spring_block",
         "watt_1",
         "watt_durango",
     } == set(DYNAMIC)

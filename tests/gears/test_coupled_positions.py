@@ -154,9 +154,10 @@ def test_a_rack_that_an_actuator_moves_turns_its_pinion():
     ("change", "message"),
     [
         ({"follows": "motr"}, r"no actuator 'motr'; did you mean 'motor'"),
-        ({"follows": "second"}, "'second' follows itself"),
+        ({"follows": "second"}, "'second' follows itself: 'second' -> 'second'"),
         ({"follows": "motor", "law": {"by": 30}}, "`law` does not belong to an actuator that follows 'motor'"),
         ({"follows": "motor", "ratio": 0}, "the ratio 0 holds the input constant"),
+        ({"follows": "motor", "ratio": 1e200}, "expected a ratio of 1e-06 to 1e"),
         ({"ratio": 2}, "add `follows: NAME`"),
     ],
 )
@@ -175,6 +176,10 @@ def test_mistakes_in_following_actuators(change, message):
         ({"ratio": 0.5, "members": ["crank", "othr"]}, "member 'othr' does not exist; did you mean 'other'"),
         ({"ratio": 0.5, "pivots": ["O", "P"], "carrier": "ground"}, "the pivot P is no node of 'other'"),
         ({"ratio": 0.5, "pivots": ["A", "Q"]}, "no member has both pivots"),
+        ({"ratio": 0.5, "pivots": ["O", "A"]}, "the pivot A is no node of 'other'"),
+        ({"ratio": 1e300}, "expected a ratio of 1e-06 to 1e"),
+        ({"teeth": [1e300, 1]}, "expected a ratio of 1e-06 to 1e"),
+        ({"teeth": [40.5, 20]}, "expected whole numbers of teeth"),
         ({"radii": [1, 1]}, r"the sum of the radii is 2, the distance of the pivots 3"),
         ({"radii": [2, 2], "type": "crossed"}, "the belt needs more than 4"),
         ({"ratio": 1, "type": "internal"}, "wheels of equal size"),

@@ -128,7 +128,7 @@ def constraint_errors(model, m):
         for name in pair.get("nodes", [pair.get("node")]):
             yield ((m.xy(name) - a) / unit(b - a)).imag - pair.get("offset", 0)
     for name, drive in spec["actuators"].items():
-        if drive["type"] == "rotary":
+        if "pivot" in drive:
             pivot, arm = m.xy(drive["pivot"]), m.xy(drive["arm"])
             reference = unit(m.xy(drive["reference"]) - pivot) if "reference" in drive else 1
             yield (arm - pivot) - abs(arm - pivot) * reference * ray(m.value[name])
@@ -886,7 +886,7 @@ RATES = [
 def test_positions_have_the_known_velocities_and_accelerations(model, inputs, step, nodes, trace_model):
     ends = {}
     for name, (value, rate) in inputs.items():
-        reach = 4 * step * (np.degrees(rate) if read(model)["actuators"][name]["type"] == "rotary" else rate)
+        reach = 4 * step * (np.degrees(rate) if "pivot" in read(model)["actuators"][name] else rate)
         ends[name] = (value - reach, value + reach)
     m = trace_model(model, steps=8, laws=uniform(ends), tolerance=1e-13)
     found = np.array([rates(m.xy(node), step) for node in nodes])

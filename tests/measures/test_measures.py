@@ -21,7 +21,7 @@ from gimcli.mechanism import Member
 from gimcli.motion.motion import Motion, stream, trace
 from gimcli.rates.path_derivatives import PathDerivatives, input_path
 
-TRANSLATING = ("parallelogram", "parallelogram_third_crank", "scotch_yoke", "swing", "rack_lift")
+TRANSLATING = ("parallelogram", "parallelogram_third_crank", "scotch_yoke", "swing", "rack_lift", "double_pendulum")
 """Models without three members whose centres are all at a finite distance."""
 
 

@@ -226,7 +226,7 @@ class Subject:
         data = {**self.data, "actuators": {n: dict(a) for n, a in self.data["actuators"].items()}}
         ((name, motor),) = data["actuators"].items()
         del motor["law"]
-        if motor["type"] == "linear":
+        if "pivot" not in motor:
             low, high = one[0]["interval"][name]
             motor["law"] = {"from": low, "to": high}
         (self.folder / "free.yaml").write_text(yaml.safe_dump(data, sort_keys=False))

@@ -145,7 +145,7 @@ def errors(spec, m):
         for name in pair.get("nodes", [pair.get("node")]):
             yield (((m.z[name] - u) / unit(v - u)).imag - pair.get("offset", 0)) / big
     for name, drive in spec["actuators"].items():
-        if drive["type"] == "rotary":
+        if "pivot" in drive:
             o = m.z[drive["pivot"]]
             reference = m.z[drive["reference"]] - o if "reference" in drive else 1
             yield np.angle((m.z[drive["arm"]] - o) / reference / ray(m.value[name]))
@@ -200,7 +200,7 @@ def moved(spec, turn=0.0, shift=0j, scale=1.0, mirror=False):
             if key in point:
                 point[key] = change(point[key])
     for drive in spec["actuators"].values():
-        rotary, law = drive["type"] == "rotary", drive.get("law", {})
+        rotary, law = "pivot" in drive, drive.get("law", {})
         if "phase" in drive:
             assert rotary
             assert "reference" in drive
