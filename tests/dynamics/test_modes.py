@@ -341,7 +341,7 @@ def test_which_inputs_are_released():
         gimcli.modes(gimcli.loads(two))
     with pytest.raises(UsageError, match="no actuator 'q3'; actuators: q1, q2"):
         gimcli.modes(gimcli.loads(two), "q3")
-    with pytest.raises(UsageError, match="no actuator 'r'"):
+    with pytest.raises(UsageError, match="'r' follows 'q'; release that one"):
         gimcli.modes(gimcli.loads(geared_pendulums(-1, "follows")), "r")
     with pytest.raises(UsageError, match="time"):
         gimcli.modes(gimcli.loads(two), "q1", time=math.nan)
