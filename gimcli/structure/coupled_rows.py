@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from fractions import Fraction
-
 import numpy as np
 
 from gimcli.mechanism import ANGLE, FRAME, SPAN, ComplexArray, Coupling, Mechanism, PairRow
@@ -107,6 +105,8 @@ def turns_until_repeated(mechanism: Mechanism) -> int | None:
     """
     if len(mechanism.drivers) != 1 or not mechanism.actuators[mechanism.drivers[0]].rotary:
         return 1
+    from fractions import Fraction  # imported late: it takes as long as a short motion
+
     turns = 1
     for k, (ratio,) in enumerate(mechanism.following.tolist()):
         if mechanism.actuators[k].rotary:
