@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import time
 from collections.abc import Callable
 
 Progress = Callable[[int, int], None]
@@ -12,6 +14,12 @@ Phases = Callable[[str], Progress]
 
 Notify = Callable[[str], None]
 """Called with a one-line notice for the user."""
+
+
+def deadline(seconds: float | None) -> Callable[[], bool]:
+    """Return a function that says whether `seconds` have passed since this call; None: they never pass."""
+    end = math.inf if seconds is None else time.monotonic() + seconds
+    return lambda: time.monotonic() > end
 
 
 def no_progress(done: int, of: int) -> None:

@@ -19,6 +19,7 @@ class Status(IntEnum):
     CYCLING = 8
     DIVERGED = 9
     JAMMED = 10
+    WORK_LIMIT = 11
 
     @property
     def word(self) -> str:
@@ -48,6 +49,7 @@ _WORDS = {
     Status.CYCLING: "cycling",
     Status.DIVERGED: "diverged",
     Status.JAMMED: "jammed",
+    Status.WORK_LIMIT: "work-limit",
 }
 
 _TEXTS = {
@@ -69,6 +71,7 @@ _TEXTS = {
     Status.JAMMED: "dry friction jams the mechanism: no forces continue the motion, or several do; use a smaller `mu`,"
     " a longer guide or smaller pins, or other loads",
     Status.CONTRADICTORY: "a redundant constraint contradicts the others: correct its dimension or remove it",
+    Status.WORK_LIMIT: "the computation ended at its bound on work; what was found until then is reported",
 }
 
 _PLAIN = {
