@@ -4,7 +4,7 @@
     python tests/benchmarks/recording.py compare OLD NEW [--tolerance 1e-12]
 
 The recording of another commit is made in a worktree of it (`git worktree add`). Words must be equal; a number may
-differ by the tolerance times the largest number of its text (times 1 at least). `tradeoff` prints times and is left out.
+differ by the tolerance times the largest number of its text (or times 1). `tradeoff` prints times and is left out.
 """
 
 from __future__ import annotations
@@ -68,11 +68,11 @@ def recorded(model: str) -> dict[str, dict[str, object]]:
             ]
             try:
                 done = ran(*words, cwd=folder)
-                code, texts = done.code, (done.text, done.error)
+                code, printed = done.code, (done.text, done.error)
             except Exception as error:
-                code, texts = -1, ("", f"{type(error).__name__}: {error}")
+                code, printed = -1, ("", f"{type(error).__name__}: {error}")
             files = {path.name: path.read_text() for path in sorted(Path(folder).glob("*.csv"))}
-        found[name] = {"code": code, "text": texts[0], "error": texts[1], **files}
+        found[name] = {"code": code, "text": printed[0], "error": printed[1], **files}
     return found
 
 
