@@ -93,11 +93,18 @@ def read_yaml(text: str, path: Path) -> Source:
     """
     _refuse_size(len(text.encode("utf-8", "surrogatepass")), path)
     _refuse_control(text, path)
+    return _parsed(text, path, LOADER)
+
+
+def _parsed(text: str, path: Path, reader: Any) -> Source:
+    """Return the source of YAML text; libyaml has a bound on nesting of its own, where PyYAML's own reader goes on."""
     source = Source(path, folder=path.parent, text=text)
-    loader = LOADER(text)
+    loader = reader(text)
     try:
         source.data = _DataBuilder(source, loader).document()
     except yaml.MarkedYAMLError as error:
+        if reader is not yaml.SafeLoader and "nesting" in str(error.problem):
+            return _parsed(text, path, yaml.SafeLoader)
         source.fault_at(*_syntax(text, error))
         raise source.error() from None
     finally:
