@@ -4,10 +4,23 @@ from __future__ import annotations
 
 import os
 import signal
+from contextlib import suppress
+from types import FrameType
+from typing import Any
+
+
+def _quit(number: int, frame: FrameType | None) -> None:
+    """End at once with the status of an interrupt: nothing has been computed or written."""
+    os._exit(128 + number)
+
+
+_outside: Any = signal.default_int_handler
+with suppress(ValueError):  # imported by a thread: it gets no signals
+    _outside = signal.signal(signal.SIGINT, _quit)  # the imports below take most of a short command's time
+
 import sys
 from importlib import import_module
-from types import FrameType
-from typing import Any, cast
+from typing import cast
 
 import typer
 from typer.core import TyperGroup
@@ -103,7 +116,10 @@ class _Commands(TyperGroup):
         return found
 
     def invoke(self, ctx: Any) -> Any:
-        """Run a command."""
+        """Run a command; an interrupt ends it in order."""
+        own = signal.getsignal(signal.SIGINT) is _quit
+        if own:
+            signal.signal(signal.SIGINT, signal.default_int_handler)
         progress_bar(next((word for word in sys.argv[1:] if not word.startswith("-")), "gim"))
         try:
             return super().invoke(ctx)
@@ -116,6 +132,8 @@ class _Commands(TyperGroup):
             raise
         finally:
             end_bars()
+            if own:
+                signal.signal(signal.SIGINT, _quit)
 
 
 app = typer.Typer(
@@ -181,6 +199,7 @@ def _prepare_streams() -> None:
 
 def main() -> None:
     """Run the command line and exit with the status that the manual lists."""
+    signal.signal(signal.SIGINT, _quit)
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # the matrices are small: more threads only wait for each other
     _prepare_streams()
     provide_settings_folder()
@@ -197,3 +216,7 @@ def main() -> None:
     except OSError as error:
         typer.echo(f"gim: the output cannot be written: {error.strerror or error}", err=True)
         os._exit(6)  # closing standard output would fail once more
+
+
+with suppress(ValueError):
+    signal.signal(signal.SIGINT, _outside)  # `main` takes the signals of its own process

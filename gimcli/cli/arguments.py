@@ -93,8 +93,7 @@ Out = Annotated[
     list[str],
     typer.Option(
         "--out", "-o", metavar="PATH", rich_help_panel=OUTPUT,
-        help="Folder, or file (.csv .parquet .npz .json .xlsx .png .svg .pdf .dxf .html .gif .mp4), or - for CSV on"
-        " standard output; repeatable.",
+        help="Folder, or file (SUFFIXES), or - for CSV on standard output; repeatable.",
     ),
 ]  # fmt: skip
 Png = Annotated[

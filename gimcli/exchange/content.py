@@ -13,7 +13,7 @@ def content_of(path: Path) -> str:
     try:
         with path.open("rb") as handle:
             raw = handle.read(MOST_BYTES + 1)
-    except OSError:
+    except (OSError, ValueError):  # ValueError: a path with a null byte
         return ""
     if len(raw) > MOST_BYTES:
         raise ModelError([f"{path}: is too large for a model file; at most {MOST_BYTES // 1_000_000} MB are read"])

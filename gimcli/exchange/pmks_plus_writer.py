@@ -75,6 +75,9 @@ class PlusDrawing:
         unit = self.mechanism.length_unit
         own = {"in": 0, "ft": 0, "m": 2, "km": 2}.get(unit, 1)
         metre = METRES[unit]
+        furthest = max(max(abs(place.real), abs(place.imag)) for place in self.drawn.places.values())
+        if not furthest * metre / UNITS[own] <= FURTHEST:
+            raise self.drawn.refusal(f"the coordinates are too large for {PROGRAM}")
         if own == 2 and not self._exact(round(metre / UNITS[2], 12)):
             own = 1
         self.unit, self.factor = own, round(metre / UNITS[own], 12)
@@ -87,8 +90,6 @@ class PlusDrawing:
             if found is not None and found.redundant:
                 text = "it moves at its exact dimensions only, and rounded ones may lock it"
                 self.left_out.append(f"the mechanism has redundant constraints: {text}")
-        if max(abs(place) for place in self.drawn.places.values()) * self.factor > FURTHEST:
-            raise self.drawn.refusal(f"the coordinates are too large for {PROGRAM}")
 
     def _exact(self, factor: float) -> bool:
         """Return whether thousandths hold all coordinates."""

@@ -121,7 +121,10 @@ def _begin(sent: Path) -> None:
     """Begin a local process: an interrupt from the terminal ends the main process only, which ends the others."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     Thread(target=_end_with_parent, daemon=True).start()
-    _receive(sent.read_bytes())
+    try:
+        _receive(sent.read_bytes())
+    except FileNotFoundError:  # the main process has ended and removed its folder
+        os._exit(1)
 
 
 def _end_with_parent() -> None:

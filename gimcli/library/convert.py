@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gimcli.errors import StructureError, UnassembledError, UsageError
+from gimcli.errors import ModelError, StructureError, UnassembledError, UsageError
 from gimcli.library.inputs import refuse_choice
 from gimcli.library.rounding import titled
 from gimcli.mechanism import ComplexArray, Mechanism
@@ -90,7 +90,19 @@ def convert(mechanism: Mechanism, to: str = MODEL_FILE) -> Conversion:
     form = next(form for form in FORMATS if form.writes == to)
     pose = DrawnPose(mechanism, mechanism.to_file(_start(mechanism)))
     text = writer_of(form).write(pose)
+    _refuse_unreadable(mechanism, form.name, text)
     return Conversion(mechanism, text, to, (*mechanism.left_out, *pose.left_out))
+
+
+def _refuse_unreadable(mechanism: Mechanism, name: str, text: str) -> None:
+    """Raise ModelError if a text cannot be read back, as with a number that the format cannot hold."""
+    from gimcli.library.load import read_by_others
+
+    try:
+        read_by_others(text, name)
+    except ModelError:
+        text = f"a number is too large or too small for a {name}, which could not be read back; change it"
+        raise ModelError([f"{mechanism.name}: {text}"]) from None
 
 
 def _model_file(mechanism: Mechanism) -> Conversion:

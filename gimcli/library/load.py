@@ -107,7 +107,7 @@ def _from_file(model: Path | str, folder: Path | None) -> Mechanism:
 
 
 def _from_address(address: str, folder: Path | None) -> Mechanism:
-    found = _read_by_others(address, "<address>", None, folder)
+    found = read_by_others(address, "<address>", folder=folder)
     if found is None:
         raise ModelError(
             ["<address>: holds no mechanism of a known program (`gim manual other-programs`); give a file"]
@@ -119,10 +119,11 @@ def _converted(path: Path, folder: Path | None) -> Mechanism | None:
     """Return the mechanism of a file of another program; None if the content is in no known format."""
     from gimcli.exchange.content import content_of
 
-    return _read_by_others(content_of(path), str(path), path, folder)
+    return read_by_others(content_of(path), str(path), path, folder)
 
 
-def _read_by_others(text: str, source: str, path: Path | None, folder: Path | None) -> Mechanism | None:
+def read_by_others(text: str, source: str, path: Path | None = None, folder: Path | None = None) -> Mechanism | None:
+    """Return the mechanism of a text in the format of another program; None if it is in none of them."""
     from gimcli.exchange.assembling import model_of
     from gimcli.exchange.registry import draft_of
     from gimcli.model.read import read_converted

@@ -107,13 +107,17 @@ class Result(Mapping[str, NDArray[Any]]):
         """Return the output files. A folder gets the usual files: table, picture (if `picture`) and suffixes `more`."""
         from gimcli.output import destinations
 
-        draws = cls.picture is not Result.picture
-        moves = cls.animation is not Result.animation
-        known = ["table", "arrays", "report", "workbook", *["picture"] * draws, *["animation"] * moves]
-        known += ["geometry"] * (cls.geometry is not Result.geometry)
-        known += ["model"] * (cls.model is not Result.model)
-        usual = [".csv", *([".png"] if draws and picture else []), *more]
+        known = cls.suffixes()
+        usual = [".csv", *([".png"] if ".png" in known and picture else []), *more]
         return destinations(out, f"{stem}.{cls.KIND}" if cls.KIND else stem, usual, known)
+
+    @classmethod
+    def suffixes(cls) -> tuple[str, ...]:
+        """Return the suffixes of the files that are written, in the order of the formats."""
+        from gimcli.output.formats import FORMATS
+
+        lacking = [k for k in ("picture", "animation", "geometry", "model") if getattr(cls, k) is getattr(Result, k)]
+        return tuple(suffix for suffix, one in FORMATS.items() if one.content not in lacking)
 
     def save(
         self, *paths: Path | str, size: str | None = None, dpi: int | None = None, title: str | None = None,

@@ -241,6 +241,11 @@ class SweepResult(RowsResult):
         return sweep_animation(self.found)
 
     @classmethod
+    def suffixes(cls) -> tuple[str, ...]:
+        """Return the suffixes of the files that are written: those of a motion without films."""
+        return tuple(suffix for suffix in super().suffixes() if suffix not in FILMS)
+
+    @classmethod
     def destinations(
         cls, out: Sequence[Path | str], stem: str, picture: bool = True, more: Sequence[str] = ()
     ) -> Destinations:

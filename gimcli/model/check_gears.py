@@ -8,7 +8,7 @@ from gimcli.coupling_data import BELT, CROSSED, EXTERNAL, INTERNAL, RACK
 from gimcli.model.check_inputs import GREATEST
 from gimcli.model.compile_gears import carrier_of, rack_height, rack_pair
 from gimcli.model.references import CLOSEST, References
-from gimcli.model.schema import Gear
+from gimcli.model.schema import Gear, Prismatic
 from gimcli.model.source import Where
 
 FITS = 1e-2
@@ -23,7 +23,8 @@ def check_gears(refs: References) -> None:
         if gear.carrier is not None:
             known.append(refs.member((*where, "carrier"), gear.carrier))
         known.append(refs.nodes((*where, "pivots"), gear.pivots))
-        if all(known) and refs.sure and _check_members(refs, where, gear) and _check_size(refs, where, gear):
+        sound = all(known) and refs.sure and _check_members(refs, where, gear) and _check_drawn(refs, where, gear)
+        if sound and _check_size(refs, where, gear):
             _check_distance(refs, where, gear)
 
 
@@ -49,6 +50,18 @@ def _check_members(refs: References, where: Where, gear: Gear) -> bool:
             return True
         refs.fault((*where, "pivots"), f"the pivot {lacking[0]} is no node of '{carrier}'; add it to its nodes")
     return False
+
+
+def _check_drawn(refs: References, where: Where, gear: Gear) -> bool:
+    """Return whether each member and the carrier is drawn with a direction; record an error if not."""
+    for name in (*gear.members, carrier_of(refs.model, gear)):
+        nodes = [] if name in ("ground", refs.held) else refs.members[name]
+        if not all(node in refs.model.nodes for node in nodes):
+            return False
+        if nodes and not any(refs.apart(nodes[0], node) for node in nodes[1:]):
+            refs.fault(where, f"the nodes of '{name}' coincide, so that its direction is not known; move one of them")
+            return False
+    return True
 
 
 def _pivot_of_none(refs: References, gear: Gear, wheels: list[str]) -> tuple[str, str] | None:
@@ -113,12 +126,20 @@ def _check_rack(refs: References, where: Where, gear: Gear) -> bool:
     elif pair is None:
         text = f"the rack '{gear.members[1]}' does not slide on '{carrier_of(refs.model, gear)}' without turning"
         refs.fault((*where, "members"), f"{text}; add a prismatic pair with two `nodes`")
+    elif not _drawn_line(refs, refs.model.prismatic[pair]):
+        pass
     elif refs.placed and abs(rack_height(refs.model, gear, refs.model.prismatic[pair])) <= CLOSEST * refs.size:
         text = f"the line of the rack passes through the pivot {gear.pivots[0]}, so that its side is not known"
         refs.fault(where, f"{text}; place the rack's nodes at its pitch line")
     else:
         return _angle_fits(refs, where, gear)
     return False
+
+
+def _drawn_line(refs: References, slide: Prismatic) -> bool:
+    """Return whether the nodes of a sliding pair are declared and its guide has a direction; its own check reports."""
+    nodes = refs.model.nodes
+    return all(node in nodes for node in (*(slide.nodes or []), *slide.guide)) and refs.apart(*slide.guide)
 
 
 def _check_distance(refs: References, where: Where, gear: Gear) -> None:

@@ -118,7 +118,7 @@ def _text(path: Path) -> str:
             raise ModelError([f"{path}: is a folder; name a model file in it{_shipped(path)}{_files_in(path)}"])
         with path.open("rb") as handle:
             raw = handle.read(MOST_BYTES + 1)
-    except FileNotFoundError:
+    except (FileNotFoundError, ValueError):  # ValueError: a path with a null byte
         raise ModelError([f"{path}: no such file{_models_near(path)}{_files_in(path.parent)}"]) from None
     except OSError as error:
         raise ModelError([f"{path}: cannot be read: {error.strerror}; give the path of a model file"]) from None

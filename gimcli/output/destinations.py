@@ -44,7 +44,7 @@ def destinations(out: Sequence[Path | str], stem: str, usual: Sequence[str], kno
 
     An entry of `out` is a folder if the folder exists, or if it ends with a slash or has no suffix; the folder gets
     `stem` with the `usual` suffixes. "-" is the table as CSV on standard output. Any other entry is a file. `known` are
-    the contents that the result has ("table", ...), by default all. Raises UsageError for an unknown suffix.
+    the suffixes that the result has, by default all. Raises UsageError for any other.
     """
     files: dict[Path, bool] = {}
     for given in map(str, out):
@@ -55,13 +55,10 @@ def destinations(out: Sequence[Path | str], stem: str, usual: Sequence[str], kno
             for suffix in usual:
                 files.setdefault(path / f"{stem}{suffix}", False)
             continue
-        if path.suffix.lower() not in FORMATS:
-            formats = (name for name, one in FORMATS.items() if not known or one.content in known)
-            raise UsageError(
-                f"{given}: expected one of the formats {', '.join(formats)}, got '{path.suffix}';"
-                " the name of a folder with a dot needs / at its end"
-            )
-        format_of(path, tuple(known))
+        if path.suffix.lower() not in (known or FORMATS):
+            folder = "" if path.suffix.lower() in FORMATS else "; the name of a folder with a dot needs / at its end"
+            formats = ", ".join(known or FORMATS)
+            raise UsageError(f"{given}: expected one of the formats {formats}, got '{path.suffix}'{folder}")
         files[path] = True
     named = frozenset(path for path, by_name in files.items() if by_name)
     return Destinations(tuple(files), named, STDOUT in map(str, out))

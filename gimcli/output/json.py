@@ -22,7 +22,13 @@ def write_json(report: Mapping[str, Any], path: Path | str) -> None:
         handle.write(json_text(report) + "\n")
 
 
+def single(value: Any) -> Any:
+    """Return a value as a number, text or list of Python, if it is a number or an array of NumPy."""
+    return value.tolist() if hasattr(value, "tolist") else value
+
+
 def _plain(value: Any) -> Any:
+    value = single(value)
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     if isinstance(value, Mapping):

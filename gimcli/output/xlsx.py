@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from gimcli.errors import OutputError
 from gimcli.output.atomic import written_bytes
 from gimcli.output.csv import refuse_repeated
+from gimcli.output.json import single
 from gimcli.output.workbook import ColumnSheet, Workbook
 from gimcli.table import labelled
 
@@ -183,6 +184,7 @@ def _text(text: str, bold: bool = False) -> str:
 
 def _single(value: Any) -> str:
     """Return the cell of one value of the report."""
+    value = single(value)
     if value is None:
         return "<c/>"
     return _number(value) if isinstance(value, float | int) and not isinstance(value, bool) else _text(str(value))

@@ -274,3 +274,19 @@ loads: {gas: {on: B, force: [-100, 0]}}
     back = gimcli.forces(gimcli.load(sent.text.strip()), steps=6)
     own = gimcli.forces(engine, steps=6)
     assert back["motor.effort"] == pytest.approx(own["motor.effort"], abs=1e-9)
+
+
+def test_a_mass_that_an_address_cannot_hold_is_refused():
+    model = {
+        "nodes": {"O": [0, 0], "A": [1, 0]}, "ground": ["O"], "links": {"crank": ["O", "A"]},
+        "actuators": {"m": {"pivot": "O", "arm": "A"}}, "masses": {"crank": 1e25},
+    }  # fmt: skip
+    with pytest.raises(ModelError, match="could not be read back"):
+        gimcli.convert(gimcli.load(model), "pmks+")
+
+
+def test_a_coordinate_that_an_address_cannot_hold_is_refused(tmp_path):
+    path = tmp_path / "far.txt"
+    path.write_text("ground,crank,R,0,0,ffft\ncrank,R,1,0\ncrank,R,-1e308,1\n", encoding="utf-8")
+    with pytest.raises(ModelError, match="too large for PMKS"):
+        gimcli.convert(gimcli.load(path), "pmks+")
