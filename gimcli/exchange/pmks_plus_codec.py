@@ -10,6 +10,7 @@ Source: PMKS+ (2023-2026), its classes StringTranscoder, BaseNConverter, FlagPac
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -123,7 +124,9 @@ def integer_text(value: int) -> str:
 
 
 def decimal_text(value: float) -> str:
-    """Return a number, rounded to thousandths."""
+    """Return a number, rounded to thousandths; raise ModelError if it is too large."""
+    if not math.isfinite(value * THOUSANDTHS):
+        raise ModelError(["a number is too large for PMKS+; change it, or use another unit"])
     return integer_text(round(value * THOUSANDTHS))
 
 

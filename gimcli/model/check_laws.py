@@ -75,8 +75,8 @@ def _check_ends(refs: References, at: Where, actuator: Actuator, law: Law) -> bo
         refs.fault((*at, "turns"), "`turns` are of a rotary input, this one is linear; write `by` or `to`", key=True)
     elif law.from_ is not None and not ended(law):
         refs.lack(at, (*ENDS, "rate"), "`to` is missing beside `from`; add `to`, or `by`, `turns` or `rate`")
-    elif law.rate == 0.0 and ends:
-        refs.fault((*at, "rate"), f"at the rate 0 the input does not reach its end (`{ends[0]}`); correct the rate")
+    elif law.rate == 0.0:
+        refs.fault((*at, "rate"), "the rate 0 does not move the input; give another rate, or the law `{by: 0}`")
     elif law.profile.polynomial is not None and ended(law):
         return _check_polynomial(refs, (*at, "profile", "polynomial"), law.profile.polynomial)
     else:
@@ -152,7 +152,7 @@ def _check_times(refs: References, tables: list[Times], sound: set[str]) -> floa
             and actuator.law.rate is not None
             and {"pivot", "arm", "nodes", "node", "guide"} & actuator.given
             and not any(getattr(actuator.law, key) is not None for key in ENDS)
-            and (not actuator.rotary or not actuator.law.rate)
+            and not actuator.rotary
         ):
             text = "a rate needs an end or a time: add `to` or `by` to the law, or `duration` to the file"
             refs.fault(("actuators", name, "law", "rate"), text)

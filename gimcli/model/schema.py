@@ -20,6 +20,8 @@ SHORTEST, LONGEST = 1e-12, 1e12
 """Least and greatest duration of a motion [s]; powers of other durations would underflow or overflow."""
 LARGEST = 1e30
 """Greatest mass, force and the like; products of greater values would overflow."""
+FARTHEST = 1e100
+"""Greatest coordinate of a point of a member, as of a mechanism's size."""
 MOST_COEFFICIENTS = 100
 """Most coefficients of a polynomial: its roots take long to compute, and high powers of the time hardly differ."""
 NO_FORMULAS: Mapping[tuple[str | int, ...], Formula] = MappingProxyType({})
@@ -72,6 +74,7 @@ POSITIVE = _number(ge=0, le=LARGEST)
 AMOUNT = _number(ge=-LARGEST, le=LARGEST)
 SECONDS = _number(ge=SHORTEST, le=LONGEST)
 PLACE, VECTOR = _list(NUMBER, 2, 2), _list(AMOUNT, 2, 2)
+POINT = _list(_number(ge=-FARTHEST, le=FARTHEST), 2, 2)
 NAMES, PAIR = _list(NAME), _list(NAME, 2, 2)
 
 
@@ -177,7 +180,7 @@ class Law(Part):
     from_: float | None = _optional(NUMBER)
     to: float | None = _optional(NUMBER)
     by: float | None = _optional(NUMBER)
-    turns: float | None = _optional(LENGTH)
+    turns: float | None = _optional(NUMBER)
     rate: float | None = _optional(NUMBER)
     profile: Profile = _default(Profile.schema, Profile())
 
@@ -283,8 +286,8 @@ class Tracer(Part):
     """
 
     on: str = NAME
-    at: list[float] | None = _optional(PLACE)
-    local: list[float] | None = _optional(PLACE)
+    at: list[float] | None = _optional(POINT)
+    local: list[float] | None = _optional(POINT)
 
 
 class Mass(Part):
@@ -295,7 +298,7 @@ class Mass(Part):
 
     mass: float = POSITIVE
     inertia: float | None = _optional(POSITIVE)
-    centre: list[float] | None = _optional(PLACE)
+    centre: list[float] | None = _optional(POINT)
 
 
 class Load(Part):
@@ -306,8 +309,8 @@ class Load(Part):
     """
 
     on: str = NAME
-    at: list[float] | None = _optional(PLACE)
-    local: list[float] | None = _optional(PLACE)
+    at: list[float] | None = _optional(POINT)
+    local: list[float] | None = _optional(POINT)
     force: list[float] | None = _optional(VECTOR)
     follower: list[float] | None = _optional(VECTOR)
     torque: float | None = _optional(AMOUNT)

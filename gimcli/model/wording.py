@@ -65,7 +65,7 @@ def record(source: Source, error: dict[str, Any], refused: Mapping[Where, str] =
     elif kind == "missing":
         source.fault(written(source, where[:-1]), f"'{where[-1]}' is missing; {_missing(where)}")
     elif refused.get(where, kind):
-        name = ".".join(str(part) for part in where) or "the file"
+        name = ".".join(str(part) for part in written(source, where)) or "the file"
         reason = f"; {refused[where]}" if where in refused else ""
         source.fault(written(source, where), f"{name}: {expected(where, kind, got, limits)}{reason}")
 

@@ -285,8 +285,9 @@ def test_a_mass_that_an_address_cannot_hold_is_refused():
         gimcli.convert(gimcli.load(model), "pmks+")
 
 
-def test_a_coordinate_that_an_address_cannot_hold_is_refused(tmp_path):
+@pytest.mark.parametrize(("far", "message"), [("-1e308", "points.C.at"), ("-1e20", "too large for PMKS")])
+def test_a_coordinate_that_an_address_cannot_hold_is_refused(far, message, tmp_path):
     path = tmp_path / "far.txt"
-    path.write_text("ground,crank,R,0,0,ffft\ncrank,R,1,0\ncrank,R,-1e308,1\n", encoding="utf-8")
-    with pytest.raises(ModelError, match="too large for PMKS"):
+    path.write_text(f"ground,crank,R,0,0,ffft\ncrank,R,1,0\ncrank,R,{far},1\n", encoding="utf-8")
+    with pytest.raises(ModelError, match=message):
         gimcli.convert(gimcli.load(path), "pmks+")
