@@ -123,6 +123,9 @@ def _check_rack(refs: References, where: Where, gear: Gear) -> bool:
     pair = rack_pair(refs.model, gear)
     if gear.radii is None or len(gear.radii) != 1:
         refs.lack(where, ("radii",), "a rack and pinion needs the pitch radius of the pinion: `radii: [R]`")
+    elif refs.placed and not refs.size / GREATEST <= gear.radii[0] <= refs.size * GREATEST:
+        text = f"expected a radius of {1.0 / GREATEST:g} to {GREATEST:g} of the mechanism's size {refs.size:g}"
+        refs.fault((*where, "radii"), f"{text}, got {gear.radii[0]:g}")
     elif pair is None:
         text = f"the rack '{gear.members[1]}' does not slide on '{carrier_of(refs.model, gear)}' without turning"
         refs.fault((*where, "members"), f"{text}; add a prismatic pair with two `nodes`")

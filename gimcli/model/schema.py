@@ -213,11 +213,11 @@ class Effort(Part):
     per second).
     """
 
-    constant: float | None = _optional(NUMBER)
+    constant: float | None = _optional(AMOUNT)
     table: str | None = _optional(STRING)
     over: str = _default(_choice("time", "value", "speed"), "time")
-    stall: float | None = _optional(NUMBER)
-    idle: float | None = _optional(NUMBER)
+    stall: float | None = _optional(AMOUNT)
+    idle: float | None = _optional(AMOUNT)
 
 
 class Rotor(Part):
@@ -248,7 +248,7 @@ class Actuator(Gauge):
     law: Law | None = _optional(Law.schema)
     follows: str | None = _optional(NAME)
     ratio: float | None = _optional(NUMBER)
-    phase: float | None = _optional(NUMBER)
+    phase: float | None = _optional(AMOUNT)
     free: bool = _default(core_schema.bool_schema(strict=True), False)
     start: float | None = _optional(NUMBER)
     speed: float = _default(NUMBER, 0.0)
