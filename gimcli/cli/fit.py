@@ -92,6 +92,11 @@ def command(
     seed: Annotated[
         int, typer.Option("--seed", metavar="N", min=0, help="Seed of the random designs.", rich_help_panel=METHOD)
     ] = 0,
+    seconds: Annotated[
+        float | None,
+        typer.Option("--seconds", metavar="S", min=0.0, help="End after this time with the best design found.",
+                     rich_help_panel=METHOD),
+    ] = None,
     out: Out = NONE,
     png: Png = True,
     as_json: Json = False,
@@ -110,7 +115,7 @@ def command(
     found = fit(
         outputs.loaded(assembly, changes=set_), bounds, through, timing=timing.value if timing else "", point=point,
         output=output, goal=goal, where=where, any_order=any_order, starts=starts, seed=seed,
-        notify=note, progress=progress_bar,
+        notify=note, progress=progress_bar, seconds=seconds,
     )  # fmt: skip
     outputs.write(found)
     outputs.finish(found, _print)

@@ -61,8 +61,10 @@ def constrained_fit(problem: FitProblem, quantities: DesignQuantities, start: Tr
     if problem.targets.timing == FREE and start.sense[0]:
         conditions.append(_inequality(_order(problem, dimensions, float(start.sense[0]))))
     first = (np.concatenate((start.designs[0], start.own[0])) - base) / scale
+    limits = problem.targets.range
+    ends = (limits.low, limits.high) if problem.targets.timing == FREE and not limits.turning else (None, None)
     unit = CONSTANTS.unit / EXACT * problem.zero
-    found = base + scale * _least(error, conditions, first, np.where(problem.periodic, np.inf, 1.0), unit)
+    found = base + scale * _least(error, conditions, first, np.where(problem.periodic, np.inf, 1.0), unit, ends)
     return trials(problem, found[None, :dimensions], found[None, dimensions:], start.sense)
 
 
@@ -90,7 +92,7 @@ def under_conditions(problem: FitProblem, quantities: DesignQuantities, found: T
     good, others = found[held], found[~held].best(len(found))
     parts, last, limit = [good], -np.inf, float(np.min(good.error, initial=np.inf))
     for k in range(len(others)) if quantities.inequalities else ():
-        if others.error[k] >= limit or len(parts) > CONSTANTS.most:
+        if others.error[k] >= limit or len(parts) > CONSTANTS.most or problem.stop():
             break
         if others.error[k] > last * (1.0 + CONSTANTS.alike) + problem.zero:
             last = float(others.error[k])
@@ -101,12 +103,17 @@ def under_conditions(problem: FitProblem, quantities: DesignQuantities, found: T
 
 
 def _least(
-    function: Valued, conditions: list[dict[str, Any]], first: FloatArray, most: FloatArray, unit: float
+    function: Valued,
+    conditions: list[dict[str, Any]],
+    first: FloatArray,
+    most: FloatArray,
+    unit: float,
+    ends: tuple[float | None, float | None] = (None, None),
 ) -> FloatArray:
     """Return the unknowns with the least value of a function.
 
-    `most`: the first unknowns are between 0 and these, or free where these are infinite; the others are free. `unit`:
-    least unit of the values, in which they are compared.
+    `most`: the first unknowns are between 0 and these, or free where these are infinite; the others are between
+    `ends`. `unit`: least unit of the values, in which they are compared.
     """
     from scipy.optimize import minimize
 
@@ -118,7 +125,7 @@ def _least(
             return CONSTANTS.beyond, np.zeros(len(x))
         return found / unit, np.nan_to_num(gradient, posinf=0.0, neginf=0.0) / unit
 
-    bounds = [(0.0, 1.0) if np.isfinite(m) else (None, None) for m in most] + [(None, None)] * (len(first) - dimensions)
+    bounds = [(0.0, 1.0) if np.isfinite(m) else (None, None) for m in most] + [ends] * (len(first) - dimensions)
     options = {"maxiter": CONSTANTS.steps, "ftol": CONSTANTS.accuracy}
     found = minimize(scaled, first, jac=True, bounds=bounds, constraints=conditions, method="SLSQP", options=options)
     x = np.asarray(found.x, dtype=float)

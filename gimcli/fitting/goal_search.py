@@ -42,19 +42,19 @@ class GoalSearchResult:
 
 def goal_search(
     quantities: DesignQuantities, lower: FloatArray, upper: FloatArray, count: int, seed: int,
-    progress: Callable[[int, int], None],
+    progress: Callable[[int, int], None], stop: Callable[[], bool],
 ) -> GoalSearchResult:  # fmt: skip
     """Return the designs with the least goals that were found; the same seed gives the same result."""
     generator, dimensions = np.random.default_rng(seed), len(lower)
     best, least, drawn, started = np.empty((0, dimensions)), np.empty(0), 0, 0
-    while drawn < count:
+    while drawn < count and not (drawn and stop()):
         size = min(CONSTANTS.batch, count - drawn)
         designs = random_designs(lower, upper, size, generator)
         goals = quantities.admitted_goals(designs, CONSTANTS.steps)
         drawn, started = drawn + size, started + int(np.isfinite(goals).sum())
         best, least = _least(np.concatenate((best, designs)), np.concatenate((least, goals)), CONSTANTS.improved)
         progress(drawn, count)
-    improved = [constrained_goal(quantities, design, lower, upper) for design in best]
+    improved = [constrained_goal(quantities, design, lower, upper) for design in best if not stop()]
     every = np.concatenate((best, np.reshape(improved, (-1, dimensions))))
     goals = quantities.admitted_goals(every, STEPS) if len(every) else least
     return GoalSearchResult(*_least(every, goals, len(every)), drawn, started)

@@ -16,7 +16,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from gimcli.fitting.law_quantity import LawQuantity
 from gimcli.fitting.quantity import FittedQuantity, QuantityRates
+from gimcli.fitting.stop import endless
 from gimcli.fitting.targets import FREE, GIVEN, Targets
 from gimcli.mechanism import FloatArray
 
@@ -53,6 +55,7 @@ class FitProblem:
     periodic: NDArray[np.bool_]  # (dimensions,) directions, which may pass their bounds: these are a full turn apart
     whole: bool = True  # only designs that move through the whole range of the input
     admits: Callable[[FloatArray], NDArray[np.bool_]] | None = None  # which designs may be starts; None: all
+    stop: Callable[[], bool] = endless  # whether the search shall end
 
     @property
     def least(self) -> FloatArray:
@@ -76,6 +79,10 @@ class FitProblem:
         """
         given = np.broadcast_to(self.targets.inputs, (len(designs), len(self.targets.values)))
         return own if self.targets.timing == FREE else given if self.targets.timing == GIVEN else given + own
+
+    def actual(self, designs: FloatArray, inputs: FloatArray) -> FloatArray:
+        """Return the inputs (designs, targets) in the designs' own laws."""
+        return self.quantity.inputs(designs, inputs) if isinstance(self.quantity, LawQuantity) else inputs
 
     def errors(self, designs: FloatArray, inputs: FloatArray) -> FloatArray:
         """Return the sum of squares (designs,), without its constant; infinity where a position is missing."""
@@ -134,7 +141,7 @@ def refined(problem: FitProblem, start: Trials, iterations: int) -> Trials:
     rates = problem.quantity.rates(at.designs, problem.inputs(at.designs, at.own))
     with np.errstate(all="ignore"):
         for _ in range(iterations):
-            if not len(at):
+            if not len(at) or problem.stop():
                 break
             at, rates, settled = _stepped(problem, at, rates)
             if settled.any():
@@ -180,9 +187,12 @@ def _step(problem: FitProblem, at: Trials, rates: QuantityRates) -> tuple[FloatA
     if targets.timing != FREE:
         moved = np.clip(place + _solved(matrix, added, -gradient, held), lower, upper)
         return moved[:, : at.designs.shape[1]], moved[:, at.designs.shape[1] :]
+    slope = np.einsum("nmc,nmc->nm", by_input, residual)
+    if not targets.range.turning:  # inputs at an end of the law, beyond which the error decreases, are held
+        beyond = ((at.own <= targets.range.low) & (slope > 0.0)) | ((at.own >= targets.range.high) & (slope < 0.0))
+        by_input, slope = np.where(beyond[..., None], 0.0, by_input), np.where(beyond, 0.0, slope)
     own = np.einsum("nmc,nmc->nm", by_input, by_input) * (1.0 + at.damping[:, None]) + np.finfo(float).tiny
     mixed = np.einsum("nmci,nmc->nmi", jacobian, by_input)
-    slope = np.einsum("nmc,nmc->nm", by_input, residual)
     reduced = matrix - mixed.transpose(0, 2, 1) @ (mixed / own[..., None])
     right = np.einsum("nmi,nm->ni", mixed, slope / own) - gradient
     moved = np.clip(place + _solved(reduced, added, right, held), lower, upper)

@@ -57,13 +57,13 @@ def search(problem: FitProblem, nominal: FloatArray, count: int, seed: int) -> I
     limits = problem.targets.range
     linear = linear_dimensions(problem.quantity, nominal, problem.lower, problem.upper, limits.grid(CONSTANTS.inputs))
     best, drawn, started = None, 0, 0
-    while drawn < count:
+    while drawn < count and not (best is not None and problem.stop()):
         begun, more = _begun(problem, linear, generator, count - drawn)
         drawn, started = drawn + more, started + len(begun)
         found = _in_stages(problem, begun)
         found = found[moves(problem, found.designs)] if problem.whole else found
         best = (found if best is None else joined([best, found])).best(CONSTANTS.kept)
-        if drawn >= count:
+        if drawn >= count or problem.stop():
             polished = refined(problem, best[: CONSTANTS.polished], CONSTANTS.polishing)
             polished = polished[moves(problem, polished.designs)] if problem.whole else polished
             best = joined([polished, best[CONSTANTS.polished :]]).best(CONSTANTS.kept)
@@ -81,6 +81,8 @@ def _begun(
         designs = random_designs(problem.lower, problem.upper, count, generator)
         parts.append(starts(problem, designs, linear, generator))
         drawn += count
+        if problem.stop():
+            break
     return joined(parts), drawn
 
 

@@ -4,27 +4,34 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
-from gimcli.errors import StructureError, UsageError
+from gimcli.errors import ModelError, StructureError, UsageError
 from gimcli.families.family import Family
 from gimcli.fitting.conditions import DesignQuantities
 from gimcli.fitting.constrained import under_conditions
 from gimcli.fitting.goal_search import goal_search
+from gimcli.fitting.law_quantity import LawQuantity, varied_ends
 from gimcli.fitting.least_squares import FitProblem, Trials
 from gimcli.fitting.motion_quantity import MotionQuantity
 from gimcli.fitting.search import CONSTANTS, SearchResult, search
 from gimcli.fitting.starts import periodic_dimensions
+from gimcli.fitting.stop import SearchStop
+from gimcli.fitting.targets import FREE, TURN
+from gimcli.fitting.undetermined import undetermined
 from gimcli.library.fit_check import FittedDesign, GoalChecker, TargetChecker
 from gimcli.library.fit_result import FitCounts, FitResult, GoalResult
-from gimcli.library.fit_targets import FittedTask, columns_of, task_of
+from gimcli.library.fit_targets import FittedTask, columns_of, input_range, task_of
 from gimcli.library.inputs import refuse_count, refuse_unmoved
 from gimcli.mechanism import FloatArray, Mechanism
-from gimcli.progress import Notify, Phases, Progress, no_phases
+from gimcli.progress import Notify, Phases, Progress, deadline, no_phases
+from gimcli.status import Status
 from gimcli.structure.drive_check import explained
 
 STARTS = 25_000
@@ -35,6 +42,12 @@ START_STEPS = 72
 
 MOST_STARTS = 10_000_000
 
+SAME_LAW = 1e-9
+"""Change of a law, relative to its largest value or to a turn, that counts as rounding."""
+
+NOTICES = 10.0
+"""Seconds between two notices of the best value so far."""
+
 MOST_CHECKED = 60
 """Largest number of fitted designs whose real motion is traced."""
 
@@ -44,7 +57,7 @@ def fit(
     through: Path | str | Mapping[str, Sequence[float]] | Sequence[Sequence[float]] | None = None, *,
     timing: str = "", point: str = "", output: str = "", goal: str = "", where: str | Sequence[str] = (),
     any_order: bool = False, starts: int = STARTS, seed: int = 0, notify: Notify | None = None,
-    progress: Phases = no_phases,
+    progress: Phases = no_phases, seconds: float | None = None,
 ) -> FitResult:  # fmt: skip
     """Find dimensions for which a point, a member or an output passes targets, or for which a goal is least.
 
@@ -67,6 +80,8 @@ def fit(
         starts: number of random designs.
         seed: seed of the random designs; the same seed gives the same result.
         notify: function of a text; called with notices, such as the start of a compilation.
+        seconds: the search ends after this time with the best design found; by default it has no such end. Ctrl-C
+            ends it in the same way.
         progress: function of the name of a phase; returns a function of (designs done, all designs).
 
     Returns:
@@ -94,48 +109,80 @@ def fit(
         raise UsageError(f"vary: {', '.join(names)}: a dimension is named twice; remove one")
     with explained(mechanism):
         family = Family(mechanism, names)
+    _refuse_other_laws(family, lower, upper)
     for name in family.without_effect(lower[None], upper[None]):
         raise UsageError(f"vary {name}: it changes no length, shape or law, so that it cannot be fitted; remove it")
     quantities = DesignQuantities(family, [where] if isinstance(where, str) and where else tuple(where), goal)
     report = progress("fitting")
+    stop = SearchStop(seconds)
     if task is None:
-        return _least_goal(quantities, lower, upper, starts, seed, report)
-    problem = _problem(quantities, task, lower, upper, notify)
-    return _least_error(quantities, problem, task, starts, seed, report)
+        with stop.listening():
+            return _least_goal(quantities, lower, upper, starts, seed, report, stop)
+    task, varied = _with_law(family, task, lower, upper)
+    problem = _problem(quantities, task, lower, upper, notify, varied)
+    problem = replace(problem, stop=stop)
+    with stop.listening():
+        return _least_error(quantities, problem, task, starts, seed, report, notify, stop)
 
 
 def _least_goal(
-    quantities: DesignQuantities, lower: FloatArray, upper: FloatArray, starts: int, seed: int, progress: Progress
-) -> FitResult:
+    quantities: DesignQuantities, lower: FloatArray, upper: FloatArray, starts: int, seed: int, progress: Progress,
+    stop: SearchStop,
+) -> FitResult:  # fmt: skip
     """Return the feasible design with the least goal."""
     assert quantities.goal is not None
-    search = goal_search(quantities, lower, upper, starts, seed, progress)
+    search = goal_search(quantities, lower, upper, starts, seed, progress, stop)
     checker, nominal = GoalChecker(quantities), quantities.family.mechanism
     tried = zip(search.designs[:MOST_CHECKED], search.goals.tolist(), strict=False)
     found = next((one for design, goal in tried if (one := checker.checked(design, goal)) is not None), None)
     hits = 0 if found is None else search.same(found.error)
-    counts = FitCounts(search.drawn, search.started, hits, seed)
-    return GoalResult(nominal, quantities.family.names, found, counts, quantities.goal.text)
+    counts = FitCounts(search.drawn, search.started, hits, seed, _ended(stop))
+    return GoalResult(
+        nominal, quantities.family.names, found, counts, quantities.goal.text, _stand(found, lower, upper)
+    )
 
 
 def _least_error(
-    quantities: DesignQuantities, problem: FitProblem, task: FittedTask, starts: int, seed: int, progress: Progress
-) -> FitResult:
+    quantities: DesignQuantities, problem: FitProblem, task: FittedTask, starts: int, seed: int, progress: Progress,
+    notify: Notify | None, stop: SearchStop,
+) -> FitResult:  # fmt: skip
     """Return the feasible design with the least error; an exact one ends the search."""
     family, found, counts, reason = quantities.family, None, FitCounts(0, 0, 0, seed), ""
+    free: tuple[str, ...] = ()
+    due = deadline(NOTICES)
     for last in search(problem, family.nominal, starts, seed):
         progress(last.drawn, starts)
-        counts = FitCounts(last.drawn, last.started, 0, seed)
-        if not last.exact(problem.zero) and last.drawn < starts:
+        counts = FitCounts(last.drawn, last.started, 0, seed, _ended(stop))
+        if notify is not None and due() and len(last.trials):
+            due = deadline(NOTICES)
+            best_yet = last.trials.error[0] + task.targets.constant
+            notify(f"fitting: {last.drawn} of {starts} random designs, least sum of squares so far {best_yet:.6g}")
+        if not last.exact(problem.zero) and last.drawn < starts and not stop():
             continue
         best = under_conditions(problem, quantities, last.trials) if quantities.texts else last.trials
         checker = TargetChecker(problem, task, quantities)
         found, reason = _first_feasible(checker, best), _reason(last, best, checker)
         if found is not None:
             hits = int(replace(last, trials=best).same(found.error - task.targets.constant, problem.zero).sum())
-            counts = replace(counts, hits=hits)
+            counts = replace(counts, hits=hits, ended=_ended(stop))
+            free = undetermined(problem, best, found.design, family.names)
             break
-    return FitResult(family.mechanism, family.names, found, counts, task, reason)
+    stand = _stand(found, problem.least, problem.most)
+    return FitResult(family.mechanism, family.names, found, counts, task, reason, stand, free)
+
+
+def _ended(stop: SearchStop) -> str:
+    """Return how a search ended: the word of a status, or "interrupted"."""
+    return "interrupted" if stop.interrupted else (Status.WORK_LIMIT if stop.ended else Status.OK).word
+
+
+def _stand(found: FittedDesign | None, lower: FloatArray, upper: FloatArray) -> NDArray[np.bool_]:
+    """Return which dimensions (dimensions,) stand on a bound."""
+    if found is None:
+        return np.zeros(len(lower), dtype=bool)
+    with np.errstate(invalid="ignore"):
+        room = np.where(np.isfinite(upper - lower), SAME_LAW * (upper - lower), 0.0)
+    return np.asarray((found.design <= lower + room) | (found.design >= upper - room))
 
 
 def _bounds(vary: Mapping[str, tuple[float, float]]) -> tuple[FloatArray, FloatArray]:
@@ -155,11 +202,45 @@ def _bounds(vary: Mapping[str, tuple[float, float]]) -> tuple[FloatArray, FloatA
     return lower, upper
 
 
+def _with_law(family: Family, task: FittedTask, lower: FloatArray, upper: FloatArray) -> tuple[FittedTask, bool]:
+    """Return the task with the range of a law that varies, and whether targets have places in the law of each design.
+
+    They have none where the law is a full turn for all designs: its start alone decides nothing.
+    """
+    ends = varied_ends(family, lower, upper)
+    if not np.ptp(ends, axis=0).any():
+        return task, False
+    turning = task.targets.range.turning and bool(np.all(np.abs(ends[:, 1] - ends[:, 0]) >= TURN * (1.0 - SAME_LAW)))
+    if turning:
+        return task, False
+    if task.targets.timing != FREE:
+        raise UsageError("vary: with inputs given by the targets the law cannot vary; remove its dimensions")
+    limits = input_range(family.mechanism, turning=False)
+    return replace(task, targets=replace(task.targets, range=limits)), True
+
+
+def _refuse_other_laws(family: Family, lower: FloatArray, upper: FloatArray) -> None:
+    """Raise UsageError for a dimension that changes a law by more than its ends."""
+    time = np.linspace(0.0, 1.0, START_STEPS + 1)
+    for k, name in enumerate(family.names):
+        for bound in (lower[k], upper[k]):
+            design = family.nominal.copy()
+            design[k] = bound
+            with suppress(ModelError):
+                own = family.mechanism.with_({name: float(bound)})
+                law = np.array([actuator.law(time) for actuator in own.actuators])
+                assumed = family.law_inputs(time, family.tables(design[None]))[0]
+                if np.max(np.abs(law - assumed)) > SAME_LAW * (1.0 + np.max(np.abs(law))):
+                    raise UsageError(f"vary {name}: it changes the form of the law, which a fit cannot vary; remove it")
+
+
 def _problem(
-    quantities: DesignQuantities, task: FittedTask, lower: FloatArray, upper: FloatArray, notify: Notify | None
-) -> FitProblem:
+    quantities: DesignQuantities, task: FittedTask, lower: FloatArray, upper: FloatArray, notify: Notify | None,
+    varied: bool,
+) -> FitProblem:  # fmt: skip
     family = quantities.family
-    quantity = MotionQuantity(family, task.components, notify)
+    plain = MotionQuantity(family, task.components, notify)
+    quantity = LawQuantity(plain) if varied else plain
     rows = task.targets.range.grid(CONSTANTS.inputs)
     periodic = periodic_dimensions(quantity, family.nominal, lower, upper, rows)
     admits = partial(quantities.hold, steps=START_STEPS) if quantities.texts else None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from codecs import BOM_UTF8 as BOM
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import suppress
@@ -17,7 +18,9 @@ from gimcli.fitting.least_squares import FitProblem, Trials
 from gimcli.fitting.motion_quantity import Component, MotionQuantity, X, Y
 from gimcli.library.fit_motion import FitMotion, fit_motion, law_motion
 from gimcli.library.fit_targets import FittedTask
+from gimcli.library.model_text import changed_text
 from gimcli.mechanism import FRAME, FloatArray, Mechanism
+from gimcli.model.read import read_text
 
 AGREEMENT = 1e-6
 """Largest distance, relative to the size, of the real motion from the positions of the fit."""
@@ -47,7 +50,15 @@ class DesignChecker:
         own = dict(zip(self.family.names, (design + 0.0).tolist(), strict=True))  # no -0.0
         for changes in (own, own | self._coordinates(design)):
             with suppress(GimError):
-                yield changes, self._plain.with_(changes)
+                yield changes, self._written(changes)
+
+    def _written(self, changes: dict[str, float]) -> Mechanism:
+        """Return the mechanism of the text that a fitted file has; of a model without a file, that with the changes."""
+        nominal = self.family.mechanism
+        if nominal.path is None:
+            return self._plain.with_(changes)
+        read = read_text(changed_text(nominal, changes).text.lstrip(BOM.decode()), nominal.written.source.folder)
+        return replace(read, name=nominal.name, files=nominal.files, path=nominal.path)
 
     def quantities_of(self, mechanism: Mechanism) -> tuple[bool, float]:
         """Return whether a mechanism satisfies all conditions, and its goal, if there is one."""
@@ -113,16 +124,17 @@ class TargetChecker(DesignChecker):
     def checked(self, trial: Trials) -> FittedDesign | None:
         """Return a fitted design; None if its motion does not pass the targets in order on one branch."""
         inputs = self.problem.inputs(trial.designs, trial.own)
+        actual = self.problem.actual(trial.designs, inputs)[0]
         reason = "violate a limit of the model file"
         expected = self.problem.quantity.values(trial.designs, inputs)[0]
         for changes, mechanism in self.models(trial.designs[0]):
             with suppress(GimError):
-                motion = fit_motion(mechanism, self.task, inputs[0])
+                motion = fit_motion(mechanism, self.task, actual)
                 reason = self._reason(trial, inputs, mechanism, motion, expected)
                 if not reason:
                     residual = self.task.targets.residuals(motion.values)
                     error = float(np.sum(residual**2)) + self.task.targets.constant
-                    return FittedDesign(mechanism, changes, trial.designs[0], inputs[0], motion, error)
+                    return FittedDesign(mechanism, changes, trial.designs[0], actual, motion, error)
         self.refused[reason] += 1
         return None
 

@@ -10,7 +10,7 @@ import numpy as np
 from gimcli.errors import UsageError
 from gimcli.fitting.motion_quantity import ANGLE, X
 from gimcli.fitting.targets import TURN, FitRange
-from gimcli.library.fit_targets import FittedTask
+from gimcli.library.fit_targets import FittedTask, input_range
 from gimcli.library.trace import MotionTraceResult, trace
 from gimcli.measures import measures_of
 from gimcli.mechanism import FloatArray, IntArray, Mechanism
@@ -62,7 +62,7 @@ class FitMotion:
 
 def fit_motion(mechanism: Mechanism, task: FittedTask, inputs: FloatArray) -> FitMotion:
     """Trace a mechanism over its law, from its start, through the inputs (targets,) of the targets."""
-    rows, places = _rows(mechanism, task.targets.range, inputs)
+    rows, places = _rows(mechanism, input_range(mechanism, task.targets.range.turning), inputs)
     actuator = replace(mechanism.actuators[0], law=RowsLaw(rows))
     own = replace(mechanism, actuators=(actuator,))
     found = cast(MotionTraceResult, trace(own, len(rows) - 1, measure=_measured(mechanism)))

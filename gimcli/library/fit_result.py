@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gimcli.fitting.motion_quantity import ANGLE
 from gimcli.fitting.targets import GIVEN
@@ -16,6 +17,7 @@ from gimcli.library.fit_targets import FittedTask
 from gimcli.library.result import Result
 from gimcli.library.rounding import number
 from gimcli.mechanism import FloatArray, Mechanism
+from gimcli.status import Status
 from gimcli.table import Column, Table
 
 if TYPE_CHECKING:
@@ -33,6 +35,7 @@ class FitCounts:
     started: int  # those that were refined
     hits: int  # fits with the error of the result
     seed: int
+    ended: str = Status.OK.word  # how the search ended: ok, work-limit or interrupted
 
 
 class FitResult(Result):
@@ -42,8 +45,11 @@ class FitResult(Result):
 
     def __init__(
         self, nominal: Mechanism, names: tuple[str, ...], found: FittedDesign | None, counts: FitCounts,
-        task: FittedTask | None = None, reason: str = "",
+        task: FittedTask | None = None, reason: str = "", stand: NDArray[np.bool_] | None = None,
+        undetermined: tuple[str, ...] = (),
     ) -> None:  # fmt: skip
+        self.status, self.undetermined = counts.ended, undetermined
+        self.on_bounds = () if stand is None else tuple(n for n, on in zip(names, stand, strict=True) if on)
         self.reason = reason  # why no design is feasible
         self.nominal, self.names, self.found, self.counts, self._task = nominal, names, found, counts, task
         self.mechanism = nominal if found is None else found.mechanism
@@ -55,8 +61,8 @@ class FitResult(Result):
 
     @property
     def complete(self) -> bool:
-        """Whether a feasible design was found."""
-        return self.feasible
+        """Whether a feasible design was found by a search that did not end early."""
+        return self.feasible and self.status == Status.OK.word
 
     @property
     def dimensions(self) -> dict[str, float]:
@@ -101,10 +107,11 @@ class FitResult(Result):
     def report(self) -> dict[str, Any]:
         """Return the report that --json prints."""
         counts = {"drawn": self.counts.drawn, "started": self.counts.started, "hits": self.counts.hits}
-        report: dict[str, Any] = {"feasible": self.feasible, "kind": self.kind, "starts": counts}
+        report: dict[str, Any] = {"feasible": self.feasible, "kind": self.kind, "status": self.status, "starts": counts}
         if self.found is None:
             return report | {"reason": self.headline()}
-        own = {"dimensions": self.dimensions, "changes": self.found.changes}
+        own: dict[str, Any] = {"dimensions": self.dimensions, "changes": self.found.changes}
+        own |= {"on_bounds": list(self.on_bounds), "undetermined": list(self.undetermined)}
         return report | own | self._values() | {"transmission": self.found.motion.worst_transmission}
 
     @property
@@ -172,6 +179,12 @@ class FitResult(Result):
         lines = [self._confirmed()]
         if worst is not None:
             lines.append(f"worst transmission angle {number(worst)} {unit} (from 0 and from a straight angle)")
+        if self.on_bounds:
+            lines.append(f"on a bound: {', '.join(self.on_bounds)}")
+        if self.undetermined:
+            lines.append(f"not determined by the targets: {', '.join(self.undetermined)}")
+        if self.status != Status.OK.word:
+            lines.append(f"{self.status}: the search ended early; this is the best design found until then")
         return lines
 
     def _confirmed(self) -> str:
@@ -215,9 +228,10 @@ class GoalResult(FitResult):
     """A mechanism with the least goal: `mechanism`, `dimensions`, `error` (the goal); one row for each dimension."""
 
     def __init__(
-        self, nominal: Mechanism, names: tuple[str, ...], found: FittedDesign | None, counts: FitCounts, goal: str
-    ) -> None:
-        super().__init__(nominal, names, found, counts)
+        self, nominal: Mechanism, names: tuple[str, ...], found: FittedDesign | None, counts: FitCounts, goal: str,
+        stand: NDArray[np.bool_] | None = None,
+    ) -> None:  # fmt: skip
+        super().__init__(nominal, names, found, counts, stand=stand)
         self.goal = goal
 
     kind = "goal"

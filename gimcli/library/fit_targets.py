@@ -137,12 +137,12 @@ def task_of(
     return FittedTask(targets, components, kind, points)
 
 
-def input_range(mechanism: Mechanism) -> FitRange:
-    """Return the range of the law of the only actuator."""
+def input_range(mechanism: Mechanism, turning: bool = True) -> FitRange:
+    """Return the range of the law of the only actuator; `turning`: a law of a turn or more is a turn without ends."""
     law = mechanism.actuators[0].law
     start, values = float(law(np.zeros(1))[0]), law(np.linspace(0.0, 1.0, 361))
     low, high = float(values.min()), float(values.max())
-    if mechanism.actuators[0].rotary and high - low >= TURN * (1.0 - 1e-9):
+    if turning and mechanism.actuators[0].rotary and high - low >= TURN * (1.0 - 1e-9):
         low = start - TURN if float(law(np.ones(1))[0]) < start else start
         return FitRange(low, low + TURN, True)
     if not high > low:

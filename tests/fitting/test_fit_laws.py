@@ -1,0 +1,109 @@
+"""Fits whose law varies: what is reported is what an own trace of the written text gives."""
+
+import math
+import signal
+
+import numpy as np
+import pytest
+
+from gimcli import UsageError, fit, load, loads, trace
+
+MODEL = """
+units: {length: mm}
+parameters: {s: 200, w: 100}
+nodes: {O2: [0, 0], O4: [100, 0], A: [40, 0], B: [136, 71]}
+ground: [O2, O4]
+links:
+  crank: {nodes: [O2, A], length: 40}
+  coupler: {nodes: [A, B], length: 120}
+  rocker: {nodes: [O4, B], length: 80}
+actuators: {motor: {pivot: O2, arm: A, law: {from: s, by: w}}}
+points: {P: {on: coupler, local: [60, 40]}}
+"""
+
+
+def position(degrees, crank=40.0):
+    """Return the place of P, and the direction of the coupler [deg], from two circles."""
+    a = crank * np.exp(1j * np.radians(degrees))
+    d = 100.0 - a
+    along = (abs(d) ** 2 + 120.0**2 - 80.0**2) / (2.0 * abs(d))
+    direction = d / abs(d) * (along + 1j * np.sqrt(120.0**2 - along**2)) / 120.0
+    return a + direction * (60.0 + 40.0j), np.degrees(np.angle(direction))
+
+
+def written(tmp_path, text=MODEL):
+    path = tmp_path / "law.yaml"
+    path.write_text(text)
+    return load(path)
+
+
+def own_distances(found, targets):
+    """Return the distances of the targets from the positions of P that the written text has at the reported inputs."""
+    text = found.model().text
+    own = loads(text)
+    first, last = (float(v) for v in np.degrees(own.actuators[0].law(np.array([0.0, 1.0]))))
+    assert np.all((found["motor"] >= min(first, last) - 1e-9) & (found["motor"] <= max(first, last) + 1e-9))
+    distances = []
+    for u, target in zip(found["motor"], targets, strict=True):
+        rows = trace(own.with_({"s": first, "w": u - first}), 90) if abs(u - first) > 1e-9 else trace(own, 90)
+        xy = rows.xy["P"][-1 if abs(u - first) > 1e-9 else 0]
+        distances.append(abs(complex(*xy) - target))
+    return np.array(distances)
+
+
+def test_start_of_the_law_is_found_and_not_determined(tmp_path):
+    """P of a known crank at 60 to 150 deg; the law is 100 deg long, so that it may start from 50 to 60 deg."""
+    targets, _ = position(np.array([60.0, 90.0, 120.0, 150.0]))
+    xy = np.column_stack((targets.real, targets.imag))
+    found = fit(written(tmp_path), {"s": (0, 300), "crank": (30, 50)}, xy, starts=1000)
+    assert found.dimensions["crank.length"] == pytest.approx(40.0, abs=1e-9)
+    assert 50.0 - 1e-7 <= found.dimensions["s"] <= 60.0 + 1e-7
+    assert found.rms < 1e-9
+    assert found["motor"] == pytest.approx([60, 90, 120, 150], abs=1e-6)
+    assert found.undetermined == ("s",)
+    assert np.max(own_distances(found, targets)) < 1e-7
+
+
+def test_three_poses_with_a_varied_law(tmp_path):
+    """Poses of a known coupler, from a law whose start and length are not known."""
+    inputs = np.array([60.0, 80.0, 110.0])
+    targets, angles = position(inputs, 45.0)
+    columns = {"x": targets.real, "y": targets.imag, "angle": angles}
+    found = fit(written(tmp_path), {"s": (0, 360), "w": (20, 150), "crank": (30, 60)}, columns, starts=1000)
+    assert found.rms < 1e-9 * 120.0
+    assert found.dimensions["crank.length"] == pytest.approx(45.0, abs=1e-7)
+    assert np.max(own_distances(found, targets)) < 1e-7
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_reported_distances_are_those_of_the_written_text(tmp_path, seed):
+    """Of targets that no design meets."""
+    random = np.random.default_rng(seed)
+    targets, _ = position(np.sort(random.uniform(20.0, 170.0, 5)))
+    targets = targets + random.normal(size=5) + 1j * random.normal(size=5)
+    bounds = {"s": (0, 120), "w": (60, 150), "crank": (30, 50)}
+    found = fit(written(tmp_path), bounds, np.column_stack((targets.real, targets.imag)), starts=300)
+    assert found.feasible
+    own = own_distances(found, targets)
+    assert found["distance"] == pytest.approx(own, abs=1e-7)
+    assert found.rms == pytest.approx(math.sqrt(np.mean(own**2)), abs=1e-7)
+
+
+def test_law_that_cannot_vary_is_refused_by_name(tmp_path):
+    model = written(tmp_path, MODEL.replace("{from: s, by: w}", "{polynomial: [s, w, 10]}"))
+    with pytest.raises(UsageError, match=r"vary s: .*form of the law"):
+        fit(model, {"s": (0, 30), "crank": (30, 50)}, [[60, 90], [40, 97]], starts=10)
+
+
+def test_end_at_seconds_and_at_an_interrupt(tmp_path):
+    """The best design until then is reported, with the status and the dimensions that stand on a bound."""
+    targets, _ = position(np.array([60.0, 90.0, 120.0, 150.0]), 40.0)
+    xy = np.column_stack((targets.real, targets.imag))
+    bounds = {"s": (0, 300), "crank": (41, 50)}
+    late = fit(written(tmp_path), bounds, xy, seconds=0.3)
+    assert late.status == "work-limit"
+    assert not late.complete
+    stopped = fit(written(tmp_path), bounds, xy, progress=lambda _: lambda *_: signal.raise_signal(signal.SIGINT))
+    assert stopped.status == "interrupted"
+    assert stopped.feasible
+    assert stopped.on_bounds == ("crank.length",)
