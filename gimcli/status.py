@@ -54,7 +54,7 @@ _WORDS = {
 
 _TEXTS = {
     Status.OK: "solved to the tolerance",
-    Status.LIMIT: "these inputs cannot be reached from the start without disassembly: shorten the law to the"
+    Status.LIMIT: "the motion from the start to these inputs ends at a limit: shorten the law to the"
     " reachable interval, or let the input turn back there (`gim trace --at-limit reverse`)",
     Status.NOT_ASSEMBLED: "no position was found that satisfies all constraints: correct the lengths in `links` and"
     " `elements`, use initial coordinates closer to an assembled position, or change the inputs",

@@ -60,7 +60,8 @@ def _print(result: CircuitsResult) -> None:
     rows = []
     for k, strand in enumerate(found.strands):
         curve = strand.circuit
-        how, ends = how_it_ends(curve.closed, curve.ended, curve.turns), intervals(mechanism, span(found, strand))
+        how = how_it_ends(curve.closed, curve.ended, curve.turns)
+        ends = intervals(mechanism, span(found, strand), curve.turns, "\n")
         there = [
             f"{i + 1}" + (f" (branch {b + 1})" if len(strand.branches) > 1 else "")
             for i, at in enumerate(found.places) for j, b in at if j == k

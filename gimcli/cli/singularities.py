@@ -74,7 +74,7 @@ def _print(result: SingularitiesResult) -> None:
         typer.echo("no limit, dead point, change point or tangency")
     for k, (circuit, reach) in enumerate(zip(found.branches.circuits, found.reach, strict=True)):
         how = how_it_ends(circuit.closed, circuit.ended, circuit.turns)
-        typer.echo(f"branch {k + 1}: {how}; range of {intervals(mechanism, result.interval(reach), ', ')}")
+        typer.echo(f"branch {k + 1}: {how}; range of {intervals(mechanism, result.interval(reach), circuit.turns)}")
     if not found.complete:
         typer.echo("there are more branches than were followed")
 

@@ -142,8 +142,9 @@ def _print(found: MotionTraceResult) -> None:
     if motion.limit is None:
         _print_events(found, stops, "the law ends exactly at a limit,")
     for name, ends in (stops[-1]["interval"] if stops else {}).items():
-        whole = interval(mechanism, name, *ends)
+        whole = interval(mechanism, name, ends[0], ends[1], 0.0)
         typer.echo(f"range of {name} on this circuit: {whole} (--circuit follows the whole circuit)")
+    _print_other_side(found, stops)
     meetings = [e for e in events if e["kind"] == "change point"]
     if motion.bridged[:1] == (0.0,):
         _print_events(
@@ -165,7 +166,9 @@ def _print_circuits(found: CircuitTraceResult) -> None:
     typer.echo(found.headline())
     for one in found.circuits:
         how = how_it_ends(one["closed"], one["ended"], one["turns"])
-        typer.echo(f"branch {one['branch']}: {how}; range of {intervals(found.mechanism, one['interval'], ', ')}")
+        typer.echo(
+            f"branch {one['branch']}: {how}; range of {intervals(found.mechanism, one['interval'], one['turns'])}"
+        )
         for e in one["events"]:
             typer.echo(f"  {e['kind']} at " + at_inputs(found.mechanism, e["at"]))
         print_ranges(found.mechanism, one)
@@ -179,6 +182,28 @@ def _print_events(found: MotionTraceResult, events: list[dict[str, Any]], what: 
     for event in events[:EVENTS]:
         typer.echo(f"{what} at {at_inputs(found.mechanism, event['at'])}")
     print_more(len(events), EVENTS)
+
+
+def _print_other_side(found: MotionTraceResult, stops: list[dict[str, Any]]) -> None:
+    """Print which of the values that were not reached the circuit has a whole number of turns away."""
+    import numpy as np
+
+    from gimcli.library.rounding import interval
+    from gimcli.rates.member_angles import full_turn
+
+    mechanism, motion, turn = found.mechanism, found.motion, full_turn(found.mechanism)
+    if not stops or len(mechanism.actuators) != 1 or not mechanism.actuators[0].rotary or motion.good.all():
+        return
+    name, values = mechanism.actuators[0].name, mechanism.value_to_file(0, motion.inputs[0])
+    for low, high in stops[-1]["interval"].values():
+        own = values[~motion.good]
+        moved = own - turn * np.ceil((own - high) / turn)
+        also = moved[(moved >= low) & (np.abs(moved - own) > turn / 2.0)]
+        if len(also):
+            end = max(also.min(), also.max(), key=lambda v: abs(v - values[0]))
+            part = interval(mechanism, name, float(also.min()), float(also.max()), 0.0)
+            law = f"law: {{from: {values[0]:.10g}, to: {end:.10g}}}"
+            typer.echo(f"the circuit has these angles from the other side of the start, as {part}: `{law}`")
 
 
 def _print_reach(found: MotionTraceResult) -> None:

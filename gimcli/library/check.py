@@ -233,7 +233,7 @@ class CheckResult(Result):
         for k, actuator in enumerate(mechanism.actuators):
             values = mechanism.value_to_file(k, laws[k])
             low, high = reach.get(actuator.name, [math.nan, math.nan])
-            turn = 2.0 * math.pi * (1.0 - 1e-9)
+            turn, turning = 2.0 * math.pi * (1.0 - 1e-9), self.circuit is not None and self.circuit.turns
             span = mechanism.value_to_file(k, np.array([turn]))[0]
             found.append(
                 {
@@ -241,7 +241,7 @@ class CheckResult(Result):
                     "law": [float(values[0]), float(values[-1])], "least": float(values.min()),
                     "greatest": float(values.max()), "moves": bool(np.ptp(laws[k]) > 0.0),
                     "range": [low, high] if reach else None,
-                    "full_turn": bool(actuator.rotary and high - low >= span) if reach else None,
+                    "full_turn": bool(turning and actuator.rotary and high - low >= span) if reach else None,
                     "limit": None if limit is None else self._at(limit)[actuator.name],
                 }
             )  # fmt: skip

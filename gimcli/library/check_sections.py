@@ -121,7 +121,11 @@ class _Texts:
                 least, most = (input_value(self.own, name, one[key]) for key in ("least", "greatest"))
                 law += f", between {least} and {most}{unit}"
             law += f", with {' and '.join(one['follows'])}" if one["follows"] else ""
-            reach = interval(self.own, name, *one["range"]) if one["range"] else "not known"
+            reach = (
+                interval(self.own, name, one["range"][0], one["range"][1], one["full_turn"])
+                if one["range"]
+                else "not known"
+            )
             rows.append((name, law, reach))
         return rows
 

@@ -151,7 +151,7 @@ class CircuitsResult(Result):
         found, mechanism, shown = self.found, self.mechanism, []
         for k, strand in enumerate(found.strands):
             branches = f"; {len(strand.branches)} branches" * (len(strand.branches) > 1)
-            note = intervals(mechanism, span(found, strand), ", ") + branches
+            note = intervals(mechanism, span(found, strand), strand.circuit.turns) + branches
             at = [at_inputs(mechanism, inputs_at(found, float(one.p[-1]))) for one in strand.limits]
             places = tuple(
                 SingularPlace(one.fraction, one.kind, f"{one.kind} at {text}", one.p)

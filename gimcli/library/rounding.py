@@ -55,18 +55,21 @@ def titled(mechanism: Mechanism, inputs: Mapping[str, float]) -> str:
     return f"{mechanism.name} at {at_inputs(mechanism, inputs)}" if inputs else mechanism.name
 
 
-def interval(mechanism: Mechanism, name: str, low: float, high: float) -> str:
-    """Return an interval of an actuator with its unit; "full turn" where it is one or more."""
-    if _rotary(mechanism, name) and abs(high - low) >= _turn(mechanism) * (1.0 - ZERO):
+def interval(mechanism: Mechanism, name: str, low: float, high: float, turns: float = 1.0) -> str:
+    """Return an interval of an actuator with its unit; "full turn" where it is one or more.
+
+    turns: of the closed curve that has the interval; 0: it is between limits, however wide it is.
+    """
+    if turns and _rotary(mechanism, name) and abs(high - low) >= _turn(mechanism) * (1.0 - ZERO):
         return "full turn"
     low_text, high_text = (input_value(mechanism, name, value) for value in (low, high))
     return f"{low_text} to {high_text}{_unit(mechanism, name)}"
 
 
-def intervals(mechanism: Mechanism, spans: Mapping[str, Sequence[float]], between: str = "\n") -> str:
+def intervals(mechanism: Mechanism, spans: Mapping[str, Sequence[float]], turns: float, between: str = ", ") -> str:
     """Return intervals of actuators by their names; without those of followers."""
     named = ((name, spans[name]) for name in _independent(mechanism, spans))
-    return between.join(f"{name}: {interval(mechanism, name, low, high)}" for name, (low, high) in named)
+    return between.join(f"{name}: {interval(mechanism, name, low, high, turns)}" for name, (low, high) in named)
 
 
 def _independent(mechanism: Mechanism, names: Iterable[str]) -> list[str]:

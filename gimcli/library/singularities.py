@@ -161,7 +161,7 @@ class SingularitiesResult(Result):
             own = [one for one in self.found.found if number in one.circuits]
             places = tuple(self._place(circuit, number, one) for one in own)
             name = f"branch {number + 1}" if len(circuits) > 1 else "circuit"
-            note = intervals(self.mechanism, self.interval(reach), ", ")
+            note = intervals(self.mechanism, self.interval(reach), circuit.turns)
             shown.append(ShownCircuit(name, circuit, note, places))
         return circuits_animation(self.mechanism, self.headline(), shown, "Branch")
 
