@@ -214,7 +214,11 @@ def _with_law(family: Family, task: FittedTask, lower: FloatArray, upper: FloatA
     if turning:
         return task, False
     if task.targets.timing != FREE:
-        raise UsageError("vary: with inputs given by the targets the law cannot vary; remove its dimensions")
+        count = len(family.names)
+        names = [n for k, n in enumerate(family.names) if np.ptp(ends[[0, 1 + k, 1 + count + k]], axis=0).any()]
+        raise UsageError(
+            f"vary {', '.join(names)}: the targets give the inputs, so that the law cannot vary; remove it"
+        )
     limits = input_range(family.mechanism, turning=False)
     return replace(task, targets=replace(task.targets, range=limits)), True
 
