@@ -200,10 +200,8 @@ def _print_other_side(found: MotionTraceResult, stops: list[dict[str, Any]]) -> 
         moved = own - turn * np.ceil((own - high) / turn)
         also = moved[(moved >= low) & (np.abs(moved - own) > turn / 2.0)]
         if len(also):
-            end = max(also.min(), also.max(), key=lambda v: abs(v - values[0]))
             part = interval(mechanism, name, float(also.min()), float(also.max()), 0.0)
-            law = f"law: {{from: {values[0]:.10g}, to: {end:.10g}}}"
-            typer.echo(f"the circuit has these angles from the other side of the start, as {part}: `{law}`")
+            typer.echo(f"the circuit has these angles as {part}, whole turns away (--circuit)")
 
 
 def _print_reach(found: MotionTraceResult) -> None:
