@@ -14,7 +14,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -195,6 +195,15 @@ class Dynamics:
         return not any(parts)
 
 
+class Machine(NamedTuple):
+    """A part of a mechanism that moves independently of the others; they share the ground and the time."""
+
+    name: str  # its inputs, such as "rocker" or "dx+dy"; its nodes if it has no input
+    mechanism: Mechanism  # as if it were alone in the file, in a normal frame of its own
+    nodes: tuple[int, ...]  # of the whole mechanism, in the order of its own
+    actuators: tuple[int, ...]  # of the whole mechanism, in the order of its own
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Mechanism:
     """A compiled model file: the data that all analyses use."""
@@ -232,6 +241,17 @@ class Mechanism:
             (len(self.actuators), "actuator"),
         )
         return f"Mechanism {self.name!r}: " + ", ".join(f"{n} {word}{'s' * (n != 1)}" for n, word in counts)
+
+    @cached_property
+    def machines(self) -> tuple[Machine, ...]:
+        """The independent machines; one, the mechanism itself, if there are not several."""
+        return (self.as_machine,) if self.written is None else self.written.machines(self)
+
+    @property
+    def as_machine(self) -> Machine:
+        """The mechanism as one machine."""
+        inputs = "+".join(self.actuators[k].name for k in self.drivers)
+        return Machine(inputs, self, tuple(range(len(self.nodes))), tuple(range(len(self.actuators))))
 
     @cached_property
     def slides(self) -> tuple[PairRow, ...]:

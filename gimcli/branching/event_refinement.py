@@ -29,7 +29,7 @@ NEAR = 1e-4
 
 
 def sharpened(motion: Motion) -> Motion:
-    """Return the motion with refined change points; limits are accurate already."""
+    """Return the motion of a machine with refined change points; limits are accurate already."""
     if not motion.bridged or motion.first_status is not Status.OK or too_large(motion.mechanism):
         return motion
     curve = PositionCurve(motion.mechanism)

@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from gimcli.library.circuit_trace import CircuitTraceResult
     from gimcli.library.trace import MotionTraceResult
     from gimcli.library.trace_result import TraceResult
+    from gimcli.motion.motion import Motion
 
 
 class AtLimit(StrEnum):
@@ -133,18 +134,31 @@ def command(
 
 def _print(found: MotionTraceResult) -> None:
     from gimcli.cli.console import print_status
+
+    typer.echo(found.headline())
+    for part, machine in zip(found.motion.machines, found.machines, strict=True):
+        if len(found.machines) > 1:
+            typer.echo(f"{machine['name']}: {machine['solved']} of {found.rows} positions solved")
+        _print_machine(found, part, machine)
+    print_ranges(found.mechanism, found.measured)
+    print_points(found.mechanism, found.points)
+    if not found.complete:
+        print_status(found.motion)
+
+
+def _print_machine(found: MotionTraceResult, motion: Motion, machine: dict[str, Any]) -> None:
+    """Print what is reachable, and the events, of a machine."""
     from gimcli.library.rounding import interval
 
-    mechanism, motion, events = found.mechanism, found.motion, found.events
-    typer.echo(found.headline())
-    _print_reach(found)
+    events = machine["events"]
+    _print_reach(motion, machine["reachable"])
     stops = [e for e in events if e["kind"] == "limit"]
     if motion.limit is None:
         _print_events(found, stops, "the law ends exactly at a limit,")
     for name, ends in (stops[-1]["interval"] if stops else {}).items():
-        whole = interval(mechanism, name, ends[0], ends[1], 0.0)
+        whole = interval(found.mechanism, name, ends[0], ends[1], 0.0)
         typer.echo(f"range of {name} on this circuit: {whole} (--circuit follows the whole circuit)")
-    _print_other_side(found, stops)
+    _print_other_side(motion, stops)
     meetings = [e for e in events if e["kind"] == "change point"]
     if motion.bridged[:1] == (0.0,):
         _print_events(
@@ -153,10 +167,6 @@ def _print(found: MotionTraceResult) -> None:
         meetings = meetings[1:]
     _print_events(found, meetings, "passed straight through a change point")
     _print_events(found, [e for e in events if e["kind"] == "sequence exchanged"], "sequence replaced by a faster one")
-    print_ranges(mechanism, found.measured)
-    print_points(mechanism, found.points)
-    if not found.complete:
-        print_status(motion)
 
 
 def _print_circuits(found: CircuitTraceResult) -> None:
@@ -184,14 +194,14 @@ def _print_events(found: MotionTraceResult, events: list[dict[str, Any]], what: 
     print_more(len(events), EVENTS)
 
 
-def _print_other_side(found: MotionTraceResult, stops: list[dict[str, Any]]) -> None:
+def _print_other_side(motion: Motion, stops: list[dict[str, Any]]) -> None:
     """Print which of the values that were not reached the circuit has a whole number of turns away."""
     import numpy as np
 
     from gimcli.library.rounding import interval
     from gimcli.rates.member_angles import full_turn
 
-    mechanism, motion, turn = found.mechanism, found.motion, full_turn(found.mechanism)
+    mechanism, turn = motion.mechanism, full_turn(motion.mechanism)
     if not stops or len(mechanism.actuators) != 1 or not mechanism.actuators[0].rotary or motion.good.all():
         return
     name, values = mechanism.actuators[0].name, mechanism.value_to_file(0, motion.inputs[0])
@@ -204,11 +214,10 @@ def _print_other_side(found: MotionTraceResult, stops: list[dict[str, Any]]) -> 
             typer.echo(f"the circuit has these angles as {part}, whole turns away (--circuit)")
 
 
-def _print_reach(found: MotionTraceResult) -> None:
+def _print_reach(motion: Motion, reached: dict[str, list[list[float]]]) -> None:
     from gimcli.library.rounding import interval
     from gimcli.positions.inputs import law_inputs
 
-    motion, reached = found.motion, found.reachable
     if motion.limit is None:
         return
     ends = law_inputs(motion.mechanism)(motion.time[[0, -1]])

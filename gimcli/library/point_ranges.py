@@ -31,12 +31,12 @@ class PointRanges:
         shape = len(mechanism.traced), 2
         self.least, self.greatest = np.full(shape, math.inf), np.full(shape, -math.inf)
         self.first, self.last = np.full(shape, math.nan), np.full(shape, math.nan)
-        self.rows = self.solved = 0
+        self.rows, self.solved = 0, np.zeros(len(mechanism.traced), dtype=int)
 
     def add(self, table: Table, good: NDArray[np.bool_]) -> None:
         """Add the next rows of a motion, of which those in `good` (rows,) are solved."""
-        solved = int(np.count_nonzero(good))
-        least, greatest = (np.min, np.max) if solved == len(good) else (np.fmin.reduce, np.fmax.reduce)  # NaN: skipped
+        every = bool(good.all())
+        least, greatest = (np.min, np.max) if every else (np.fmin.reduce, np.fmax.reduce)  # NaN: skipped
         for number, name in enumerate(self.mechanism.traced):
             for axis, letter in enumerate("xy"):
                 values = table[f"{name}.{letter}"]
@@ -45,30 +45,36 @@ class PointRanges:
                 if not self.rows:
                     self.first[number, axis] = values[0]
                 self.last[number, axis] = values[-1]
+            self.solved[number] += len(values) if every else np.count_nonzero(np.isfinite(values))
         self.rows += len(table)
-        self.solved += solved
 
     def report(self, motion: Motion) -> dict[str, dict[str, Any]]:
         """Return ranges and kind of curve by the names of the points; `motion` has enough rows to count turns."""
-        if not self.solved:
+        if not self.solved.any():
             return {}
         return {
             name: {
                 "x": [float(self.least[k, 0]), float(self.greatest[k, 0])],
-                "y": [float(self.least[k, 1]), float(self.greatest[k, 1])], "curve": self._curve(k, name, motion),
+                "y": [float(self.least[k, 1]), float(self.greatest[k, 1])],
+                "curve": self._curve(k, name, _own(motion, name)),
             }
             for k, name in enumerate(self.mechanism.traced)
         }  # fmt: skip
 
     def _curve(self, number: int, name: str, motion: Motion) -> str:
         """Return whether a curve is closed; the path on a circle or a line of the frame may go there and back."""
-        near = SAME * self.mechanism.size * self.mechanism.scale
+        near = SAME * motion.mechanism.size * motion.mechanism.scale
         if float(np.max(self.greatest[number] - self.least[number])) <= near:
             return FIXED
         apart = float(np.hypot(*(self.last[number] - self.first[number])))
-        if self.solved < self.rows or not apart <= near:
+        if self.solved[number] < self.rows or not apart <= near:
             return OPEN
-        return RETRACED if _returns(motion) or _retraced(self.mechanism, name, motion) else CLOSED
+        return RETRACED if _returns(motion) or _retraced(motion, name) else CLOSED
+
+
+def _own(motion: Motion, name: str) -> Motion:
+    """Return the motion of the machine that has a node or a point."""
+    return next(m for m in motion.machines if name in (*m.mechanism.nodes, *(p.name for p in m.mechanism.points)))
 
 
 def _returns(motion: Motion) -> bool:
@@ -80,8 +86,9 @@ def _returns(motion: Motion) -> bool:
     return bool(abs(u[-1] - u[0]) <= SAME * float(np.ptp(u)))
 
 
-def _retraced(mechanism: Mechanism, name: str, motion: Motion) -> bool:
+def _retraced(motion: Motion, name: str) -> bool:
     """Return whether a closed path is on a line of the frame, or on an arc around a fixed node without a full turn."""
+    mechanism = motion.mechanism
     if name in mechanism.nodes:
         node = mechanism.nodes.index(name)
         if any(slide.node == node and slide.guide == FRAME for slide in mechanism.slides):

@@ -17,6 +17,7 @@ from gimcli.library.result import joined
 from gimcli.library.trace_result import TraceResult
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.motion.motion import PIECE, Motion, stream
+from gimcli.motion.side_by_side import side_by_side
 from gimcli.motion.summary import Summary
 from gimcli.positions.options import Options
 from gimcli.progress import Notify, Phases, no_phases
@@ -214,7 +215,8 @@ class MotionTraceResult(TraceResult):
             return motion
         from gimcli.branching.event_refinement import sharpened
 
-        return sharpened(motion)
+        parts = [sharpened(part) for part in motion.machines]
+        return side_by_side(self.mechanism, parts) if motion.parts else parts[0]
 
     @property
     def rows(self) -> int:
@@ -239,14 +241,29 @@ class MotionTraceResult(TraceResult):
     @cached_property
     def events(self) -> list[dict[str, Any]]:
         """Change points that were passed, exchanges of the sequence, and limits with the interval of the input."""
-        found = events(self.motion)
+        return [event for part in self.motion.machines for event in self._events(part)]
+
+    def _events(self, part: Motion) -> list[dict[str, Any]]:
+        """Return the events of a machine, named if there are several."""
+        found = events(part)
         limits = [event for event in found if event["kind"] == "limit"]
         if limits:
             from gimcli.branching.event_refinement import reach
 
-            interval = reach(self.motion)
+            interval = reach(part)
             for event in limits:
                 event["interval"] = interval
+        name = {"machine": part.mechanism.as_machine.name} if self.motion.parts else {}
+        return [{**event, **name} for event in found]
+
+    @property
+    def machines(self) -> list[dict[str, Any]]:
+        """Name, number of solved rows, reachable intervals and events of each independent machine of the file."""
+        found = []
+        for part, solved in zip(self.motion.machines, self.summary.each, strict=True):
+            name = part.mechanism.as_machine.name
+            own = [event for event in self.events if event.get("machine", name) == name]
+            found.append({"name": name, "solved": solved, "reachable": reachable(part), "events": own})
         return found
 
     @cached_property
@@ -273,7 +290,8 @@ class MotionTraceResult(TraceResult):
             why = {"reason": motion_reason(self.motion)}
         return {
             "steps": self.found.steps, "solved": self.solved, "residual": self.worst, "reachable": self.reachable,
-            "events": self.events, "status": self.motion.overall.word, **why, "points": self.points,
+            "events": self.events, "status": self.motion.overall.word, **why, "machines": self.machines,
+            "points": self.points,
             **self.measured,
         }  # fmt: skip
 

@@ -11,7 +11,10 @@ from gimcli.library.rounding import input_value, interval, length, number
 from gimcli.mechanism import ANGLE, FRAME, HEIGHT, SPAN, ComplexArray, FloatArray, Mechanism
 from gimcli.motion.assemble import Assembler
 from gimcli.motion.motion import Motion
+from gimcli.motion.side_by_side import machine_inputs
+from gimcli.motion.solve import solve
 from gimcli.positions.dispatch import plain
+from gimcli.positions.options import Options
 from gimcli.status import Status
 from gimcli.structure.checks import Check, checks
 from gimcli.structure.plan import make_plan
@@ -42,8 +45,11 @@ OTHERS = {
 def reason(mechanism: Mechanism, status: Status, inputs: FloatArray, tried: Collection[str] = ()) -> str:
     """Return the cause of a status, with numbers where a position at inputs (actuators,) cannot be assembled.
 
-    tried: what need not be advised any more, "all" (configurations) and "random" (coordinates).
+    tried: what need not be advised any more, "all" (configurations) and "random" (coordinates). Of several machines
+    each that cannot be assembled has its cause.
     """
+    if len(mechanism.machines) > 1:
+        return "; ".join(_of_machines(mechanism, inputs, tried)) or status.text
     if status is Status.LIMIT and (gap := Unassembled(mechanism, inputs).certain_gap()):
         return f"{gap}; {status.text}"
     if status is not Status.NOT_ASSEMBLED:
@@ -51,8 +57,19 @@ def reason(mechanism: Mechanism, status: Status, inputs: FloatArray, tried: Coll
     return "; ".join(Unassembled(mechanism, inputs).sentences(tried))
 
 
+def _of_machines(mechanism: Mechanism, inputs: FloatArray, tried: Collection[str]) -> Iterator[str]:
+    for one in mechanism.machines:
+        own = machine_inputs(mechanism, one, inputs)
+        status = solve(one.mechanism, own, Options()).status
+        if status is not Status.OK:
+            yield f"{one.name}: {reason(one.mechanism, status, own, tried)}"
+
+
 def motion_reason(motion: Motion) -> str:
-    """Return the cause of the status of the first row of a motion that is not solved."""
+    """Return the cause of the status of the first row of a motion, or of each of its machines, that is not solved."""
+    if motion.parts:
+        unsolved = [part for part in motion.parts if not part.good.all()]
+        return "; ".join(f"{part.mechanism.as_machine.name}: {motion_reason(part)}" for part in unsolved)
     first = int(np.argmin(motion.good))
     return reason(motion.mechanism, motion.overall, motion.inputs[:, first])
 

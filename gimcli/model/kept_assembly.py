@@ -12,15 +12,17 @@ from gimcli.model.schema import Model
 
 
 def in_assembly_of(mechanism: Mechanism, old: Mechanism, model: Model) -> Mechanism:
-    """Return a mechanism in the initial configuration of `old`, the same mechanism with other dimensions.
+    """Return a mechanism in the initial configuration of `old`, the same with other dimensions or other parts, too.
 
     `model` is the model of `old`. Where the initial configuration is not that of its coordinates, each node is
     displaced from its own coordinates as it is in `old`; nodes of the frame are not.
     """
-    written = np.array([complex(*model.nodes[name]) for name in old.nodes])
-    if np.array_equal((written - old.origin) / old.scale, old.drawn):
+    places = dict(zip(old.nodes, old.drawn.tolist(), strict=True))
+    written = np.array([complex(*model.nodes[name]) for name in mechanism.nodes])
+    before = np.array([places[name] for name in mechanism.nodes])
+    if np.array_equal((written - old.origin) / old.scale, before):
         return mechanism
-    drawn = mechanism.drawn + (old.to_file(old.drawn) - written) / mechanism.scale
+    drawn = mechanism.drawn + (old.to_file(before) - written) / mechanism.scale
     frame = mechanism.members[FRAME]
     drawn[list(frame.nodes)] = frame.shape
     ratio = old.scale / mechanism.scale
@@ -29,6 +31,6 @@ def in_assembly_of(mechanism: Mechanism, old: Mechanism, model: Model) -> Mechan
 
 
 def _drawn_as(inputs: Iterable[Input], old: Iterable[Input], ratio: float) -> tuple[Input, ...]:
-    """Return inputs with the initial values of others; lengths are multiplied by a ratio."""
-    pairs = zip(inputs, old, strict=True)
-    return tuple(replace(one, drawn=other.drawn * (1.0 if one.rotary else ratio)) for one, other in pairs)
+    """Return inputs with the initial values of those of the same names; lengths are multiplied by a ratio."""
+    drawn = {one.name: one.drawn for one in old}
+    return tuple(replace(one, drawn=drawn[one.name] * (1.0 if one.rotary else ratio)) for one in inputs)

@@ -9,9 +9,7 @@ from gimcli.model.bearers import fixed
 from gimcli.model.pairs import used_nodes
 from gimcli.model.schema import Load, Model
 from gimcli.model.source import Where
-
-DYNAMIC = ("masses", "loads", "springs", "dampers", "friction")
-"""Sections that `gim forces`, `simulate` and `reduce` read."""
+from gimcli.model.substitution import DYNAMIC
 
 
 class Remark(NamedTuple):

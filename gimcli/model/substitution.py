@@ -12,6 +12,9 @@ from gimcli.model.part import Part
 from gimcli.model.schema import Law, Model
 from gimcli.model.source import Where
 
+DYNAMIC = ("masses", "loads", "springs", "dampers", "friction")
+"""Sections on which positions do not depend."""
+
 Evaluate = Callable[[Where, Formula, Mapping[str, Any]], Any]
 
 

@@ -7,16 +7,13 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from gimcli.mechanism import Mechanism
+from gimcli.mechanism import Machine, Mechanism
 from gimcli.model.schema import Model
 from gimcli.model.source import Source, Where
 
 if TYPE_CHECKING:
     from gimcli.model.dimensions import Dimension
     from gimcli.recording import Recording
-
-DYNAMIC = ("masses", "loads", "springs", "dampers", "friction")
-"""Sections on which positions do not depend."""
 
 
 @dataclass(frozen=True)
@@ -52,12 +49,19 @@ class Written:
 
         return changed(self, mechanism, changes)
 
+    def machines(self, mechanism: Mechanism) -> tuple[Machine, ...]:
+        """Return the independent machines of the mechanism of this model."""
+        from gimcli.model.machine_models import machines
+
+        return machines(self, mechanism)
+
     def recorded(self, mechanism: Mechanism, names: Sequence[str]) -> tuple[Mechanism, Recording]:
         """Return the mechanism with recorded numbers as dimensions, in its normal frame, and the recording.
 
         The variables of the recording are the dimensions, in the file's units.
         """
         from gimcli.model.compile import compile_model
+        from gimcli.model.substitution import DYNAMIC
         from gimcli.recording import FUNCTIONS, Recording
 
         recording = Recording()

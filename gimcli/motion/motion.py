@@ -16,6 +16,7 @@ from gimcli.motion.assemble import Assembly
 from gimcli.motion.follow import FollowedPath, Meeting, Stop
 from gimcli.motion.law_follower import LawFollower
 from gimcli.motion.legs import STEPS_A_TURN
+from gimcli.motion.side_by_side import side_by_side
 from gimcli.motion.start import moved, start_position
 from gimcli.positions.dispatch import choose, gim_work, plain, plan_work, with_earlier
 from gimcli.positions.inputs import law_inputs
@@ -61,6 +62,12 @@ class Motion:
     turned_back: tuple[Stop, ...] = ()  # limits at which the input reversed
     parameter: FloatArray | None = field(default=None, repr=False)  # (rows,) of the curve, if one was followed
     headings: FloatArray | None = field(default=None, repr=False)  # (n + 1, rows) tangents of the curve, if known
+    parts: tuple[Motion, ...] = field(default=(), repr=False)  # of independent machines, if there are several
+
+    @property
+    def machines(self) -> tuple[Motion, ...]:
+        """The motions of the independent machines; itself if there is one."""
+        return self.parts or (self,)
 
     @property
     def solved(self) -> int:
@@ -90,6 +97,7 @@ class Motion:
             residual=self.residual[chosen], work=self.work[chosen],
             parameter=None if self.parameter is None else self.parameter[chosen],
             headings=None if self.headings is None else self.headings[:, chosen],
+            parts=tuple(part.rows(chosen) for part in self.parts),
         )  # fmt: skip
 
     @staticmethod
@@ -107,7 +115,7 @@ class Motion:
             first, time=joint("time"), inputs=joint("inputs"), z=joint("z"), codes=joint("codes"),
             residual=joint("residual"), work=joint("work"),
             limit=next((piece.limit for piece in pieces if piece.limit is not None), None),
-            **events,
+            parts=tuple(Motion.joined(own) for own in zip(*(piece.parts for piece in pieces), strict=True)), **events,
         )  # fmt: skip
 
     @property
@@ -139,6 +147,13 @@ def stream(
     `between` adds rows: it returns consecutive times (rows,) with others between them.
     """
     options = options or Options()
+    if len(mechanism.machines) > 1 and not options.moves:
+        every = [one.mechanism for one in mechanism.machines]
+        for own in every:
+            require_driven_if_doubtful(own, make_plan(own), regular=bool(own.actuators))
+        begun = [stream(own, steps, options, notify, progress, rows, at_limit, branch, between) for own in every]
+        yield from (side_by_side(mechanism, pieces) for pieces in zip(*begun, strict=True))
+        return
     inputs = law_inputs(mechanism)
     plan = make_plan(mechanism, closed_forms=options.method != "newton")
     kernels, work = kernel_names(plan), plan_work(plan, max(steps, STEPS_A_TURN))

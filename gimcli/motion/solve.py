@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.motion.assemble import Assembler, Assembly
+from gimcli.motion.side_by_side import machine_inputs, whole_positions
 from gimcli.motion.start import random_guess, start_position
 from gimcli.positions.dispatch import choose, gim_work, plan_work
 from gimcli.positions.options import Options
@@ -19,6 +20,8 @@ def solve(mechanism: Mechanism, inputs: FloatArray, options: Options, history: b
 
     Raises StructureError if the mechanism is over-driven or not fully driven.
     """
+    if len(mechanism.machines) > 1 and not (history or options.moves):
+        return _of_machines(mechanism, inputs, options)
     guess = mechanism.drawn if options.seed is None else random_guess(mechanism, options.seed)
     if options.method == "gim":
         return _by_sweeps(mechanism, inputs, guess, options, history)
@@ -30,6 +33,17 @@ def solve(mechanism: Mechanism, inputs: FloatArray, options: Options, history: b
         found = Assembler(mechanism, plan, run, options.tolerance, anywhere=True).assemble(inputs, guess)
     require_driven_if_doubtful(mechanism, plan, found.regular)
     return _checked(mechanism, inputs, found, options)
+
+
+def _of_machines(mechanism: Mechanism, inputs: FloatArray, options: Options) -> Position:
+    """Return the positions of all machines as one, with the worst status and the greatest errors."""
+    found = [
+        solve(one.mechanism, machine_inputs(mechanism, one, inputs), options) for one in mechanism.machines
+    ]  # fmt: skip
+    worst = max(found, key=lambda one: (one.status, one.residual.total[0]))
+    z = whole_positions(mechanism, [one.z for one in found])
+    sweeps, error = sum(one.sweeps for one in found), max(one.error for one in found)
+    return Position(mechanism, inputs, z, worst.status, worst.residual, sweeps, error, None, options)
 
 
 def _checked(mechanism: Mechanism, inputs: FloatArray, found: Assembly, options: Options) -> Position:

@@ -20,6 +20,7 @@ class Summary:
         self.rows = rows
         self.seen = 0
         self.solved = 0
+        self.each: list[int] = []  # solved rows of each independent machine
         self.residual = math.nan  # greatest residual of the solved rows
         self._every = -(-rows // DRAWN)
         self._pieces: list[Motion] = []
@@ -36,6 +37,8 @@ class Summary:
             keep[good[-1]] = True
             self.residual = float(np.fmax(self.residual, np.max(piece.residual[good])))
         self.solved += len(good)
+        own = [part.solved for part in piece.machines]
+        self.each = [done + more for done, more in zip(self.each or [0] * len(own), own, strict=True)]
         self.seen += len(piece.time)
         self._pieces.append(piece if keep.all() else piece.rows(np.flatnonzero(keep)))
         return np.flatnonzero(keep)

@@ -43,7 +43,8 @@ def motion_table(
         columns += [angle_column(motion, member, angles) for member in members]
     columns += more
     last = Column("residual", motion.residual), Column("sweeps", motion.work.astype(np.int64))
-    return Table((*columns, *last, status_column(motion.codes)))
+    own = [status_column(part.codes, f"{part.mechanism.as_machine.name}.status") for part in motion.parts]
+    return Table((*columns, *last, status_column(motion.codes), *own))
 
 
 def first_columns(motion: Motion, first: int) -> list[Column]:
@@ -55,9 +56,9 @@ def first_columns(motion: Motion, first: int) -> list[Column]:
     return columns
 
 
-def status_column(codes: IntArray) -> Column:
+def status_column(codes: IntArray, name: str = "status") -> Column:
     """Return the status words of rows (rows,)."""
-    return Column("status", np.array([s.word for s in Status])[codes])
+    return Column(name, np.array([s.word for s in Status])[codes])
 
 
 def angle_column(motion: Motion, member: int, angles: Angles) -> Column:
@@ -93,6 +94,9 @@ def traced_paths(motion: Motion, names: tuple[str, ...] | None = None) -> dict[s
 
 def reachable(motion: Motion) -> dict[str, list[list[float]]]:
     """Return for every actuator the range of its law that the motion reached, in the file's unit."""
+    if motion.parts:
+        found = {name: ranges for part in motion.parts for name, ranges in reachable(part).items()}
+        return {a.name: found[a.name] for a in motion.mechanism.actuators}
     mechanism = motion.mechanism
     if motion.first_status is not Status.OK:
         return {a.name: [] for a in mechanism.actuators}

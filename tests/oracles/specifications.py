@@ -89,7 +89,7 @@ def run(spec, steps=STEPS, **options):
     head, *rows = csv.reader(text.splitlines())
     column = dict(zip(head, zip(*rows, strict=True), strict=True))
     floats = {name: np.array([float(cell or "nan") for cell in cells]) for name, cells in column.items()
-              if name != "status"}  # fmt: skip
+              if not name.endswith("status")}  # fmt: skip
     return Run(
         {name: floats[f"{name}.x"] + 1j * floats[f"{name}.y"] for name in names},
         {name: floats[name] for name in spec["actuators"]}, list(column["status"]), floats["residual"], text, motion,

@@ -1,0 +1,158 @@
+"""Independent machines in one file: each moves as if it were alone, and its limits leave the others solved."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import yaml
+from bundled import MODELS
+
+import gimcli
+from gimcli import StructureError
+
+TWO = """
+units: {length: cm}
+nodes: {A: [0, 0], B: [0, 2], C: [3, 3], D: [4, 0], E: [10, 0], F: [10.5, 0.5], G: [13, 2.5], H: [14, 0]}
+ground: [A, D, E, H]
+links: {a: [A, B], b: {nodes: [B, C], length: 3.2}, c: {nodes: [C, D], length: 1.5}, e: [E, F], f: [F, G], g: [G, H]}
+actuators:
+  rocker: {pivot: A, arm: B, law: {by: 300}}
+  crank: {pivot: E, arm: F, law: {by: 360}}
+"""
+
+LIMIT = math.degrees(math.acos((4.0 + 16.0 - 4.7**2) / 16.0))
+"""Input of the rocker with b and c in line: |BD| = 3.2 + 1.5, by the law of cosines with 2 and 4."""
+
+
+def beside(first, second, away):
+    """Return the data of two models as one; all names of the second begin with `q` and its nodes lie `away`."""
+    data, other = (yaml.safe_load((MODELS / f"{name}.yaml").read_text()) for name in (first, second))
+    text = yaml.safe_dump(
+        {k: other[k] for k in ("nodes", "ground", "links", "elements", "actuators", "prismatic") if k in other}
+    )
+    names = {
+        *other["nodes"],
+        *other.get("links", {}),
+        *other.get("elements", {}),
+        *other["actuators"],
+        *other.get("prismatic", {}),
+    }
+
+    def named(part):
+        if isinstance(part, dict):
+            return {named(k) if k in names else k: named(v) for k, v in part.items()}
+        return [named(one) for one in part] if isinstance(part, list) else f"q{part}" if part in names else part
+
+    moved = named(yaml.safe_load(text))
+    for place in moved["nodes"].values():
+        place[0] += away
+    data = {
+        k: v for k, v in data.items() if k not in ("trace", "points", "masses", "loads", "gravity", "name", "source")
+    }
+    for section, part in moved.items():
+        if section in data:
+            data[section] = [*data[section], *part] if isinstance(part, list) else {**data[section], **part}
+        else:
+            data[section] = part
+    return data
+
+
+def alone(name, away=0.0):
+    data = yaml.safe_load((MODELS / f"{name}.yaml").read_text())
+    for place in data["nodes"].values():
+        place[0] += away
+    return gimcli.load({k: v for k, v in data.items() if k not in ("trace", "points")})
+
+
+def test_a_limit_of_one_machine_leaves_the_other_solved():
+    found = gimcli.trace(gimcli.loads(TWO), steps=36)
+    assert set(found["crank.status"]) == {"ok"}
+    assert list(found["rocker.status"]) == ["ok"] + ["unreachable"] * 36
+    assert list(found["status"]) == list(found["rocker.status"])
+    assert np.isfinite(found["G.x"]).all()
+    assert np.isfinite(found["C.x"]).sum() == 1
+    rocker, crank = found.report()["machines"]
+    assert (rocker["name"], rocker["solved"], crank["name"], crank["solved"]) == ("rocker", 1, "crank", 37)
+    assert crank["reachable"] == {"crank": [[45.0, 405.0]]}
+    assert crank["events"] == []
+    (limit,) = rocker["events"]
+    assert limit["at"] == pytest.approx({"rocker": LIMIT}, abs=1e-9)
+    assert limit["interval"]["rocker"] == pytest.approx([-LIMIT, LIMIT], abs=1e-9)
+    assert not found.answered
+
+
+@pytest.mark.parametrize("at_limit", ["stop", "skip", "reverse"])
+def test_two_equal_machines_meet_their_limits_at_the_same_time(at_limit):
+    data = yaml.safe_load(TWO.partition("e: [E")[0] + "}")
+    data["nodes"] |= {f"{n}2": [x + 7.0, y] for n, (x, y) in data["nodes"].items() if n in "ABCD"}
+    data["nodes"] = {n: p for n, p in data["nodes"].items() if n not in "EFGH"}
+    data["ground"] = ["A", "D", "A2", "D2"]
+    one = data["links"]
+    data["links"] = {
+        **one, "a2": ["A2", "B2"], "b2": {**one["b"], "nodes": ["B2", "C2"]}, "c2": {**one["c"], "nodes": ["C2", "D2"]}
+    }  # fmt: skip
+    data["actuators"] = {f"r{k}": {"pivot": f"A{k}", "arm": f"B{k}", "law": {"by": 300}} for k in ("", "2")}
+    found = gimcli.trace(gimcli.load(data), steps=60, at_limit=at_limit)
+    single = {**data, "nodes": {n: p for n, p in data["nodes"].items() if "2" not in n}, "ground": ["A", "D"]}
+    single |= {"links": one, "actuators": {"r": data["actuators"]["r"]}}
+    expected = gimcli.trace(gimcli.load(single), steps=60, at_limit=at_limit)
+    for own in ("r.status", "r2.status", "status"):
+        assert list(found[own]) == list(expected["status"])
+    assert np.allclose(found["C.x"], expected["C.x"], rtol=0, atol=1e-12, equal_nan=True)
+    assert np.allclose(found["C2.x"] - 7.0, expected["C.x"], rtol=0, atol=1e-12, equal_nan=True)
+    kinds = [event["kind"] for event in expected.events]
+    assert [[e["kind"] for e in one["events"]] for one in found.machines] == [kinds, kinds]
+
+
+@pytest.mark.parametrize(
+    ("first", "second"),
+    [("crank_rocker", "jansen"), ("stephenson_3_far", "slider_crank"), ("scotch_yoke", "gim_fig13b")],
+)
+def test_each_machine_moves_as_if_it_were_alone(first, second):
+    away = 1e6
+    together = gimcli.trace(gimcli.load(beside(first, second, away)), steps=24)
+    apart = gimcli.trace(alone(first), steps=24), gimcli.trace(alone(second), steps=24)
+    size = apart[1].mechanism.size * apart[1].mechanism.scale
+    names = [one.name for one in together.mechanism.machines]
+    assert len(names) == 2
+    for name, own in zip(names, apart, strict=True):
+        assert list(together[f"{name}.status"]) == list(own["status"])
+    for column in apart[0]:
+        if column.endswith((".x", ".y")):
+            assert np.array_equal(together[column], apart[0][column], equal_nan=True), column
+    for column in apart[1]:
+        if column.endswith((".x", ".y")):
+            shift = away if column.endswith(".x") else 0.0
+            assert np.allclose(
+                together[f"q{column}"] - shift, apart[1][column], rtol=0, atol=1e-9 * size, equal_nan=True
+            )
+
+
+def test_solve_names_the_machine_that_cannot_be_assembled():
+    found = gimcli.solve(gimcli.loads(TWO), rocker=150, crank=45)
+    assert found.status == "not-assembled"
+    assert found.reason.startswith("rocker: b (3.2 cm) and c (1.5 cm) cannot span B-D")
+    good = gimcli.solve(gimcli.loads(TWO), rocker=90, crank=45)
+    assert good.status == "ok"
+    assert abs(complex(*(good.xy["G"] - good.xy["H"]))) == pytest.approx(math.hypot(1.0, 2.5), rel=1e-14)
+
+
+def test_a_part_that_nothing_drives_is_an_error_and_a_strut_is_not():
+    strut = TWO.replace("A: [0, 0]", "A: [0, 0], S: [1, 9], P: [0, 8], Q: [3, 8]").replace(
+        "ground: [", "ground: [P, Q, "
+    )
+    strut = strut.replace("links: {", "links: {left: [P, S], right: [Q, S], ")
+    found = gimcli.trace(gimcli.loads(strut.replace("{by: 300}", "{by: 5}")), steps=8)
+    assert set(found["status"]) == {"ok"}
+    assert np.ptp(found["S.x"]) == 0.0
+    with pytest.raises(StructureError, match="nothing drives nodes S"):
+        gimcli.trace(gimcli.loads(strut.replace("right: [Q, S], ", "")), steps=8)
+
+
+def test_machines_of_another_assembly_keep_it():
+    mechanism = gimcli.assembled(gimcli.loads(TWO), 1)
+    other = gimcli.assembled(gimcli.loads(TWO), 2)
+    first, second = (gimcli.trace(replace(one), steps=4).xy["G"][0] for one in (mechanism, other))
+    configurations = gimcli.configurations(gimcli.loads(TWO)).xy["G"]
+    assert np.allclose([first, second], configurations[:2], rtol=0, atol=1e-9)
