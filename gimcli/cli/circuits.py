@@ -37,14 +37,14 @@ def command(
     drawing: Drawing = NO_OPTIONS,
 ) -> None:  # fmt: skip
     """Find the circuits and list them."""
-    from gimcli.cli.outputs import Outputs
+    from gimcli.cli.outputs import Outputs, by_machine
     from gimcli.cli.progress import progress_bar
     from gimcli.library.circuits import CircuitsResult, circuits
 
     outputs = Outputs(CircuitsResult, model, out, png=png, as_json=as_json, drawing=drawing)
     found = circuits(outputs.loaded(assembly, changes=changes), samples=samples, progress=progress_bar)
     outputs.write(found)
-    outputs.finish(found, _print)
+    outputs.finish(found, by_machine(_print))
 
 
 def _print(result: CircuitsResult) -> None:

@@ -217,6 +217,18 @@ class Outputs:
         return {**first, "files": [str(path) for path in self.written]}
 
 
+def by_machine(show: Callable[[Any], None]) -> Callable[[Any], None]:
+    """Return a function that prints a result with `show`, or that of each independent machine below its name."""
+
+    def shown(found: Any) -> None:
+        for name, one in getattr(found, "each", {"": found}).items():
+            if name:
+                typer.echo(f"{name}:")
+            show(one)
+
+    return shown
+
+
 def _named(path: Path | None, contents: tuple[str, ...], option: str) -> list[str]:
     """Return the file of --csv or --png; refuse a suffix with other contents."""
     if path is None:

@@ -35,14 +35,14 @@ def command(
     drawing: Drawing = NO_OPTIONS,
 ) -> None:
     """Follow the circuits and list the singular positions."""
-    from gimcli.cli.outputs import Outputs
+    from gimcli.cli.outputs import Outputs, by_machine
     from gimcli.cli.progress import progress_bar
     from gimcli.library.singularities import SingularitiesResult, singularities
 
     outputs = Outputs(SingularitiesResult, model, out, png=png, as_json=as_json, drawing=drawing)
     found = singularities(outputs.loaded(assembly, changes=changes), progress=progress_bar)
     outputs.write(found)
-    outputs.finish(found, _print)
+    outputs.finish(found, by_machine(_print))
 
 
 def _print(result: SingularitiesResult) -> None:

@@ -38,11 +38,8 @@ from gimcli.cli.measures import (
 from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from gimcli.library.circuit_trace import CircuitTraceResult
     from gimcli.library.trace import MotionTraceResult
-    from gimcli.library.trace_result import TraceResult
     from gimcli.motion.motion import Motion
 
 
@@ -115,7 +112,7 @@ def command(
     if "help" in measure:
         print_measures()
     from gimcli.cli.console import note
-    from gimcli.cli.outputs import Outputs
+    from gimcli.cli.outputs import Outputs, by_machine
     from gimcli.cli.progress import progress_bar
     from gimcli.library.trace import MotionTraceResult, traced
 
@@ -127,9 +124,8 @@ def command(
         circuit=circuit, branch=branch, all_branches=all_branches, method=method.value, strategy=strategy.value,
         tolerance=tolerance, jit=jit.value, sequence=sequence, notify=note, progress=progress_bar,
     )  # fmt: skip
-    found: TraceResult = outputs.stream(begun)
-    show = _print if isinstance(found, MotionTraceResult) else _print_circuits
-    outputs.finish(found, cast("Callable[[TraceResult], None]", show))
+    found: Any = outputs.stream(cast(Any, begun))
+    outputs.finish(found, _print if isinstance(found, MotionTraceResult) else by_machine(_print_circuits))
 
 
 def _print(found: MotionTraceResult) -> None:

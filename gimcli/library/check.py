@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -11,13 +12,15 @@ import numpy as np
 from gimcli.errors import GimError, StructureError
 from gimcli.library.check_sections import CheckSection, check_sections
 from gimcli.library.check_table import check_table
-from gimcli.library.check_warnings import check_warnings
+from gimcli.library.check_warnings import file_warnings, motion_warnings
 from gimcli.library.inputs import in_file_units, interval_of, leaders
+from gimcli.library.machines import joined_reports
 from gimcli.library.mobility import mobility
 from gimcli.library.result import Result
 from gimcli.measures.initial_coordinates import initial_coordinates
 from gimcli.measures.measure import angle_to_file
 from gimcli.mechanism import Mechanism
+from gimcli.motion.motion import trace
 from gimcli.motion.solve import solve
 from gimcli.positions.inputs import law_inputs
 from gimcli.positions.options import Options
@@ -38,6 +41,9 @@ if TYPE_CHECKING:
 TOLERANCE = 1e-10
 """Largest accepted error of a constraint, relative to the size."""
 
+DRAWN = 360
+"""Steps of the motion on the page of several machines."""
+
 OTHER_INPUTS = "an assembled position at other inputs than those of the law"
 """The note on the position of a page, where the start of the law cannot be assembled."""
 
@@ -55,9 +61,10 @@ def check(mechanism: Mechanism, *, progress: Phases = no_phases) -> CheckResult:
 
     Returns:
         A CheckResult: `.type`, `.warnings`, and `report()` with all numbers in the file's units. A mechanism that is
-        not assembled or not fully driven has no motion; a warning states why.
+        not assembled or not fully driven has no motion; a warning states why. Of several independent machines each has
+        its sections, and its report in `report()["machines"]`.
     """
-    return CheckResult(mechanism, progress)
+    return CheckResult(mechanism, progress) if len(mechanism.machines) == 1 else MachinesCheck(mechanism, progress)
 
 
 class CheckResult(Result):
@@ -65,8 +72,9 @@ class CheckResult(Result):
 
     KIND = "check"
 
-    def __init__(self, mechanism: Mechanism, progress: Phases = no_phases) -> None:
-        self.mechanism, self.error = mechanism, ""  # why there is no motion
+    def __init__(self, mechanism: Mechanism, progress: Phases = no_phases, whole: bool = True) -> None:
+        """Find everything; `whole`: it is the whole file, whose own warnings are in the report."""
+        self.mechanism, self.error, self.whole = mechanism, "", whole  # error: why there is no motion
         self.position = self._position()
         self.kind = self._kind()
         progress("following the circuit")
@@ -187,8 +195,11 @@ class CheckResult(Result):
             "peaks": [self._peak(one) for one in summary.peaks] if summary else [],
             "drawing": self._drawing(),
         }  # fmt: skip
-        warnings = check_warnings(self.mechanism, report, self.error)
-        return {**report, "warnings": warnings, "status": self._status()}
+        report["warnings"] = motion_warnings(self.mechanism, report, self.error)
+        report["status"] = self._status()
+        if self.whole:
+            report["warnings"] += file_warnings(self.mechanism, self.error)
+        return report
 
     def _status(self) -> str:
         if self.position is None:
@@ -314,3 +325,42 @@ class CheckResult(Result):
             "mirrored_members": list(found.mirrored_members),
             "mirrored_joints": [list(one) for one in found.mirrored_joints],
         }  # fmt: skip
+
+
+class MachinesCheck(CheckResult):
+    """The reports on independent machines of one file."""
+
+    def __init__(self, mechanism: Mechanism, progress: Phases = no_phases) -> None:
+        self.mechanism = mechanism
+        self.each = {one.name: CheckResult(one.mechanism, progress, whole=False) for one in mechanism.machines}
+        self.error = "; ".join(f"{name}: {one.error}" for name, one in self.each.items() if one.error)
+
+    @property
+    def type(self) -> str:
+        """The types of the machines."""
+        return str(self.report()["type"])
+
+    @property
+    def complete(self) -> bool:
+        """Whether all machines are assembled."""
+        return all(one.complete for one in self.each.values())
+
+    def sections(self) -> list[CheckSection]:
+        """Return the sections of each machine; their headings begin with its name."""
+        return [
+            replace(own, heading=f"{name}: {own.heading}") for name, one in self.each.items() for own in one.sections()
+        ]
+
+    def animation(self) -> Animation:
+        """Return the page: the reports, and the motion along the laws if all machines have one."""
+        from gimcli.library.check_page import check_page
+
+        motion = None if self.error else trace(self.mechanism, DRAWN, Options(tolerance=TOLERANCE))
+        return check_page(self.mechanism, motion, assembled(self.mechanism), self.sections(), self.warnings)
+
+    @cached_property
+    def _report(self) -> dict[str, Any]:
+        reports = {name: one.report() for name, one in self.each.items()}
+        report = joined_reports(reports)
+        report["warnings"] += file_warnings(self.mechanism, self.error)
+        return {**report, "machines": [{"name": name, **own} for name, own in reports.items()]}

@@ -12,11 +12,20 @@ from gimcli.structure.rigid_triangles import rigid_parts
 Where = tuple[str | int, ...]
 
 
-def check_warnings(mechanism: Mechanism, report: dict[str, Any], error: str) -> list[dict[str, str]]:
-    """Return the warnings about a mechanism; `error` is why it has no motion, if it has none."""
+def motion_warnings(mechanism: Mechanism, report: dict[str, Any], error: str) -> list[dict[str, str]]:
+    """Return the warnings about a machine; `error` is why it has no motion, if it has none."""
     found: list[tuple[Where, str]] = [((), error)] if error else []
-    found += [*_rigid(mechanism), *_drawing(mechanism, report), *_limits(mechanism, report, not error), *_loops(report)]
-    found += [*short_table_warnings(mechanism), *_remarks(mechanism, moves=not error)]
+    return _placed(mechanism, [*found, *_rigid(mechanism), *_drawing(mechanism, report),
+                               *_limits(mechanism, report, not error), *_loops(report)])  # fmt: skip
+
+
+def file_warnings(mechanism: Mechanism, error: str) -> list[dict[str, str]]:
+    """Return the warnings about a file as a whole."""
+    return _placed(mechanism, [*short_table_warnings(mechanism), *_remarks(mechanism, moves=not error)])
+
+
+def _placed(mechanism: Mechanism, found: list[tuple[Where, str]]) -> list[dict[str, str]]:
+    """Return warnings with their places in the file."""
     return [{"where": _place(mechanism, where), "text": text} for where, text in found]
 
 

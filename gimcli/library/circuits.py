@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,6 +11,7 @@ from gimcli.branching.enumeration import Circuits, EnumerationConstants, Strand
 from gimcli.branching.enumeration import circuits as all_circuits
 from gimcli.continuation.curve import LONGEST
 from gimcli.library.inputs import in_file_units, interval_of, refuse_count, refuse_linked
+from gimcli.library.machines import MachinesResult
 from gimcli.library.places import coordinates
 from gimcli.library.result import Result
 from gimcli.mechanism import Mechanism
@@ -41,7 +43,8 @@ def circuits(mechanism: Mechanism, *, samples: int = 72, progress: Phases = no_p
 
     Returns:
         A CircuitsResult: `.count`, `.complete`, and one row for each branch with the interval of every input in the
-        file's units. It is empty if the mechanism cannot be assembled at the samples.
+        file's units. It is empty if the mechanism cannot be assembled at the samples. Of several independent machines a
+        MachinesResult, whose `each` has one by the name of each machine.
 
     Raises:
         UsageError: `samples` is not a whole number in its range.
@@ -49,6 +52,9 @@ def circuits(mechanism: Mechanism, *, samples: int = 72, progress: Phases = no_p
     """
     refuse_linked(mechanism, "circuits")
     refuse_count("samples", samples, LEAST, MOST)
+    if len(mechanism.machines) > 1:
+        several: CircuitsResult = MachinesResult.of(mechanism, partial(circuits, samples=samples, progress=progress))
+        return several
     with explained(mechanism):
         found = all_circuits(
             mechanism, EnumerationConstants(samples=samples), progress("configurations and their circuits")

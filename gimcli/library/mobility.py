@@ -9,9 +9,12 @@ import numpy as np
 from gimcli.errors import UnassembledError
 from gimcli.library.result import Result
 from gimcli.mechanism import Mechanism
-from gimcli.structure.mobility import Mobility, assembled
+from gimcli.structure.mobility import Mobility, assembled, of_machines
 from gimcli.structure.mobility import mobility as mobility_at
 from gimcli.table import Column, Table
+
+REGULAR = "regular"
+"""The kind of an initial configuration that is not singular."""
 
 
 def mobility(mechanism: Mechanism) -> MobilityResult:
@@ -23,19 +26,25 @@ def mobility(mechanism: Mechanism) -> MobilityResult:
     Raises:
         UnassembledError: no assembled position was found near the drawn one.
     """
+    parts = [_of_machine(mechanism, one.mechanism) for one in mechanism.machines]
+    start = next((start for _, start in parts if start != REGULAR), REGULAR)
+    return MobilityResult(mechanism, of_machines([found for found, _ in parts]), start)
+
+
+def _of_machine(whole: Mechanism, mechanism: Mechanism) -> tuple[Mobility, str]:
+    """Return the mobility of a machine, and what its initial configuration is."""
     z = assembled(mechanism)
     if z is None:
         raise UnassembledError(
-            f"{mechanism.name} cannot be assembled near its initial configuration: correct the coordinates or lengths;"
+            f"{whole.name} cannot be assembled near its initial configuration: correct the coordinates or lengths;"
             " `gim solve` reports the constraint with the largest error"
         )
     found = mobility_at(mechanism, z, mechanism.drawn_inputs)
-    start = "regular"
-    if found.stuck:
-        from gimcli.branching.singular_start import singular_start
+    if not found.stuck:
+        return found, REGULAR
+    from gimcli.branching.singular_start import singular_start
 
-        start = singular_start(mechanism, z)
-    return MobilityResult(mechanism, found, start)
+    return found, singular_start(mechanism, z)
 
 
 class MobilityResult(Result):

@@ -73,8 +73,9 @@ class PointRanges:
 
 
 def _own(motion: Motion, name: str) -> Motion:
-    """Return the motion of the machine that has a node or a point."""
-    return next(m for m in motion.machines if name in (*m.mechanism.nodes, *(p.name for p in m.mechanism.points)))
+    """Return the motion of the machine that has a node or a point; that of the whole file if none has it."""
+    owners = (m for m in motion.machines if name in (*m.mechanism.nodes, *(p.name for p in m.mechanism.points)))
+    return next(owners, motion)
 
 
 def _returns(motion: Motion) -> bool:

@@ -151,7 +151,7 @@ class Result(Mapping[str, NDArray[Any]]):
             raise UsageError("size, dpi, title, ghosts and style change the picture, but no picture is written")
         contents = self.contents(files.files)
         for path in files.named:
-            if contents[path] is None:
+            if contents.get(path, path) is None:
                 what = "write" if path in files.of("model") else "draw"
                 raise UsageError(f"{path}: there is nothing to {what}: {self.headline()}")
         write_contents(contents, options)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from gimcli.branching.singular_positions import Found, Survey, inputs_of, survey
 from gimcli.branching.singularities import STATIONARY, BranchRates, rates
 from gimcli.library.inputs import in_file_units, interval_of, refuse_linked
+from gimcli.library.machines import MachinesResult
 from gimcli.library.places import coordinates
 from gimcli.library.result import Result
 from gimcli.mechanism import Mechanism
@@ -40,12 +42,16 @@ def singularities(mechanism: Mechanism, *, progress: Phases = no_phases) -> Sing
 
     Returns:
         A SingularitiesResult: `.events` is a list of dicts with kind, inputs and node coordinates in the file's units.
+        Of several independent machines a MachinesResult, whose `each` has one by the name of each machine.
 
     Raises:
         StructureError: the mechanism has no actuator, or is not fully driven or over-driven.
         UnassembledError: no assembled position to start from was found.
     """
     refuse_linked(mechanism, "singularities")
+    if len(mechanism.machines) > 1:
+        found: SingularitiesResult = MachinesResult.of(mechanism, partial(singularities, progress=progress))
+        return found
     with explained(mechanism):
         return SingularitiesResult(mechanism, survey(mechanism, progress=progress("following branches")))
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from functools import cached_property, partial
 from itertools import chain
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -29,6 +29,7 @@ from gimcli.table import Table
 
 if TYPE_CHECKING:
     from gimcli.library.circuit_trace import CircuitTrace
+    from gimcli.library.machines import MachineTables
     from gimcli.output.animation import Animation
     from gimcli.output.geometry import Geometry
     from gimcli.output.graph import CurveGraph
@@ -73,7 +74,8 @@ def trace(
 
     Returns:
         A TraceResult: `xy[name]` (rows, 2), `angle[member]` (rows,), `status` (rows,), `events`, and the columns of the
-        CSV file by name. A row that is not solved has a status word other than "ok", and NaN.
+        CSV file by name. A row that is not solved has a status word other than "ok", and NaN. Circuits of several
+        independent machines are a MachinesResult, whose `each` has one result by the name of each machine.
 
     Raises:
         UsageError: an unknown name, an invalid argument, or arguments that exclude each other.
@@ -87,7 +89,7 @@ def trace(
         sequence=sequence, notify=notify, progress=progress, keep=True,
     )  # fmt: skip
     table = joined(found.tables())
-    return found.result(table)
+    return cast("TraceResult", found.result(table))
 
 
 def traced(
@@ -96,7 +98,7 @@ def traced(
     all_branches: bool = False, method: str = "auto", strategy: str = "spectral", tolerance: float = 1e-10,
     jit: str = "auto", sequence: str = "", notify: Notify | None = None, progress: Phases = no_phases,
     keep: bool = False,
-) -> MotionTrace | CircuitTrace:  # fmt: skip
+) -> MotionTrace | CircuitTrace | MachineTables:  # fmt: skip
     """Begin a trace with the arguments of `trace`; its tables can be written piece by piece. `keep` keeps all rows."""
     refuse_count("steps", steps, 1, MOST_STEPS)
     refuse_count("derivatives", derivatives, 0, 3)
@@ -114,7 +116,16 @@ def traced(
             from gimcli.library.circuit_trace import CircuitTrace
 
             _refuse_mixed(method, own.order, at_limit, branch, all_branches)
-            return CircuitTrace(mechanism, steps, tolerance, branch, all_branches, extras, progress)
+            circuits = partial(CircuitTrace, steps=steps, tolerance=tolerance, branch=branch, every=all_branches)
+            if len(mechanism.machines) == 1:
+                return circuits(mechanism, extras=extras, progress=progress)
+            from gimcli.library.machines import MachineTables, driven_machines
+
+            begun = [
+                circuits(one, extras=partial(Extras, one, specs, plot, derivatives), progress=progress)
+                for one in driven_machines(mechanism)
+            ]
+            return begun[0] if len(begun) == 1 else MachineTables(mechanism, begun)
         if at_limit != "stop" or branch > 1:
             _refuse_mixed(method, own.order if at_limit == "reverse" else 0)
         return MotionTrace(mechanism, steps, chosen, own, at_limit, branch, notify, progress, keep)

@@ -12,7 +12,7 @@ from gimcli.errors import StructureError, UsageError
 from gimcli.library.grid import Grid, Kept, solve_grid
 from gimcli.library.inputs import MOST_STEPS, near, refuse_choice, refuse_count, refuse_linked, refuse_unmoved
 from gimcli.library.result import Result
-from gimcli.mechanism import ComplexArray, Mechanism
+from gimcli.mechanism import FRAME, ComplexArray, Mechanism
 from gimcli.motion.coupler_points import carried_point
 from gimcli.positions.options import JIT
 from gimcli.progress import Notify, Phases, no_phases
@@ -67,7 +67,9 @@ def workspace(
             f"{mechanism.name} has inputs that follow others: `gim trace` and `gim circuits` give the paths of points"
         )
     refuse_count("grid", grid, 0, MOST_STEPS)
-    name, held = _point(mechanism, point), _held(mechanism, orientation or {})
+    name = _point(mechanism, point)
+    mechanism = _machine_of(mechanism, name)
+    held = _held(mechanism, orientation or {})
     if resume and not (grid and keep is not None):
         raise UsageError("resume continues a grid: give the same grid (--grid N) and the same folder again")
     if grid and held:
@@ -166,10 +168,32 @@ def _point(mechanism: Mechanism, given: str) -> str:
     """Return the requested point, or the first traced one."""
     names = [*mechanism.nodes, *(p.name for p in mechanism.points)]
     if not given:
-        return mechanism.traced[0]
+        driven = {n for one in mechanism.machines if one.actuators for n in one.mechanism.traced}
+        return next((name for name in mechanism.traced if name in driven), mechanism.traced[0])
     if given not in names:
         raise UsageError(f"point: no node or point '{given}'{near(given, names, 'nodes and points')}")
     return given
+
+
+def _machine_of(mechanism: Mechanism, point: str) -> Mechanism:
+    """Return the machine that moves a point; the mechanism itself if it is one machine, or if nothing moves the point.
+
+    Raise UsageError for a point of a part without inputs.
+    """
+    for one in mechanism.machines:
+        own = one.mechanism
+        moving = [n for n, name in enumerate(own.nodes) if name == point and n not in own.members[FRAME].nodes]
+        if moving or any(p.name == point and p.member != FRAME for p in own.points):
+            if not one.actuators and mechanism.actuators:
+                raise UsageError(f"point: no input moves {point}; give a point of {_listed(mechanism)}")
+            return own
+    return mechanism
+
+
+def _listed(mechanism: Mechanism) -> str:
+    """Return the machines with inputs, in words."""
+    names = [one.name for one in mechanism.machines if one.actuators]
+    return f"machine{'s' * (len(names) > 1)} {', '.join(names)}"
 
 
 def _held(mechanism: Mechanism, given: Mapping[str, float]) -> dict[str, float]:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from gimcli.mechanism import Machine, Mechanism
 from gimcli.model.compile import compile_model
@@ -17,11 +17,8 @@ from gimcli.model.pairs import PAIRS, used_nodes
 from gimcli.model.schema import Model
 from gimcli.model.substitution import DYNAMIC
 
-if TYPE_CHECKING:
-    from gimcli.model.written import Written
 
-
-def machines(own: Written, mechanism: Mechanism) -> tuple[Machine, ...]:
+def machines(own: Any, mechanism: Mechanism) -> tuple[Machine, ...]:
     """Return the machines of a mechanism whose model as written is `own`; one only if nothing can be separated."""
     model = own.model
     parts = [] if mechanism.complete is not None else _separated(model)
@@ -107,7 +104,7 @@ def _part(model: Model, moving: set[str], first: bool) -> Model:
     return model.with_value("trace", lambda old: [name for name in old if name in points])
 
 
-def _machine(own: Written, mechanism: Mechanism, moving: set[str], first: bool) -> Machine:
+def _machine(own: Any, mechanism: Mechanism, moving: set[str], first: bool) -> Machine:
     model = _part(own.model, moving, first)
     compiled = in_assembly_of(compile_model(model, own.source.folder), mechanism, own.model)
     nodes = tuple(mechanism.nodes.index(name) for name in compiled.nodes)

@@ -8,8 +8,9 @@ position is not a freedom: freedoms are confirmed at neighbouring assembled posi
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -78,6 +79,18 @@ class Mobility:
     def singular(self) -> bool:
         """Whether the rank of the constraints at this position is lower than next to it."""
         return self.apparent != self.mobility
+
+
+def of_machines(parts: Sequence[Mobility]) -> Mobility:
+    """Return the mobility of independent machines together."""
+    if len(parts) == 1:
+        return parts[0]
+
+    def total(name: str) -> Any:
+        return sum((getattr(part, name) for part in parts[1:]), start=getattr(parts[0], name))
+
+    joined = {field.name: total(field.name) for field in fields(Mobility)}
+    return Mobility(**{**joined, "stuck": any(part.stuck for part in parts)})
 
 
 def gruebler(mechanism: Mechanism) -> int:
@@ -341,8 +354,13 @@ def require_driven(mechanism: Mechanism) -> None:
 
 def drawn_mobility(mechanism: Mechanism) -> Mobility | None:
     """Return the mobility near the drawn position; None if no assembled position is found there."""
-    z = assembled(mechanism)
-    return None if z is None else mobility(mechanism, z, mechanism.drawn_inputs)
+    found = []
+    for one in (machine.mechanism for machine in mechanism.machines):
+        z = assembled(one)
+        if z is None:
+            return None
+        found.append(mobility(one, z, one.drawn_inputs))
+    return of_machines(found)
 
 
 def assembled(mechanism: Mechanism) -> ComplexArray | None:

@@ -156,3 +156,71 @@ def test_machines_of_another_assembly_keep_it():
     first, second = (gimcli.trace(replace(one), steps=4).xy["G"][0] for one in (mechanism, other))
     configurations = gimcli.configurations(gimcli.loads(TWO)).xy["G"]
     assert np.allclose([first, second], configurations[:2], rtol=0, atol=1e-9)
+
+
+def test_circuits_limits_and_workspaces_are_those_of_each_machine():
+    mechanism = gimcli.loads(TWO)
+    found = gimcli.singularities(mechanism)
+    assert sorted(found.each) == ["crank", "rocker"]
+    limits = [e["at"]["rocker"] for e in found.events if e["machine"] == "rocker" and e["kind"] == "limit"]
+    assert sorted(limits) == pytest.approx([-LIMIT, LIMIT], abs=1e-9)
+    assert {e["kind"] for e in found.events if e["machine"] == "crank"} == {"stationary"}
+    assert [one["name"] for one in found.report()["machines"]] == ["rocker", "crank"]
+    assert list(found["machine"]) == ["rocker"] * 4 + ["crank"] * 2
+    assert np.isnan(found["crank"][:4]).all()
+    circuits = gimcli.circuits(mechanism)
+    assert {name: one.count for name, one in circuits.each.items()} == {
+        "rocker": 1,
+        "crank": 2,
+    }  # Grashof: two circuits
+    traced = gimcli.trace(mechanism, steps=8, circuit=True)
+    assert set(traced["machine"]) == {"rocker", "crank"}
+    assert traced.report()["solved"] == 18
+    bounds = gimcli.workspace(mechanism, "G").report()["paths"][0]["inputs"]["crank"]
+    assert bounds["full_turn"]
+    assert gimcli.workspace(mechanism, "C").report()["paths"][0]["inputs"]["rocker"]["to"] == pytest.approx(LIMIT)
+
+
+def test_check_has_the_sections_of_each_machine():
+    found = gimcli.check(gimcli.loads(TWO))
+    report = found.report()
+    assert [one["name"] for one in report["machines"]] == ["rocker", "crank"]
+    assert [one["type"] for one in report["machines"]] == [
+        "four-bar linkage: triple-rocker (not Grashof)", "four-bar linkage: crank-rocker",
+    ]  # fmt: skip
+    ranges = {one["name"]: (one["range"], one["full_turn"]) for one in report["inputs"]}
+    assert ranges["rocker"] == (pytest.approx([-LIMIT, LIMIT], abs=1e-9), False)
+    assert ranges["crank"][1]
+    assert {own.heading.partition(":")[0] for own in found.sections()} == {"rocker", "crank"}
+    assert report["mobility"] == gimcli.mobility(gimcli.loads(TWO)).mobility == 2
+
+
+def test_a_strut_beside_a_crank_disturbs_no_command():
+    data = {
+        "nodes": {"O": [0, 0], "A": [1, 0], "G": [3, 0], "H": [5, 0], "B": [4, 2]}, "ground": ["O", "G", "H"],
+        "links": {"crank": ["O", "A"], "left": ["G", "B"], "right": ["H", "B"]},
+        "actuators": {"m": {"pivot": "O", "arm": "A"}},
+    }  # fmt: skip
+    mechanism = gimcli.load(data)
+    (path,) = gimcli.workspace(mechanism).report()["paths"]
+    assert path["length"] == pytest.approx(2.0 * math.pi, rel=1e-9)
+    with pytest.raises(gimcli.UsageError, match="no input moves B; give a point of machine m"):
+        gimcli.workspace(mechanism, "B")
+    assert gimcli.check(mechanism).report()["mobility"] == 1
+    assert gimcli.circuits(mechanism).count == 1
+    assert gimcli.singularities(mechanism).events == []
+
+
+def test_pictures_are_one_file_for_each_machine(tmp_path):
+    gimcli.singularities(gimcli.loads(TWO)).save(tmp_path / "s.csv", tmp_path / "s.png")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["s.crank.png", "s.csv", "s.rocker.png"]
+
+
+def test_a_traced_ground_node_that_no_machine_has_is_fixed():
+    data = {
+        "nodes": {"O": [0, 0], "A": [1, 0], "P": [5, 0], "Q": [6, 0], "Z": [9, 0]}, "ground": ["O", "P", "Z"],
+        "links": {"c": ["O", "A"], "d": ["P", "Q"]}, "trace": ["Z", "A"],
+        "actuators": {"m": {"pivot": "O", "arm": "A"}, "n": {"pivot": "P", "arm": "Q"}},
+    }  # fmt: skip
+    points = gimcli.trace(gimcli.load(data), steps=4).report()["points"]
+    assert {name: one["curve"] for name, one in points.items()} == {"Z": "fixed", "A": "closed"}

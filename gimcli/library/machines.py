@@ -1,0 +1,150 @@
+"""The results of independent machines of one file as one result."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gimcli.library.result import Result, joined
+from gimcli.mechanism import Mechanism
+from gimcli.structure.mobility import require_driven
+from gimcli.table import Column, Table
+
+SHARED = ("steps", "samples", "duration")
+"""Keys of reports whose values are the same for all machines."""
+
+OF_ALL = ("table", "arrays", "report", "workbook")
+"""Contents of files that hold all machines; of the others each machine has a file of its own."""
+
+
+class MachinesResult(Result):
+    """The results of several machines: `each` by name; the report and the table have those of all machines."""
+
+    def __init__(self, mechanism: Mechanism, each: Sequence[Result], table: Table | None = None) -> None:
+        self.mechanism, self._table = mechanism, table
+        self.each = dict(zip((one.name for one in mechanism.machines if one.actuators), each, strict=True))
+        self.destinations = each[0].destinations  # type: ignore[method-assign]
+
+    @classmethod
+    def of(cls, mechanism: Mechanism, verb: Callable[[Mechanism], Result]) -> Any:
+        """Return what a verb finds of each machine with inputs, or of the only one; other parts must be structures."""
+        found = [verb(one) for one in driven_machines(mechanism)]
+        return found[0] if len(found) == 1 else cls(mechanism, found)
+
+    @property
+    def complete(self) -> bool:
+        """Whether nothing is missing of any machine."""
+        return all(one.complete for one in self.each.values())
+
+    @property
+    def answered(self) -> bool:
+        """Whether everything was found of all machines."""
+        return all(one.answered for one in self.each.values())
+
+    @property
+    def events(self) -> list[dict[str, Any]]:
+        """The events of all machines, each with the name of its machine."""
+        return [{**event, "machine": name} for name, one in self.each.items() for event in one.events]
+
+    def headline(self) -> str:
+        """Return the result in one line."""
+        own = (f"{name}: {one.headline().partition(': ')[2]}" for name, one in self.each.items())
+        return f"{self.mechanism.name}: {'; '.join(own)}"
+
+    def report(self) -> dict[str, Any]:
+        """Return the report that --json prints: that of each machine, and all of them joined."""
+        reports = {name: one.report() for name, one in self.each.items()}
+        return joined_reports(reports) | {"machines": [{"name": name, **own} for name, own in reports.items()]}
+
+    def table(self) -> Table:
+        """Return the rows of all machines, with their names; cells that a machine does not have are empty."""
+        if self._table is None:
+            own = [one.table() for one in self.each.values()]
+            self._table = joined(widened(own, list(self.each)))
+        return self._table
+
+    def contents(self, paths: Iterable[Path]) -> dict[Path, Any]:
+        """Return the content of each file; pictures and pages are one file for each machine, with its name."""
+        from gimcli.output import format_of
+
+        found: dict[Path, Any] = {}
+        for path in paths:
+            if format_of(path).content in OF_ALL:
+                found |= super().contents([path])
+                continue
+            for name, one in self.each.items():
+                found |= one.contents([path.with_name(f"{path.stem}.{name.replace('/', '_')}{path.suffix}")])
+        return found
+
+
+def driven_machines(mechanism: Mechanism) -> list[Mechanism]:
+    """Return the machines that inputs drive; raise StructureError for other parts that can move."""
+    for one in mechanism.machines:
+        if not one.actuators:
+            require_driven(one.mechanism)
+    return [one.mechanism for one in mechanism.machines if one.actuators]
+
+
+class MachineTables:
+    """The traces of machines that are computed one after the other: first the tables, then the result."""
+
+    def __init__(self, mechanism: Mechanism, begun: Sequence[Any]) -> None:
+        self.mechanism, self.begun = mechanism, begun
+        self._names = [one.name for one in mechanism.machines if one.actuators]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the columns."""
+        return next(iter(self.tables())).names
+
+    @property
+    def expected(self) -> int | None:
+        """Number of rows."""
+        return sum(int(one.expected) for one in self.begun)
+
+    def tables(self) -> Iterator[Table]:
+        """Yield the table of each machine, with all columns."""
+        yield from widened([joined(one.tables()) for one in self.begun], self._names)
+
+    def result(self, table: Table | None) -> MachinesResult:
+        """Return the result, after all tables were read."""
+        return MachinesResult(self.mechanism, [one.result(joined(one.tables())) for one in self.begun], table)
+
+
+def joined_reports(reports: dict[str, dict[str, Any]]) -> dict[str, Any]:
+    """Return the reports of machines, by name, as one: lists and dicts joined, counts added, flags if all have them."""
+    keys = dict.fromkeys(key for own in reports.values() for key in own)
+    return {key: _joined(key, {name: own[key] for name, own in reports.items() if key in own}) for key in keys}
+
+
+def _joined(key: str, values: dict[str, Any]) -> Any:
+    known = [value for value in values.values() if value is not None]
+    if not known or key in SHARED:
+        return known[0] if known else None
+    if isinstance(known[0], list):
+        return [
+            {**one, "machine": name} if isinstance(one, dict) else one
+            for name, ones in values.items() for one in ones or ()
+        ]  # fmt: skip
+    if isinstance(known[0], dict):
+        return {k: v for one in known for k, v in one.items()}
+    if isinstance(known[0], str):
+        return "; ".join(dict.fromkeys(one for one in known if one != "ok")) or "ok"
+    return all(known) if isinstance(known[0], bool) else sum(known) if isinstance(known[0], int) else max(known)
+
+
+def widened(tables: Sequence[Table], names: Sequence[str]) -> list[Table]:
+    """Return tables with the columns of all of them, empty where they have none, after a column with their names."""
+    kinds = {c.name: c for table in tables for c in table.columns}
+    found = []
+    for table, name in zip(tables, names, strict=True):
+        columns = [Column("machine", np.full(len(table), name))]
+        for head, other in kinds.items():
+            text = other.values.dtype.kind == "U"
+            empty = np.full(len(table), "") if text else np.full(len(table), np.nan)
+            columns.append(Column(head, table[head] if head in table.names else empty, other.unit))
+        found.append(Table(tuple(columns)))
+    return found
