@@ -21,7 +21,8 @@ from gimcli.model.substitution import DYNAMIC
 def machines(own: Any, mechanism: Mechanism) -> tuple[Machine, ...]:
     """Return the machines of a mechanism whose model as written is `own`; one only if nothing can be separated."""
     model = own.model
-    parts = [] if mechanism.complete is not None else _separated(model)
+    whole = mechanism.complete is None
+    parts = [part for part in _separated(model) if whole and part <= set(mechanism.nodes)]  # others were cut out
     if len(parts) < 2:
         return (mechanism.as_machine,)
     found = tuple(_machine(own, mechanism, part, k == 0) for k, part in enumerate(parts))

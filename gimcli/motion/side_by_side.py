@@ -14,11 +14,10 @@ from gimcli.positions.inputs import law_inputs
 
 if TYPE_CHECKING:
     from gimcli.motion.follow import Stop
-    from gimcli.motion.motion import Motion
 
 
-def side_by_side(mechanism: Mechanism, parts: Sequence[Motion]) -> Motion:
-    """Return the motion of a mechanism from those of its machines, in their order.
+def side_by_side(mechanism: Mechanism, parts: Sequence[Any]) -> Any:
+    """Return the Motion of a mechanism from those of its machines, in their order.
 
     The status of a row is the worst one (the greatest code). The nodes of a machine that is not solved have no position
     there, the others have.

@@ -103,8 +103,9 @@ class Subject:
         return abs(a - b) <= near
 
     def same_interval(self, a, b):
-        """Return whether two intervals of all inputs are the same."""
-        return all(self.same_value(n, x, y) for n in a for x, y in zip(a[n], b[n], strict=True))
+        """Return whether two intervals of the inputs of a machine are the same."""
+        pairs = ((n, x, y) for n in a for x, y in zip(a[n], b.get(n, a[n]), strict=True))
+        return a.keys() == b.keys() and all(self.same_value(*one) for one in pairs)
 
     def apart(self, z, other):
         """Return the largest distance of nodes in two positions, relative to the size."""
