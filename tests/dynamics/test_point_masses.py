@@ -206,7 +206,7 @@ def test_power_balances_with_masses_and_loads_at_all_nodes(name: str) -> None:
     ("masses: {Z: 1}", ["node 'Z' belongs to no member or pair"]),
     ("masses: {both: 1}", ["'both' slides a member", "A or B"]),
     ("masses: {B: [1]}", ["expected a number or a mapping", "got [1]"]),
-    ("masses: {B: -1}", ["masses.B.mass", "of at least 0"]),
+    ("masses: {B: -1}", ["masses.B", "of at least 0"]),
     ("loads: {f: {on: B, torque: 3}}", ["`torque`", "'B' is a node", "`force`"]),
     ("loads: {f: {on: B, follower: [3, 0]}}", ["`follower`", "'B' is a node"]),
     ("loads: {f: {on: B, force: [3, 0], at: [1, 2]}}", ["`at`", "'B' is a node", "remove it"]),
