@@ -24,6 +24,7 @@ from gimcli.assemblies.loops import Loops
 from gimcli.assemblies.multiple_roots import doubtful_real, kept_apart
 from gimcli.assemblies.roots import OPEN, REACHED, REALS, Roots, all_roots
 from gimcli.assemblies.start_cache import known_count
+from gimcli.canonical import principal
 from gimcli.errors import StructureError
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
 from gimcli.progress import Progress, no_progress
@@ -293,10 +294,6 @@ def _counted(report: RootReport, roots: Roots) -> RootReport:
 def _order(group: LoopGroup, proven: Proven) -> NDArray[np.int64]:
     """Return a reproducible order of roots: the real ones first, sorted by angles."""
     n = group.family.angles
-    keys = [~proven.real[:, None], _wrapped(proven.w[:, :n].imag), proven.w[:, n:].real, proven.w[:, :n].real]
+    keys = [~proven.real[:, None], principal(proven.w[:, :n].imag), proven.w[:, n:].real, proven.w[:, :n].real]
     table = np.round(np.concatenate([*keys, proven.w[:, n:].imag], axis=1), DIGITS)
     return np.asarray(np.lexsort(table.T[::-1]))
-
-
-def _wrapped(angle: FloatArray) -> FloatArray:
-    return np.asarray(np.remainder(angle + np.pi, 2.0 * np.pi) - np.pi)

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from gimcli.canonical import ranks
 from gimcli.continuation.arclength import CurvePoint
 from gimcli.continuation.bifurcation import Crossing
 from gimcli.continuation.circuit import Circuit, ordered
@@ -20,8 +21,8 @@ from gimcli.continuation.curve import PositionCurve
 from gimcli.continuation.folds import REST, Rate, between, folds, roots
 from gimcli.mechanism import FRAME, HEIGHT, FloatArray
 
-TOGETHER = 9
-"""Decimals of the fraction of the length to which two positions are the same."""
+TOGETHER = 1e-9
+"""Difference of two positions at the same place, as a fraction of the length."""
 
 LIMIT, DEAD, CHANGE, TANGENCY, STATIONARY = "limit", "dead point", "change point", "tangency", "stationary"
 
@@ -72,7 +73,9 @@ def dead_points(circuit: Circuit) -> list[Singularity]:
 
 def _in_order(found: Iterable[Singularity]) -> list[Singularity]:
     """Return positions in order along the circuit; those at the same place keep the order in which they were found."""
-    return sorted(found, key=lambda s: round(s.fraction, TOGETHER))
+    listed = list(found)
+    order = np.argsort(ranks(np.array([one.fraction for one in listed]), TOGETHER), kind="stable")
+    return [listed[k] for k in order]
 
 
 def interval(circuit: Circuit, found: list[Singularity]) -> tuple[float, float]:

@@ -78,6 +78,7 @@ def _print(found: ReduceResult) -> None:
 def _print_extremes(found: ReduceResult) -> None:
     import numpy as np
 
+    from gimcli.canonical import first_greatest
     from gimcli.cli.console import print_table
     from gimcli.library.rounding import greatest, input_value, number
     from gimcli.table import labelled
@@ -87,7 +88,7 @@ def _print_extremes(found: ReduceResult) -> None:
     for column in table.columns[1:-1]:
         values = table.floats(column.name)
         if np.any(np.isfinite(values)):
-            low, high = int(np.nanargmin(values)), int(np.nanargmax(values))
+            low, high = first_greatest(-values), first_greatest(values)
             size = greatest(values)
             ends = [(number(values[k], size), input_value(found.mechanism, name, q[k])) for k in (low, high)]
             rows.append((column.name, column.unit, *ends[0], *ends[1]))

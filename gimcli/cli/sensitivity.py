@@ -186,8 +186,7 @@ def _short(value: float | None) -> str:
 
 def _print_spread(found: SensitivityResult, report: dict[str, Any]) -> None:
     """Print the spread of each quantity; of a motion where the first-order standard deviation is largest."""
-    import numpy as np
-
+    from gimcli.canonical import first_greatest
     from gimcli.cli.console import print_table
     from gimcli.table import labelled
 
@@ -199,7 +198,7 @@ def _print_spread(found: SensitivityResult, report: dict[str, Any]) -> None:
         head[4:4] = ["sd, random designs", "mean shift"]
     rows = []
     for k, name in enumerate(found.names):
-        row = int(np.nanargmax(np.where(np.isfinite(spread.deviation[k]), spread.deviation[k], -1.0)))
+        row = first_greatest(spread.deviation[k])
         cells = [f"±{spread.worst[k, row]:.4g}", f"±{spread.rss[k, row]:.4g}", f"{spread.deviation[k, row]:.4g}"]
         if sampled is not None:
             for value, error in ((sampled.deviation, sampled.deviation_error), (sampled.mean, sampled.mean_error)):

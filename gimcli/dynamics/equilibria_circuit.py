@@ -10,6 +10,7 @@ import numpy as np
 
 from gimcli.branching.resampling import lengths
 from gimcli.branching.singular_positions import drawn_circuit
+from gimcli.canonical import whole_turns
 from gimcli.continuation.circuit import Circuit
 from gimcli.continuation.curve import PositionCurve
 from gimcli.dynamic_data import TIME
@@ -267,7 +268,7 @@ class _CircuitSearch:
 
     def _turns(self, q: float) -> int:
         """Return the number of rounds by which a value of the input is moved to be next to the middle."""
-        return round((self.middle - q) / self.curve.turn) if self._single else 0
+        return -round(float(whole_turns(q - self.middle, self.curve.turn))) if self._single else 0
 
     def _turned(self, listed: list[Equilibrium]) -> list[Equilibrium]:
         """Return equilibria and pushes with inputs and potentials of the turn around the middle, in its order."""

@@ -15,6 +15,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from gimcli.canonical import ROUNDING, beside, ranks
 from gimcli.dynamics.equilibria import STABLE, UNDECIDED, UNSTABLE, Equilibria, Equilibrium
 from gimcli.dynamics.equilibria_balance import StaticBalance
 from gimcli.dynamics.equilibria_curve import BALANCE
@@ -229,7 +230,7 @@ class EquilibriumSearch:
 
     def _listed(self, roots: list[BalancedPlace]) -> list[Equilibrium]:
         """Return the equilibria in the order of their potential; only some of a continuum."""
-        found = sorted((self._equilibrium(root) for root in roots), key=lambda one: one.potential)
+        found = in_order([self._equilibrium(root) for root in roots])
         continued = [one for one in found if one.multiplicity == 0][SEARCH.continuum :]
         return [one for one in found if not any(one is other for other in continued)]
 
@@ -250,8 +251,7 @@ class EquilibriumSearch:
         own, start = self.freedoms.inputs(root.y), self.freedoms.inputs(self.start.y)
         if len(root.angles) or not self.balance.conservative:
             return own
-        rotary, turn = [a.rotary for a in self.freedoms.mechanism.actuators], 2.0 * math.pi
-        return np.where(rotary, own - turn * np.round((own - start) / turn), own)
+        return np.where([a.rotary for a in self.freedoms.mechanism.actuators], beside(own, start), own)
 
     def _rates(self, place: BalancedPlace) -> FloatArray | None:
         """Return the released inputs [rad or m] along the directions of motion (j, k); None at a limit of an input."""
@@ -278,3 +278,10 @@ class EquilibriumSearch:
         if rates is None:
             return np.full(self.freedoms.count, math.inf)
         return np.asarray(-np.linalg.solve(rates, place.q))
+
+
+def in_order(found: list[Equilibrium]) -> list[Equilibrium]:
+    """Return equilibria in the order of their potential, equal ones in that of their inputs."""
+    table = np.array([[one.potential, *one.inputs] for one in found])
+    keys = [ranks(column, ROUNDING * float(np.max(np.abs(column)))) for column in table.T]
+    return [found[k] for k in np.lexsort(keys[::-1])] if found else []

@@ -9,6 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
+from gimcli.canonical import beside
 from gimcli.dynamic_data import TIME, Release
 from gimcli.dynamics.kinematic_history import Course, reading
 from gimcli.dynamics.load_arrays import acting, moving_loads, with_friction_gauges
@@ -307,7 +308,7 @@ def _read(mechanism: Mechanism, gauge: Input, z: ComplexArray) -> float:
     """Return the value of a gauge at a position (nodes,); angles are within half a turn of the initial one."""
     still = Course(np.zeros(1), np.zeros((0, 1)), np.array([z, np.zeros_like(z)])[:, :, None])
     value = float(reading(mechanism, gauge, still)[0][0])
-    return value + 2.0 * math.pi * round((gauge.drawn - value) / (2.0 * math.pi)) if gauge.rotary else value
+    return float(beside(value, gauge.drawn)) if gauge.rotary else value
 
 
 def _course(load: object) -> Callable[[float, float], float] | None:

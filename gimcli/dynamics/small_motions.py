@@ -10,12 +10,12 @@ a(s') = sum of B_ij s'_i s'_j, and B_ij = (a(e_i + e_j) - a(e_i) - a(e_j)) / 2. 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from gimcli.canonical import beside
 from gimcli.dynamic_data import TIME
 from gimcli.dynamics.force_slopes import ForceSlopes, InfluenceCoefficients
 from gimcli.dynamics.kinematic_history import Course, reading
@@ -258,4 +258,4 @@ def _read(mechanism: Mechanism, gauge: Input, z: ComplexArray, near: float) -> f
     """Return the value of a gauge at a position (nodes,); angles are within half a turn of `near`."""
     still = Course(np.zeros(1), np.zeros((0, 1)), np.array([z, np.zeros_like(z)])[:, :, None])
     value = float(reading(mechanism, gauge, still)[0][0])
-    return value + 2.0 * math.pi * round((near - value) / (2.0 * math.pi)) if gauge.rotary else value
+    return float(beside(value, near)) if gauge.rotary else value

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from gimcli.canonical import phase
 from gimcli.families.design_motions import DesignMotions
 from gimcli.mechanism import FRAME, FloatArray, IntArray
 from gimcli.positions.inputs import scales
@@ -59,7 +60,7 @@ def _counted(motions: DesignMotions, member: int, parts: int) -> tuple[FloatArra
         inputs = _divided(motions.solved.inputs, parts)
         z = motions.family.solve(motions.solved.designs, inputs=inputs, **motions.options).z
         first, second = motions.mechanism.members[member].nodes[:2]
-        angle = np.angle(z[:, second] - z[:, first])
+        angle = phase(z[:, second] - z[:, first])
         angle[:, ::parts] = np.where(np.isfinite(exact), exact, angle[:, ::parts])
     complete = filled(angle)
     change = np.diff(complete, axis=1)
@@ -73,7 +74,7 @@ def _counted(motions: DesignMotions, member: int, parts: int) -> tuple[FloatArra
 
 def _direction(motions: DesignMotions, member: int) -> FloatArray:
     first, second = motions.mechanism.members[member].nodes[:2]
-    return np.asarray(np.angle(motions.solved.z[:, second] - motions.solved.z[:, first]))
+    return phase(motions.solved.z[:, second] - motions.solved.z[:, first])
 
 
 def _interrupted(angle: FloatArray, exact: FloatArray, parts: int) -> IntArray:

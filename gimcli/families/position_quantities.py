@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from gimcli.canonical import phase, principal
 from gimcli.errors import UsageError
 from gimcli.families.float_tables import FloatTables, spans
 from gimcli.measures import naming
@@ -232,7 +233,7 @@ class PositionAngle(PositionQuantity):
     def directions(self, at: PositionState) -> FloatArray:
         """Return the values [rad]."""
         first, second = (1.0 + 0.0j if one is None else one.value(at) for one in (self.arrow, self.other))
-        return np.asarray(np.broadcast_to(np.angle(first * np.conj(second)), (len(at.z), at.z.shape[2])))
+        return np.asarray(np.broadcast_to(phase(first * np.conj(second)), (len(at.z), at.z.shape[2])))
 
     def turning(self, at: PositionState, by: PositionSlopes) -> FloatArray:
         """Return the derivatives [rad]."""
@@ -243,7 +244,7 @@ class PositionAngle(PositionQuantity):
     def difference(self, values: FloatArray, nominal: FloatArray) -> FloatArray:
         """Return values minus nominal ones, at most half a turn."""
         change = values - nominal
-        return np.asarray(change - self.turn * np.round(change / self.turn))
+        return np.asarray(principal(change, self.turn))
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
+from gimcli.canonical import beside
 from gimcli.dynamic_data import NO_NODE
 from gimcli.errors import ModelError, UsageError
 from gimcli.library.assembled import measured
@@ -144,7 +145,7 @@ def _changed(old: Mechanism, new: Mechanism, z: ComplexArray) -> Iterator[str]:
     for gauge, its_gauge in zip(old.gauges, new.gauges, strict=True):
         if gauge.rotary:
             value = measured(old, gauge, z)
-            followed = value + 2.0 * math.pi * round((gauge.drawn - value) / (2.0 * math.pi))
+            followed = float(beside(value, gauge.drawn))
             if abs(followed - its_gauge.drawn) > math.pi:
                 yield f"the angle of {gauge.name} by a full turn"
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from gimcli.canonical import first_greatest
 from gimcli.families.design_sensitivity import QuantitySlopes
 from gimcli.families.motion_sensitivity import MotionNumber
 from gimcli.families.position_quantities import PositionQuantity
@@ -186,7 +187,7 @@ class SensitivityResult(Result):
         if self.spread is None:
             sizes = np.array([one.unit != "angle" and one.name not in self._inputs for one in self.dimensions])
             effects = np.where(sizes, effects, -1.0) if sizes.any() else effects
-        first = int(np.argmax(effects))
+        first = first_greatest(effects)
         one, average = self.dimensions[first], " (root mean square over the motion)" if self.by_rows else ""
         if effects[first] <= 0.0:
             return LargestEffect(one.name, f"{name}: no dimension has an effect", float("nan"))
@@ -263,7 +264,7 @@ class SensitivityResult(Result):
         """Return a number; of a motion the one with the largest magnitude, and the inputs there."""
         if not np.isfinite(rows).any():
             return {label: None}
-        row = int(np.nanargmax(np.abs(rows)))
+        row = first_greatest(np.abs(rows))
         where = {"at": self.mechanism.inputs_to_file(self.motion.inputs[:, row])} if self.by_rows else {}
         return {label: float(rows[row]), **where}
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from gimcli.canonical import beside, phase
 from gimcli.measures.extremes import Quantity, RateRows
 from gimcli.measures.transmission import ForceLine, TransmissionJoint
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, PairRow
@@ -57,7 +58,7 @@ class MemberRotation(Quantity):
         """Return the angle [rad] and the angular velocity."""
         own = direction(rows, self.member)
         near = np.interp(rows.time, self.time, self.angle)
-        return own + 2.0 * np.pi * np.round((near - own) / (2.0 * np.pi)), rows.rates.angular(self.member)[0]
+        return beside(own, near), rows.rates.angular(self.member)[0]
 
 
 def rotation(rows: RateRows, member: int) -> MemberRotation:
@@ -68,9 +69,9 @@ def rotation(rows: RateRows, member: int) -> MemberRotation:
 
 
 def direction(rows: RateRows, member: int) -> FloatArray:
-    """Return the direction (rows,) of a member from its first node to its second, -pi to pi."""
+    """Return the direction (rows,) of a member from its first node to its second, in (-pi, pi]."""
     first, second = rows.mechanism.members[member].nodes[:2]
-    return np.asarray(np.angle(rows.rates.nodes[0, second] - rows.rates.nodes[0, first]))
+    return phase(rows.rates.nodes[0, second] - rows.rates.nodes[0, first])
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gimcli.canonical import beside
 from gimcli.mechanism import FloatArray, Mechanism
 
 Inputs = Callable[[FloatArray], FloatArray]
@@ -126,7 +127,7 @@ def nearest_turns(mechanism: Mechanism, start: FloatArray, end: FloatArray) -> F
     moved = start.copy()
     for k, actuator in enumerate(mechanism.actuators):
         if actuator.rotary:
-            moved[k] += 2.0 * math.pi * round((end[k] - start[k]) / (2.0 * math.pi))
+            moved[k] = beside(start[k], end[k])
     return moved
 
 

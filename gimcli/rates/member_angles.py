@@ -13,6 +13,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from gimcli.canonical import phase
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.motion.motion import Motion
 from gimcli.positions.inputs import law_inputs, scales
@@ -46,7 +47,7 @@ def direction(mechanism: Mechanism, member: int, z: ComplexArray) -> FloatArray:
     if member == FRAME:
         return np.where(np.isfinite(z[0]), 0.0, np.nan)
     first, second = mechanism.members[member].nodes[:2]
-    found = np.angle(z[second] - z[first])
+    found = phase(z[second] - z[first])
     return np.asarray(np.degrees(found) if mechanism.angle_unit == "deg" else found)
 
 

@@ -178,7 +178,7 @@ def merged(base, part):
 
 
 def compare(expected, printed):
-    """Compare texts apart from spaces and the last digits of numbers; three dots stand for anything.
+    """Compare texts apart from spaces and rounding of numbers; three dots stand for anything.
 
     Each piece between dots is looked for behind the one before: nothing is tried twice.
     """
@@ -190,9 +190,19 @@ def compare(expected, printed):
         match = pattern.match(printed, at) if first else pattern.search(printed, at)
         assert match, f"the page has\n{part}\nin\n{expected}\nprinted is\n{printed}"
         for a, b in zip(re.findall(ALONE, part), match.groups(), strict=True):
-            near = abs(float(a) - float(b)) <= max(1e-3 * abs(float(a)), 1e-9)
-            assert near, f"the page has {a}, printed is {b} in\n{printed}"
+            assert is_near(a, b), f"the page has {a}, printed is {b} in\n{printed}"
         at = match.end()
+
+
+def is_near(a, b):
+    """Return whether two printed numbers agree to 1e-6, or to one unit of the last digit that either has."""
+    return abs(float(a) - float(b)) <= 1.01 * max(1e-6 * abs(float(a)), min(_unit(a), _unit(b)), 1e-12)
+
+
+def _unit(number):
+    """Return one unit of the last printed digit."""
+    digits, _, exponent = number.lower().partition("e")
+    return 10.0 ** (int(exponent or 0) - len(digits.partition(".")[2]))
 
 
 def _pattern(part):

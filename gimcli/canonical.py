@@ -1,0 +1,61 @@
+"""One form of results that rounding would decide: angles at the end of their range, and values that are equal.
+
+Rounding differs between processors and versions of libraries; ROUNDING is far above it and far below what users ask.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+ROUNDING = 1e-9
+"""Difference below which values count as equal; of angles in turns, of others relative to the greatest value."""
+
+TURN = 2.0 * math.pi
+
+
+def whole_turns(difference: Any, turn: float = TURN) -> Any:
+    """Return how many turns to subtract from a difference (any shape) so that it is in (-turn/2, turn/2]."""
+    import numpy as np
+
+    return np.ceil(np.asarray(difference) / turn - 0.5 - ROUNDING) + 0.0
+
+
+def principal(angle: Any, turn: float = TURN) -> Any:
+    """Return angles (any shape) in (-turn/2, turn/2]; one within rounding of an end is at the upper end."""
+    return angle - turn * whole_turns(angle, turn)
+
+
+def beside(angle: Any, near: Any, turn: float = TURN) -> Any:
+    """Return angles (any shape) shifted by whole turns into (near - turn/2, near + turn/2]."""
+    return angle - turn * whole_turns(angle - near, turn)
+
+
+def phase(z: NDArray[np.complex128]) -> NDArray[np.float64]:
+    """Return the directions [rad] of vectors (any shape) in (-pi, pi]."""
+    import numpy as np
+
+    return np.asarray(principal(np.angle(z)))
+
+
+def ranks(value: NDArray[np.float64], same: float) -> NDArray[np.int64]:
+    """Return the ranks of values (count,); one that is at most `same` above the one below it has the same rank."""
+    import numpy as np
+
+    order = np.argsort(value, kind="stable")
+    found = np.zeros(len(value), dtype=np.int64)
+    found[order[1:]] = np.cumsum(np.diff(value[order]) > same)
+    return found
+
+
+def first_greatest(value: NDArray[np.float64]) -> int:
+    """Return the index of the greatest finite value (count,), the first of those that are equal; 0 if there is none."""
+    import numpy as np
+
+    known = np.where(np.isfinite(value), value, -np.inf)
+    most = float(known.max())
+    return int(np.argmax(known >= most - ROUNDING * abs(most)))
