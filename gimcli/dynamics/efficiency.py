@@ -118,7 +118,7 @@ class FrictionSummary:
             lost = {name: np.concatenate(([last[2][name]], power)) for name, power in lost.items()}
         for total, powers in ((self.works, sources), (self.lost, lost)):
             for name, power in powers.items():
-                total[name] = total.get(name, 0.0) + float(np.trapezoid(power, time))
+                total[name] = total.get(name, 0.0) + float(0.5 * (power[1:] + power[:-1]) @ np.diff(time))
         self._last = (
             float(time[-1]),
             {name: float(power[-1]) for name, power in sources.items()},

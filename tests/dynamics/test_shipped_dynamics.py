@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from bundled import run_model
 from lagrangian import Machine, meet, ray, unit
+from scipy.integrate import trapezoid
 from scipy.interpolate import PchipInterpolator
 from scipy.optimize import brentq
 from scipy.special import ellipk
@@ -223,7 +224,7 @@ def test_the_punch_loses_the_energy_of_its_stroke():
     found = gimcli.simulate(gimcli.load("punch"), 0.25, dt=0.25 / 2000)
     q, speed = np.radians(found["crank_angle"]), np.radians(found["crank_angle.speed"])
     motor = PchipInterpolator([450, 600, 660, 720, 750, 780], [760, 900, 820, 330, 0, -330])(np.degrees(speed))
-    work = np.trapezoid(machine.applied(q, speed, 0.0) + motor, q)
+    work = trapezoid(machine.applied(q, speed, 0.0) + motor, q)
     energy = machine.inertia(q) * speed**2 / 2
     assert energy[-1] - energy[0] == pytest.approx(work, abs=0.02)
     assert speed.min() < 0.97 * speed.max()

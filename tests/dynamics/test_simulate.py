@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from bundled import MODELS, changed, reference, written
 from heavy_models import released
-from scipy.integrate import solve_ivp
+from scipy.integrate import solve_ivp, trapezoid
 from scipy.special import ellipk
 
 from gimcli import load
@@ -160,7 +160,7 @@ friction: {slide: 0.5}
     assert np.abs(found.inputs[0, 0] * metre - x).max() < 1e-11
     assert found.worst_drift < 1e-11
     v = found.inputs[1, 0] * metre
-    power = np.trapezoid(2.0 * np.interp(np.linspace(0, 3, 30001), times, v) ** 2, dx=1e-4)
+    power = trapezoid(2.0 * np.interp(np.linspace(0, 3, 30001), times, v) ** 2, dx=1e-4)
     assert found.energy[2, -1] == pytest.approx(power, rel=0.05)
     assert np.abs(found.energy[3] - 3.0 * (x - 0.5)).max() < 1e-11
 
