@@ -45,7 +45,7 @@ class ConfigurationConstants:
     real: float = 1e-4  # distance from its mirror image up to which a multiple root may be real [rad]
     aside: float = 1.0  # distance of the complex linkage between two rows from real ones, relative to that of the rows
     along: float = 0.5  # first step in t between two rows
-    seconds: float = 10.0  # [s] time limit of the interval search; a minute rarely decides more
+    boxes: int = 800_000  # largest number of boxes of the interval search: about 10 s; more rarely decide more
     positions: int = 16_384  # largest number of configurations: that of 14 dyads
 
 

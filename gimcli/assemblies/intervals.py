@@ -10,6 +10,7 @@ Source: Merlet, Solving the forward kinematics of a Gough-type parallel manipula
 
 from __future__ import annotations
 
+import math
 import time
 from dataclasses import dataclass, field
 
@@ -27,7 +28,7 @@ from gimcli.mechanism import ComplexArray, FloatArray, IntArray
 class IntervalConstants:
     """Limits of the search, chosen by the user."""
 
-    seconds: float = 60.0  # [s] time limit of the search
+    seconds: float = math.inf  # [s] time limit of the search; results depend on the machine if it is finite
     boxes: int = 2_000_000  # largest number of processed boxes
     narrowest: float = 1e-8  # width [rad, unit lengths of a slide] below which a box is undecided
     batch: int = 20_000  # boxes processed in one call

@@ -122,7 +122,7 @@ def _by_intervals(loops: Loops, found: Roots) -> Roots:
     family, n = loops.family, loops.family.angles
     if (mirror_distance(family, found.doubtful) < SEARCH.real).any():
         return found
-    limits = IntervalConstants(seconds=SEARCH.seconds)
+    limits = IntervalConstants(boxes=SEARCH.boxes)
     boxes = real_roots(loops.C0, loops.C, loops.U, loops.rail, None, limits)
     proved = boxes.complete and boxes.everywhere
     if len(boxes.roots) == 0:

@@ -478,7 +478,7 @@ def test_thousands_of_known_solutions_are_not_lost():
         loops = int(rng.integers(1, 4))
         slides = int(rng.integers(0, loops + 1))
         *coefficients, x = random_loops(loops, slides, rng)
-        assert contains(real_roots(*coefficients, 3.5, IntervalConstants(seconds=5)), x, 2 * loops - slides), seed
+        assert contains(real_roots(*coefficients, 3.5, IntervalConstants(boxes=400_000)), x, 2 * loops - slides), seed
 
 
 # ------------------------------------------------------------------ whole mechanisms, against an independent method
@@ -564,3 +564,12 @@ def test_a_slot_with_its_pin_at_the_pivot_can_rotate_freely():
     assert not result.complete
     for angle in np.linspace(-3, 3, 40):
         assert contains(result, np.array([angle, 0.0]), 1)
+
+
+def test_the_search_ends_at_its_number_of_boxes():
+    """The bound is a count: a slower machine finds the same."""
+    one, other = (real_roots(*peaucellier(0.0), 1.0, IntervalConstants(boxes=20_000)) for _ in range(2))
+    assert one.limit == other.limit == "boxes"
+    assert one.boxes == other.boxes < 2 * 20_000
+    assert np.array_equal(one.roots, other.roots)
+    assert IntervalConstants().seconds == np.inf

@@ -1,0 +1,63 @@
+"""Results that rounding would decide have one form: angles at the end of their range, equal values, ties."""
+
+import math
+
+import numpy as np
+import pytest
+from fences import compare, is_near
+
+from gimcli import equilibrium, loads
+from gimcli.canonical import ROUNDING, beside, first_greatest, phase, principal, ranks
+
+NOISE = [0.0, 4e-16, -4e-16, 1e-13, -1e-13, 1e-11, -1e-11]
+
+
+@pytest.mark.parametrize("turns", [-3, -1, 0, 1, 2])
+@pytest.mark.parametrize("error", NOISE)
+def test_half_a_turn_is_at_the_upper_end(error, turns):
+    angle = (turns + 0.5) * 2.0 * math.pi + error
+    assert principal(angle) == pytest.approx(math.pi, abs=1e-10)
+    assert beside(angle, 2.0) == pytest.approx(math.pi, abs=1e-10)
+    assert principal((turns + 0.5) * 360.0 + error, 360.0) == pytest.approx(180.0, abs=1e-9)
+
+
+def test_angles_off_the_end_stay():
+    angle = np.linspace(-math.pi + 1e-6, math.pi - 1e-6, 1001)
+    assert np.array_equal(principal(angle), angle)
+    assert principal(-math.pi + 1e-6) < 0.0
+    assert phase(np.array([complex(-1.0, -0.0), complex(-1.0, 0.0), -1j])) == pytest.approx(
+        [math.pi, math.pi, -math.pi / 2]
+    )
+
+
+@pytest.mark.parametrize("error", NOISE)
+def test_equal_values_have_one_order(error):
+    assert first_greatest(np.array([math.nan, 2.0, 2.0 + error, 1.0])) == 1
+    assert ranks(np.array([3.0 + error, 1.0, 3.0, 1.0 - error]), ROUNDING).tolist() == [1, 0, 1, 0]
+    assert first_greatest(np.array([math.nan, math.nan])) == 0
+
+
+def pendulum(drawn):
+    """A pendulum that hangs at q = 0 and stands at 180 degrees; gravity along +x."""
+    x, y = math.cos(math.radians(drawn)), math.sin(math.radians(drawn))
+    return loads(
+        f"nodes: {{O: [0, 0], A: [{x!r}, {y!r}]}}\nground: [O]\nlinks: {{arm: [O, A]}}\n"
+        "units: {length: m}\nmasses: {A: 1}\ngravity: [9.81, 0]\n"
+        "actuators: {q: {type: rotary, pivot: O, arm: A, free: true}}\n"
+    )
+
+
+@pytest.mark.parametrize("drawn", [0.0, 1e-13, -1e-13, 1e-11, -1e-11])
+def test_an_equilibrium_at_half_a_turn_is_at_180_degrees_and_last(drawn):
+    found = equilibrium(pendulum(drawn), "q").equilibria
+    assert [one["inputs"]["q"] for one in found] == pytest.approx([0.0, 180.0], abs=1e-6)
+
+
+def test_samples_of_the_manual_are_compared_by_numbers():
+    compare("at -0.000 mm, 12.35 N", "at 0.000 mm, 12.36 N")  # one unit of the last digit
+    compare("1234567 rows", "1234568 rows")
+    for one, other in (("12.35 N", "12.37 N"), ("180 deg", "-180 deg"), ("limit 1", "stop 1")):
+        with pytest.raises(AssertionError):
+            compare(one, other)
+    assert is_near("1.5e-03", "1.6e-03")
+    assert not is_near("1.5e-03", "1.7e-03")
