@@ -10,7 +10,7 @@ import numpy as np
 
 from gimcli.branching.resampling import lengths
 from gimcli.branching.singular_positions import drawn_circuit
-from gimcli.canonical import whole_turns
+from gimcli.canonical import ROUNDING, whole_turns
 from gimcli.continuation.circuit import Circuit
 from gimcli.continuation.curve import PositionCurve
 from gimcli.dynamic_data import TIME
@@ -32,7 +32,7 @@ from gimcli.positions.inputs import InputLine
 from gimcli.progress import Progress, no_progress
 from gimcli.status import Status
 
-ROUNDING = 1e-9
+NO_GAIN = 1e-9
 """Change of the potential in one round, relative to its range, that is an error of the integral."""
 
 MEETING = 1e-6
@@ -138,7 +138,7 @@ class _CircuitSearch:
     def _gain(self) -> float:
         """Return the change of the potential in one round of a closed circuit [J]; 0 if it is rounding."""
         change = float(self.potential[-1] - self.potential[0])
-        if not self.circuit.closed or self.curve.winds or abs(change) <= ROUNDING * float(np.ptp(self.potential)):
+        if not self.circuit.closed or self.curve.winds or abs(change) <= NO_GAIN * float(np.ptp(self.potential)):
             return 0.0
         return change
 
@@ -267,8 +267,15 @@ class _CircuitSearch:
         return steady and abs(self.curve.turn) > 0.0 and not self.curve.winds and not tabled
 
     def _turns(self, q: float) -> int:
-        """Return the number of rounds by which a value of the input is moved to be next to the middle."""
-        return -round(float(whole_turns(q - self.middle, self.curve.turn))) if self._single else 0
+        """Return the number of rounds by which a value of the input is moved to be next to the middle.
+
+        Of the two ends of the turn, which are the same position, the one closer to 0 is taken, 180 before -180 degrees.
+        """
+        if not self._single:
+            return 0
+        turn = self.curve.turn
+        sense = math.copysign(1.0, turn) * (1.0 if self.middle <= ROUNDING * abs(turn) else -1.0)
+        return -round(sense * float(whole_turns(sense * (q - self.middle), turn)))
 
     def _turned(self, listed: list[Equilibrium]) -> list[Equilibrium]:
         """Return equilibria and pushes with inputs and potentials of the turn around the middle, in its order."""
