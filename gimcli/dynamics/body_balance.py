@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gimcli.dynamic_data import NO_NODE, AppliedLoad, Friction, Inertia
-from gimcli.dynamics.load_arrays import moving_loads, with_friction_gauges
+from gimcli.dynamics.load_arrays import moving_loads, with_force_gauges
 from gimcli.dynamics.statics import Reaction, Statics, statics
 from gimcli.kernels.body_balance import GUIDE, PIN, SLOT, BalancedBodies, Contacts
 from gimcli.kernels.equilibrium import ALONG, COUPLE
@@ -36,7 +36,7 @@ class BodyBalance:
     """The bodies, unknowns and contacts of a mechanism; `free` are its released inputs."""
 
     def __init__(self, mechanism: Mechanism, free: Sequence[int]) -> None:
-        read = with_friction_gauges(mechanism)
+        read = with_force_gauges(mechanism)
         every = statics(with_gauges(read))
         self.mechanism, self.first = mechanism, 2 * len(mechanism.nodes)
         couples = _friction_couples(read, every)

@@ -15,9 +15,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gimcli.dynamic_data import NO_NODE, TIME, AppliedLoad, Inertia, LoadCurve
+from gimcli.dynamic_data import NO_NODE, TIME, AppliedLoad, Inertia, LoadCurve, SpringForce
 from gimcli.dynamics.equilibria_jet import Jet, constant
-from gimcli.dynamics.load_arrays import moving_loads
+from gimcli.dynamics.load_arrays import is_vector, moving_loads
 from gimcli.dynamics.physical import require_action
 from gimcli.mechanism import FRAME, SPAN, ComplexArray, FloatArray, Input, Mechanism
 
@@ -114,7 +114,7 @@ class _Sum:
             pull = part.mass * self.balance.dynamics.gravity * self.metre
             self._add_potential((self._point(part, part.centre) * -np.conj(pull)).real)
         for spring in self.balance.dynamics.springs:
-            self._add_spring(spring.gauge, spring.stiffness, spring.free)
+            self._add_spring(spring)
         for load in self.balance.loads:
             self._add_load(load)
         for release in self.balance.efforts:
@@ -141,12 +141,12 @@ class _Sum:
 
     # -- springs --------------------------------------------------------------------------------------
 
-    def _add_spring(self, number: int, stiffness: float, free: float) -> None:
-        gauge = self.mechanism.gauges[number]
+    def _add_spring(self, spring: SpringForce) -> None:
+        gauge, stiffness, free = self.mechanism.gauges[spring.gauge], spring.stiffness, spring.free
         if gauge.rotary:
-            row = [s.gauge for s in self.balance.twisted].index(number)
+            row = [s.gauge for s in self.balance.twisted].index(spring.gauge)
             stretch = self._between(gauge, row).plus(-free)
-        elif gauge.kind == SPAN and free == 0.0:
+        elif is_vector(self.mechanism, spring):
             arm = self.at.node(gauge.nodes[1]) - self.at.node(gauge.node)
             self._add_potential((arm * arm.conjugate()).real * (0.5 * stiffness * self.metre**2))
             return

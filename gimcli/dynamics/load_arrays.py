@@ -7,20 +7,28 @@ from dataclasses import replace
 
 import numpy as np
 
-from gimcli.dynamic_data import NO_NODE, AppliedLoad, Inertia
+from gimcli.dynamic_data import NO_NODE, AppliedLoad, Inertia, SpringForce
 from gimcli.dynamics.kinematic_history import travel_along
 from gimcli.kernels.reduction import Acting
-from gimcli.mechanism import FRAME, FloatArray, Input, IntArray, Mechanism
+from gimcli.mechanism import FRAME, HEIGHT, SPAN, FloatArray, Input, IntArray, Mechanism
 from gimcli.structure.rotation import members_of, rotation_classes
 from gimcli.structure.steps import NONE
+
+COMPONENT = " across"
+"""End of the name of a gauge that measures the second component of a spring's vector."""
 
 FRICTION_GAUGE = "friction in "
 """Start of the name of a gauge that measures a sliding pair with friction."""
 
 
-def with_friction_gauges(mechanism: Mechanism) -> Mechanism:
-    """Return the mechanism with a gauge for every sliding pair that has friction."""
-    extra = []
+def is_vector(mechanism: Mechanism, spring: SpringForce) -> bool:
+    """Return whether the force of a spring is the vector k (a - b): a free length of 0 between two nodes."""
+    return mechanism.gauges[spring.gauge].kind == SPAN and spring.free == 0.0
+
+
+def with_force_gauges(mechanism: Mechanism) -> Mechanism:
+    """Return the mechanism with gauges for sliding pairs that have friction, and for springs of free length 0."""
+    mechanism, extra = _with_components(mechanism), list[Input]()
     for friction in mechanism.dynamics.frictions:
         if friction.slide >= 0:
             slide = mechanism.slides[friction.slide]
@@ -29,8 +37,31 @@ def with_friction_gauges(mechanism: Mechanism) -> Mechanism:
     return replace(mechanism, gauges=(*mechanism.gauges, *extra))
 
 
+def _with_components(mechanism: Mechanism) -> Mechanism:
+    """Return the mechanism with two components of the vector in place of the length of springs of free length 0.
+
+    The components are heights over one end in the frame of its first member; they are regular where the ends meet.
+    """
+    gauges, springs, holders = list(mechanism.gauges), list(mechanism.dynamics.springs), members_of(mechanism)
+    for spring in mechanism.dynamics.springs:
+        gauge = mechanism.gauges[spring.gauge]
+        ends = [n for n in gauge.nodes[:2] if holders[n]] if is_vector(mechanism, spring) else []
+        if not ends:  # else both ends are blocks without a member
+            continue
+        end = min(ends, key=lambda n: holders[n][0] != FRAME)
+        held, other = holders[end][0], gauge.nodes[gauge.nodes[0] == end]
+        member = mechanism.members[held]
+        place = complex(member.shape[member.nodes.index(end)])
+        for normal, name in ((1.0 + 0.0j, gauge.name), (1.0j, gauge.name + COMPONENT)):
+            gauges.append(Input(name, HEIGHT, (other, end), (held,), place, normal))
+        gauges[spring.gauge] = gauges.pop(-2)
+        springs.append(replace(spring, gauge=len(gauges) - 1))
+    dynamics = replace(mechanism.dynamics, springs=tuple(springs))
+    return replace(mechanism, gauges=tuple(gauges), dynamics=dynamics)
+
+
 def acting(mechanism: Mechanism, released: Sequence[int], metre: float) -> Acting:
-    """Return the arrays of a mechanism returned by `with_friction_gauges`; `released` are its free inputs."""
+    """Return the arrays of a mechanism returned by `with_force_gauges`; `released` are its free inputs."""
     dynamics = mechanism.dynamics
     first = 2 * len(mechanism.nodes)
     gauges = first + len(mechanism.actuators)

@@ -21,9 +21,10 @@ from gimcli.dynamics.kinematic_history import (
     turning,
     unit_of,
 )
+from gimcli.dynamics.load_arrays import is_vector
 from gimcli.dynamics.physical import require_action
 from gimcli.dynamics.statics import Statics
-from gimcli.mechanism import FRAME, SPAN, ComplexArray, FloatArray
+from gimcli.mechanism import FRAME, SPAN, ComplexArray, FloatArray, Input
 from gimcli.structure.steps import NONE
 
 POWERS = ("load", "gravity", "spring", "damping")
@@ -181,6 +182,9 @@ class _Loader:
         if gauge.rotary:
             value = self.turns.followed(number, value, gauge.drawn)
         for spring in (s for s in self.dynamics.springs if s.gauge == number):
+            if is_vector(self.mechanism, spring):
+                self._vector(spring.stiffness, gauge)
+                continue
             stretch = metre * (value - spring.free)
             self.found.potential += 0.5 * spring.stiffness * stretch**2
             self.found.power["spring"] -= spring.stiffness * stretch * metre * rate
@@ -188,6 +192,15 @@ class _Loader:
         for damper in (d for d in self.dynamics.dampers if d.gauge == number):
             self.found.power["damping"] -= damper.damping * (metre * rate) ** 2
             self._effort(number, -damper.damping * metre * rate, unit)
+
+    def _vector(self, stiffness: float, gauge: Input) -> None:
+        """Apply a spring of free length 0, the vector k (a - b); it is 0 where the ends meet."""
+        arm, speed = self.course.nodes[:2, gauge.nodes[1]] - self.course.nodes[:2, gauge.node]
+        force = -stiffness * self.metre * arm
+        self.found.potential += 0.5 * stiffness * (self.metre * np.abs(arm)) ** 2
+        self.found.power["spring"] += self.metre * (speed.conj() * force).real
+        self._pin(gauge.nodes[1], force)
+        self._pin(gauge.node, -force)
 
     def _effort(self, number: int, effort: FloatArray, unit: ComplexArray) -> None:
         """Apply a torque [N m] or force [N], positive in the direction in which the gauge's value increases."""

@@ -12,7 +12,7 @@ import numpy as np
 from gimcli.canonical import beside
 from gimcli.dynamic_data import TIME, Release
 from gimcli.dynamics.kinematic_history import Course, reading
-from gimcli.dynamics.load_arrays import acting, moving_loads, with_friction_gauges
+from gimcli.dynamics.load_arrays import acting, moving_loads, with_force_gauges
 from gimcli.dynamics.physical import require_masses
 from gimcli.dynamics.windows import WEAK, WindowSearch, no_windows, with_window
 from gimcli.errors import StructureError
@@ -70,7 +70,7 @@ class Reducer:
     def __init__(self, mechanism: Mechanism, free: Sequence[int], run: Run = plain) -> None:
         self.mechanism, self.free, self.run = mechanism, tuple(free), run
         self.given = tuple(k for k in mechanism.drivers if k not in self.free)
-        read = with_friction_gauges(with_linked_gauges(mechanism))
+        read = with_force_gauges(with_linked_gauges(mechanism))
         self.terms = coupled_terms(with_gauges(read))
         self.acting = acting(read, self.free, require_masses(mechanism))
         self.loads = moving_loads(read)

@@ -19,7 +19,7 @@ from gimcli.canonical import beside
 from gimcli.dynamic_data import TIME
 from gimcli.dynamics.force_slopes import ForceSlopes, InfluenceCoefficients
 from gimcli.dynamics.kinematic_history import Course, reading
-from gimcli.dynamics.load_arrays import acting, moving_loads, with_friction_gauges
+from gimcli.dynamics.load_arrays import acting, moving_loads, with_force_gauges
 from gimcli.dynamics.physical import require_action
 from gimcli.dynamics.reducer import release_of
 from gimcli.errors import StructureError
@@ -101,7 +101,7 @@ class Linearisation:
         metre = require_action(mechanism)
         self.mechanism, self.released, self.time, self.metre = mechanism, released, time, metre
         self.held = tuple(k for k in mechanism.drivers if k not in released)
-        read = with_friction_gauges(with_linked_gauges(_with_releases(mechanism, released)))
+        read = with_force_gauges(with_linked_gauges(_with_releases(mechanism, released)))
         self.terms, self.loads = coupled_terms(with_gauges(read)), moving_loads(read)
         self.acting = acting(read, released, metre)
         efforts = [release_of(read, k).effort for k in released]

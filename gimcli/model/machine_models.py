@@ -15,7 +15,7 @@ from gimcli.model.kept_assembly import in_assembly_of
 from gimcli.model.laws import Scaled
 from gimcli.model.pairs import PAIRS, used_nodes
 from gimcli.model.schema import Model
-from gimcli.model.substitution import DYNAMIC
+from gimcli.model.substitution import without_dynamics
 
 
 def machines(own: Any, mechanism: Mechanism) -> tuple[Machine, ...]:
@@ -90,8 +90,7 @@ def _part(model: Model, moving: set[str], first: bool) -> Model:
     kept("actuators", lambda _, actuator: belongs(gauged(actuator)))
     kept("gears", lambda _, gear: any(name in members for name in gear.members))
     kept("points", lambda _, point: point.on in members or (first and point.on == "ground"))
-    for section in DYNAMIC:
-        kept(section, lambda *_: False)
+    model = without_dynamics(model)
     named = used_nodes(model.with_value("ground", lambda old: old.with_value("nodes", lambda _: [])))
     guides = [n for section in PAIRS for pair in getattr(model, section).values() for n in pair.guide]
     named = {*named, *guides, *(n for actuator in model.actuators.values() for n in gauged(actuator))}

@@ -18,6 +18,15 @@ DYNAMIC = ("masses", "loads", "springs", "dampers", "friction")
 Evaluate = Callable[[Where, Formula, Mapping[str, Any]], Any]
 
 
+def without_dynamics(model: Model) -> Model:
+    """Return a model without the parts on which positions do not depend."""
+    for section in DYNAMIC:
+        model = model.with_value(section, lambda _: {})
+    return model.with_value(
+        "actuators", lambda old: {name: one.with_value("rotor", lambda _: None) for name, one in old.items()}
+    )
+
+
 def substituted(model: Model, changes: Mapping[str, Any], functions: Mapping[str, Callable[..., Any]]) -> Model:
     """Return a model with other dimensions, without any check.
 

@@ -61,14 +61,12 @@ class Written:
         The variables of the recording are the dimensions, in the file's units.
         """
         from gimcli.model.compile import compile_model
-        from gimcli.model.substitution import DYNAMIC
+        from gimcli.model.substitution import without_dynamics
         from gimcli.recording import FUNCTIONS, Recording
 
         recording = Recording()
         changes = {name: recording.variable(self.dimension(name).value) for name in names}
-        model = self.placed(self.substituted(changes, FUNCTIONS))
-        for section in DYNAMIC:
-            model = model.with_value(section, lambda _: {})
+        model = without_dynamics(self.placed(self.substituted(changes, FUNCTIONS)))
         return compile_model(model, self.source.folder, (mechanism.origin, mechanism.scale)), recording
 
     def placed(self, model: Model) -> Model:
