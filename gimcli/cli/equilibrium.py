@@ -58,7 +58,8 @@ def command(
     starts: Annotated[
         int,
         typer.Option(
-            "--starts", metavar="N", min=1, max=100_000, help="Starts, if several inputs are released.",
+            "--starts", metavar="N", min=1, max=100_000,
+            help="Several released inputs: starts in a row that find nothing new before the end.",
             rich_help_panel=METHOD,
         ),
     ] = 24,

@@ -1,10 +1,10 @@
 """Equilibria of several released inputs, by Newton's method from the drawing and from random starts.
 
 In an orthonormal basis of the directions of motion the generalised forces Q and their derivatives dQ are exact. A step
-a solves dQ a = -Q; the position is then settled onto the constraints. Each second start descends on the potential
-instead, with the eigenvalues of -dQ made positive, as it finds stable positions more often. Random starts are reached
-by a walk along the constraints, so that all equilibria are found on the configuration of the drawing. Source: Nocedal &
-Wright, Numerical Optimization, 2006, sections 3.4 and 11.2.
+a solves dQ a = -Q; the position is then settled onto the constraints. Of four starts one descends on the potential
+instead, with the eigenvalues of -dQ made positive, and one ascends: Newton's method finds saddles more often than least
+and greatest potentials. Random starts are reached by a walk along the constraints, so that all equilibria are found on
+the configuration of the drawing. Source: Nocedal & Wright, Numerical Optimization, 2006, sections 3.4 and 11.2.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from itertools import islice
 
 import numpy as np
 
@@ -42,10 +43,20 @@ class NewtonStartConstants:
     stride: float = 0.25  # length of such a step
     same: float = 1e-6  # distance of equilibria that are the same
     zero: float = 1e-9  # eigenvalue, relative to the greatest contribution, that is 0
+    longer: int = 8  # most starts, relative to those that may find nothing new
     continuum: int = 6  # most equilibria of a continuum that are listed
 
 
 SEARCH = NewtonStartConstants()
+
+DESCENDS, ASCENDS = -1, 1
+"""The sense in which the potential changes along the steps from a start; 0: Newton's method."""
+
+SENSES = (0, DESCENDS, 0, ASCENDS)
+"""The senses of the starts, one after the other."""
+
+CLOSE = 1e-6
+"""Force relative to its contributions below which steps reduce it instead of following the potential."""
 
 
 @dataclass(frozen=True)
@@ -103,26 +114,35 @@ class EquilibriumSearch:
         )  # fmt: skip
 
     def run(self, starts: int, seed: int, progress: Progress = no_progress) -> Equilibria:
-        """Return the equilibria found from the drawing and `starts` - 1 random starts."""
-        roots: list[BalancedPlace] = []
-        places, failed = list(self._starts(starts, seed)), 0
+        """Return the equilibria found from the drawing and random starts, until `starts` of them find nothing new."""
+        places = list(islice(self._starts(seed), starts))
         self.scale = max(place.size for place in places)
         self.stiff = max(place.stiffness for place in places)
         everywhere = max(place.force for place in places) <= BALANCE.nothing * self.scale
-        for k, place in enumerate(places if not everywhere else ()):
-            progress(k, starts)
-            found = self._newton(place, descends=k % 2 == 1 and self.balance.conservative)
-            if found is None and self.balance.conservative:
-                found = self._newton(place, descends=True)
-            failed += found is None
-            if found is not None and not any(self._same(found, known) for known in roots):
-                roots.append(found)
+        roots, failed, tried = ([], 0, starts) if everywhere else self._roots(starts, seed, progress)
         listed = self._listed(roots)
         z, inputs = self.freedoms.nodes(self.start.y), self.freedoms.inputs(self.start.y)
         return Equilibria(
             tuple(listed), self.released, z, inputs, self._efforts(self.start), self.balance.conservative, everywhere,
-            self.scale, starts=starts, failed=failed,
+            self.scale, starts=tried, failed=failed,
         )  # fmt: skip
+
+    def _roots(self, starts: int, seed: int, progress: Progress) -> tuple[list[BalancedPlace], int, int]:
+        """Return the equilibria, the number of starts without convergence, and that of all starts."""
+        roots: list[BalancedPlace] = []
+        failed, last = 0, -1  # the last start that found something new
+        for k, place in enumerate(islice(self._starts(seed), SEARCH.longer * starts)):
+            progress(min(k - last, starts), starts)
+            if k - last > starts:
+                return roots, failed, k
+            found = self._newton(place, SENSES[k % len(SENSES)] if self.balance.conservative else 0)
+            if found is None and self.balance.conservative:
+                found = self._newton(place, DESCENDS)
+            failed += found is None
+            if found is not None and not any(self._same(found, known) for known in roots):
+                roots.append(found)
+                last = k
+        return roots, failed, SEARCH.longer * starts
 
     def residual(self, place: BalancedPlace) -> float:
         """Return the force relative to the greatest sum of its contributions."""
@@ -130,10 +150,10 @@ class EquilibriumSearch:
 
     # -- starts ---------------------------------------------------------------------------------------
 
-    def _starts(self, starts: int, seed: int) -> Iterator[BalancedPlace]:
+    def _starts(self, seed: int) -> Iterator[BalancedPlace]:
         yield self.start
         random = np.random.default_rng(seed)
-        for _ in range(starts - 1):
+        while True:
             yield self._walked(random)
 
     def _walked(self, random: np.random.Generator) -> BalancedPlace:
@@ -163,15 +183,15 @@ class EquilibriumSearch:
 
     # -- Newton's method ------------------------------------------------------------------------------
 
-    def _newton(self, here: BalancedPlace, descends: bool) -> BalancedPlace | None:
+    def _newton(self, here: BalancedPlace, sense: int) -> BalancedPlace | None:
         """Return the equilibrium that the steps from a start lead to; None without convergence."""
         radius = SEARCH.longest
         for _ in range(SEARCH.iterations):
             if self.residual(here) <= SEARCH.converged:
                 return self._last(here)
-            step = self._step(here, radius, descends)
+            step = self._step(here, radius, sense)
             there = self._tried(here, step)
-            if there is not None and self._better(here, there, descends):
+            if there is not None and self._better(here, there, sense):
                 here, radius = there, min(2.0 * radius, SEARCH.longest)
             elif self.residual(here) <= BALANCE.residual:
                 return here
@@ -181,12 +201,12 @@ class EquilibriumSearch:
                     return None
         return here if self.residual(here) <= BALANCE.residual else None
 
-    def _step(self, here: BalancedPlace, radius: float, descends: bool) -> FloatArray:
+    def _step(self, here: BalancedPlace, radius: float, sense: int) -> FloatArray:
         """Return the step (j,) in the directions of motion, no longer than the radius."""
-        if descends:
-            values, vectors = np.linalg.eigh(-0.5 * (here.slope + here.slope.T))
+        if sense:
+            values, vectors = np.linalg.eigh(0.5 * sense * (here.slope + here.slope.T))
             bound = SEARCH.zero * max(here.stiffness, self.stiff)
-            step = vectors @ ((vectors.T @ here.q) / np.maximum(np.abs(values), bound))
+            step = -sense * (vectors @ ((vectors.T @ here.q) / np.maximum(np.abs(values), bound)))
         else:
             step = np.linalg.lstsq(here.slope, -here.q, rcond=SEARCH.zero)[0]
             if np.linalg.norm(step) > radius:
@@ -210,16 +230,16 @@ class EquilibriumSearch:
         y = self._settled(here.y, here.basis.T @ step)
         return None if y is None else self.place(y, here.angles)
 
-    def _better(self, here: BalancedPlace, there: BalancedPlace, descends: bool) -> bool:
+    def _better(self, here: BalancedPlace, there: BalancedPlace, sense: int) -> bool:
         smaller = float(np.linalg.norm(there.q)) < float(np.linalg.norm(here.q))
-        if descends and self.residual(here) > 1e-6:
-            return there.potential < here.potential
+        if sense and self.residual(here) > CLOSE:
+            return sense * (there.potential - here.potential) > 0.0
         return smaller
 
     def _last(self, here: BalancedPlace) -> BalancedPlace:
         """Return an equilibrium after one more step, if that decreases the force."""
-        there = self._tried(here, self._step(here, SEARCH.same, False)) if self.residual(here) else None
-        return there if there is not None and self._better(here, there, False) else here
+        there = self._tried(here, self._step(here, SEARCH.same, 0)) if self.residual(here) else None
+        return there if there is not None and self._better(here, there, 0) else here
 
     # -- results --------------------------------------------------------------------------------------
 

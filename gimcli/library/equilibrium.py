@@ -56,7 +56,8 @@ def equilibrium(
         at: values of the inputs in the file's units, at which the others are held and the search begins; by default the
             starts of their laws.
         time: time of tables over the time [s].
-        starts: number of starts with several released inputs, the first one from the start position.
+        starts: with several released inputs, starts in a row that find nothing new before the search ends; the first
+            one is the start position, and there are at most 8 times as many.
         seed: seed of the random starts.
         tolerance: largest accepted error of a constraint, relative to the mechanism's size; from 1e-14 to below 1.
         progress: function of the name of a phase; returns a function of (done, all), for a progress bar.

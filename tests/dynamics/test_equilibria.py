@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+import json
 import math
 from dataclasses import replace
 
@@ -10,6 +12,7 @@ import pytest
 import yaml
 from bundled import MODELS
 from in_process import gim
+from scipy import optimize
 
 from gimcli import equilibrium, forces, load, solve
 from gimcli.dynamics.equilibria_balance import StaticBalance
@@ -395,6 +398,54 @@ def test_a_double_pendulum_has_four_equilibria():
     assert [one["potential"] for one in found.equilibria] == pytest.approx([-2 * G, -G, G, 2 * G], abs=1e-12)
     assert [one["negative"] for one in found.equilibria] == [0, 1, 1, 2]
     assert np.array(found.equilibria[0]["stiffness"]) == pytest.approx(G * np.array([[2, 0.5], [0.5, 0.5]]), abs=1e-11)
+
+
+def sprung_pendulum(seed):
+    """A double pendulum with a spring at each end, and the potential's gradient (2,) at angles (2,)."""
+    rng = np.random.default_rng(seed)
+    (one, two), (g, h) = rng.uniform(0.5, 1.5, 2), rng.uniform(-2, 2, (2, 2))
+    stiffness, free, mass = rng.uniform(5, 60, 2), rng.uniform(0.2, 1.5, 2), rng.uniform(0.5, 3, 2)
+    model = double_pendulum(
+        springs={
+            name: {"nodes": ends, "stiffness": float(k), "free": float(length)}
+            for name, ends, k, length in zip("st", (["G", "A"], ["H", "B"]), stiffness, free, strict=True)
+        }
+    )  # fmt: skip
+    model["nodes"] = {"O": [0, 0], "A": [one, 0], "B": [one + two, 0], "G": g.tolist(), "H": h.tolist()}
+    model["ground"], model["masses"] = ["O", "G", "H"], dict(zip("AB", mass.tolist(), strict=True))
+
+    def gradient(q):
+        knee = one * np.exp(1j * q[0])
+        foot = knee + two * np.exp(1j * q[1])
+        stretched = np.array([knee - complex(*g), foot - complex(*h)])
+        force = stiffness * (1 - free / np.abs(stretched)) * stretched + 1j * G * mass
+        moved = np.array([[1j * knee, 0], [1j * knee, 1j * (foot - knee)]])
+        return (force.conj() @ moved).real
+
+    return yaml.safe_load(json.dumps(model)), gradient
+
+
+def balanced_angles(gradient):
+    """The zeros of a gradient on the torus, from 24 x 24 starts of scipy's solver."""
+    found = []
+    for start in itertools.product(np.linspace(0, 2 * np.pi, 24, endpoint=False), repeat=2):
+        q = optimize.root(gradient, start, tol=1e-12).x
+        rays = np.exp(1j * q)
+        if np.linalg.norm(gradient(q)) < 1e-7 and all(np.abs(rays - known).max() > 1e-5 for known in found):
+            found.append(rays)
+    return found
+
+
+@pytest.mark.few(1)
+@pytest.mark.parametrize("seed", [19, 0, 7, 8, 21, 27, 28, 32, 35])
+def test_a_double_pendulum_on_springs_has_the_equilibria_of_another_solver(seed):
+    model, gradient = sprung_pendulum(seed)
+    found = equilibrium(load(model)).equilibria
+    turned = [(one["inputs"]["q"], one["inputs"]["q"] + one["inputs"]["r"] + np.pi) for one in found]
+    rays = np.exp(1j * np.array(turned))
+    wanted = balanced_angles(gradient)
+    assert len(found) == len(wanted)
+    assert all(min(np.abs(one - other).max() for other in wanted) < 1e-9 for one in rays)
 
 
 def test_the_balanced_lamp_is_in_equilibrium_everywhere():
