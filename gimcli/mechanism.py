@@ -10,8 +10,9 @@ drive it: springs and dampers act on what gauges measure. Both are objects of th
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
@@ -71,16 +72,50 @@ class Member:
     name: str
     nodes: tuple[int, ...]
     shape: ComplexArray = field(repr=False)  # (len(nodes),) coordinates in the member's own frame
+    remote: frozenset[int] = frozenset()  # far nodes that only mark the direction of a guide; the last nodes
+
+    @cached_property
+    def extent(self) -> float:
+        """The greatest distance between two of its nodes, without the remote ones."""
+        near = self.shape[: len(self.nodes) - len(self.remote)]
+        return float(np.max(np.abs(near[:, None] - near), initial=0.0))
 
     def local(self, node: int) -> complex:
         """Return the coordinates of a node in the member's own frame."""
         return scalar(self.shape[self.nodes.index(node)])  # type: ignore[no-any-return]
 
     @cached_property
+    def near(self) -> int:
+        """Number of the nodes that are not remote, which are the first ones; at least 2."""
+        return max(2, len(self.nodes) - len(self.remote))
+
+    @cached_property
+    def base(self) -> int:
+        """Index of the node farthest from the first one, among the first `near` nodes."""
+        return int(np.argmax(np.abs(self.shape[: self.near] - self.shape[0])))
+
+    @cached_property
     def ends(self) -> tuple[int, int, complex]:
-        """The first node, the one farthest from it, and the vector between them in the member's own frame."""
-        far = int(np.argmax(np.abs(self.shape - self.shape[0])))
-        return self.nodes[0], self.nodes[far], complex(self.shape[far] - self.shape[0])
+        """The first node, that of `base`, and the vector between them in the member's own frame."""
+        return self.nodes[0], self.nodes[self.base], complex(self.shape[self.base] - self.shape[0])
+
+    @cached_property
+    def stretch(self) -> float:
+        """Length of the base, as a power of two, if its second node is remote, else 1."""
+        span = abs(self.ends[2]) if self.remote & set(self.ends[:2]) else 1.0
+        return float(2.0 ** round(math.log2(nominal(span))))
+
+    @cached_property
+    def nearby(self) -> Member:
+        """The member, with a near node instead of a remote one at the end of its base."""
+        shape = self.shape.copy()
+        shape[self.base] = shape[0] + (shape[self.base] - shape[0]) / self.stretch
+        return replace(self, shape=shape, remote=self.carried) if self.stretch != 1.0 else self
+
+    @cached_property
+    def carried(self) -> frozenset[int]:
+        """The remote nodes that are not in the base: their positions follow from it."""
+        return self.remote - set(self.ends[:2])
 
     def reach(self, a: int, b: int) -> complex:
         """Return the vector from node a to node b in the member's own frame."""
@@ -257,6 +292,61 @@ class Mechanism:
     def slides(self) -> tuple[PairRow, ...]:
         """The heights of nodes on guides: one for a pin in a slot, two for a true prismatic pair."""
         return tuple(row for row in self.pairs if row.kind == HEIGHT)
+
+    @cached_property
+    def remote(self) -> frozenset[int]:
+        """The remote nodes: they do not change any result but their own positions."""
+        return frozenset().union(*(member.remote for member in self.members))
+
+    @cached_property
+    def carried(self) -> dict[int, tuple[int, int, complex]]:
+        """For each carried remote node, the ends u, v of its member and the factor of u + factor (v - u)."""
+        moving = ((member, *member.ends) for member in self.members[FRAME + 1 :])
+        return {n: (u, v, member.reach(u, n) / span) for member, u, v, span in moving for n in member.carried}
+
+    @cached_property
+    def nearby(self) -> Mechanism:
+        """The mechanism, with a node near the machine instead of each remote one that is the end of a member."""
+        if not self._stretched:
+            return self
+        members = tuple(member.nearby for member in self.members)
+        return replace(self, members=members, drawn=self.near(self.drawn))
+
+    @cached_property
+    def _stretched(self) -> tuple[Member, ...]:
+        return tuple(member for member in self.members[FRAME + 1 :] if member.stretch != 1.0)
+
+    def near(self, z: ComplexArray) -> ComplexArray:
+        """Return positions or rates (nodes, ...) of `nearby` from those of the mechanism."""
+        return self._stretch(z, -1)
+
+    def whole(self, z: ComplexArray, axis: int = 0) -> ComplexArray:
+        """Return positions or rates of the mechanism from those of `nearby`; nodes are along `axis`."""
+        if not self.carried and not self._stretched:
+            return z
+        z = self._stretch(np.moveaxis(z, axis, 0).copy(), 1)
+        for node, (u, v, factor) in self.carried.items():
+            z[node] = z[u] + factor * (z[v] - z[u])
+        return np.moveaxis(z, 0, axis)
+
+    def apart(self, z: ComplexArray, other: ComplexArray) -> FloatArray:
+        """Return the distances (nodes, ...) of two positions; of remote nodes, those of nodes near the machine or 0."""
+        found = np.abs(self.near(z) - self.near(other))
+        found[list(self.carried)] = 0.0
+        return found
+
+    def _stretch(self, z: ComplexArray, sense: int) -> ComplexArray:
+        for member in self._stretched:
+            u, v, _ = member.ends
+            z = z.copy()
+            z[v] = z[u] + (z[v] - z[u]) * member.stretch**sense
+        return z
+
+    @cached_property
+    def centre(self) -> complex:
+        """The mean of the fixed nodes that are not remote, normal frame."""
+        fixed = self.members[FRAME]
+        return complex(np.mean([z for n, z in zip(fixed.nodes, fixed.shape, strict=True) if n not in fixed.remote]))
 
     @cached_property
     def shortest(self) -> float:

@@ -45,7 +45,7 @@ def drawn_configuration(found: Configurations) -> int | None:
         position = solve(found.mechanism, found.inputs, Options())
     except GimError:
         return None
-    far = np.max(np.abs(found.z - position.z), axis=1)
+    far = np.max(found.mechanism.apart(found.z.T, position.z[:, None]), axis=0)
     nearest = int(np.argmin(far))
     near = far[nearest] <= SAME * found.mechanism.size
     return nearest if position.status is Status.OK and near else None

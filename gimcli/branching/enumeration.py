@@ -151,8 +151,9 @@ class CircuitSearch:
             return begin, begin + self.curve.period
         if not self.curve.single or self.curve.rotary[self.curve.main]:
             return self.curve.laws
-        spans = [float(np.max(np.abs(m.shape[:, None] - m.shape))) for m in self.mechanism.members]
-        reach = sum(spans) + float(np.max(np.abs([s.point for s in self.mechanism.slides]), initial=0.0))
+        reach = sum(member.extent for member in self.mechanism.members) + float(
+            np.max(np.abs([s.point for s in self.mechanism.slides]), initial=0.0)
+        )
         distance = self.mechanism.actuators[self.curve.main].kind == SPAN
         return (0.0 if distance else -reach), reach
 

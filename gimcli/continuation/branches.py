@@ -143,7 +143,8 @@ def first_circuit(curve: PositionCurve, z: ComplexArray, q: float, along: FloatA
 
 def fulfilled(circuit: Circuit) -> bool:
     """Return whether all points of a circuit satisfy the constraints, except points far outside the mechanism."""
-    p = circuit.p[:, near(circuit)]
+    inside = near(circuit)
+    p = circuit.p[:, inside | ~inside.any()]
     inputs = np.array([circuit.curve.inputs(q) for q in p[-1].tolist()]).T
     return bool(holds(circuit.mechanism, circuit.curve.nodes(p), inputs, TOLERANCE).all())
 

@@ -153,8 +153,7 @@ class PositionCurve:
 
     def turning(self, p: FloatArray, v: FloatArray) -> dict[str, float]:
         """Return {member: rotation [rad] per unit of a direction v (n + 1,)} of all moving members."""
-        z, rate = self.nodes(p), np.zeros(len(self.mechanism.nodes), dtype=complex)
-        rate[self.system.free] = np.ascontiguousarray(v[:-1]).view(complex)
+        z, rate = self.nodes(p), self.system.placed(np.zeros(len(self.mechanism.nodes), dtype=complex), v[:-1])
         turns = {}
         for member in self.mechanism.members[FRAME + 1 :]:
             a, b, _ = member.ends

@@ -117,9 +117,8 @@ class Freedoms:
         def by_node(v: FloatArray) -> ComplexArray:
             lead = v.shape[:-2]
             result = np.zeros((*lead, len(self.mechanism.nodes), rows), dtype=complex)
-            pairs = v[..., :n, :].reshape(*lead, len(self.system.free), 2, rows)
-            result[..., self.system.free, :] = pairs[..., 0, :] + 1j * pairs[..., 1, :]
-            return result
+            placed = self.system.placed(np.moveaxis(result, -2, 0), np.moveaxis(v[..., :n, :], -2, 0))
+            return np.moveaxis(placed, 0, -2)
 
         rates = np.einsum("uk,jkr->jur", self.along, first[:, n:])
         bends = np.einsum("uk,ijkr->ijur", self.along, second[:, :, n:])

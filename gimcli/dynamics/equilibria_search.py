@@ -245,7 +245,10 @@ class EquilibriumSearch:
 
     def _same(self, one: BalancedPlace, other: BalancedPlace) -> bool:
         wound = np.abs(one.angles - other.angles)[: len(self.balance.twisted)]
-        near = np.max(np.abs(self.freedoms.nodes(one.y) - self.freedoms.nodes(other.y))) <= SEARCH.same
+        near = (
+            np.max(self.freedoms.mechanism.apart(self.freedoms.nodes(one.y), self.freedoms.nodes(other.y)))
+            <= SEARCH.same
+        )
         return bool(near and np.max(wound, initial=0.0) <= 1.0)
 
     def _listed(self, roots: list[BalancedPlace]) -> list[Equilibrium]:

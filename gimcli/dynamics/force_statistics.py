@@ -127,7 +127,7 @@ class ForceStatistics:
     def _closed(self) -> bool:
         """Return whether the last row repeats the first one, and the laws continue in the same way there."""
         (first, before), (last, after) = self._ends
-        if not np.max(np.abs(last - first), initial=0.0) <= CLOSED * self.mechanism.size:
+        if not np.max(self.mechanism.apart(last, first), initial=0.0) <= CLOSED * self.mechanism.size:
             return False
         rates = law_rates(self.mechanism, np.array([0.0, 1.0]), 3)[1:]
         least = CLOSED * np.max(np.abs(rates), axis=(1, 2), initial=0.0)[:, None]

@@ -70,7 +70,7 @@ class Reducer:
     def __init__(self, mechanism: Mechanism, free: Sequence[int], run: Run = plain) -> None:
         self.mechanism, self.free, self.run = mechanism, tuple(free), run
         self.given = tuple(k for k in mechanism.drivers if k not in self.free)
-        read = with_force_gauges(with_linked_gauges(mechanism))
+        read = with_force_gauges(with_linked_gauges(mechanism)).nearby
         self.terms = coupled_terms(with_gauges(read))
         self.acting = acting(read, self.free, require_masses(mechanism))
         self.loads = moving_loads(read)
@@ -102,6 +102,7 @@ class Reducer:
     def _variables(self, z: ComplexArray, inputs: FloatArray) -> FloatArray:
         v = np.zeros(self.terms.variables)
         first = self.terms.first_reading
+        z = self.mechanism.near(z)
         v[0:first:2], v[1:first:2], v[-1] = z.real, z.imag, 1.0
         v[first : first + len(inputs)] = inputs
         gauges = self.terms.mechanism.actuators[len(inputs) :]
@@ -112,8 +113,7 @@ class Reducer:
     def start_singular(self, inputs: FloatArray) -> bool:
         """Set the base to the corrected initial position, which may be singular; return whether it is assembled."""
         terms, first = self.terms, self.terms.first_reading
-        mechanism = terms.mechanism
-        v = self._variables(mechanism.drawn, inputs)
+        v = self._variables(self.mechanism.drawn, inputs)
         open_ones = [*terms.moving, *range(first + len(inputs), terms.variables - 1)]
         for _ in range(CORRECTIONS):
             error = residuals(terms, v)
@@ -277,7 +277,7 @@ class Reducer:
     def nodes(self, v: FloatArray) -> ComplexArray:
         """Return x + iy of the nodes from variables (..., variables)."""
         first = self.terms.first_reading
-        return np.asarray(v[..., 0:first:2] + 1j * v[..., 1:first:2])
+        return self.mechanism.whole(v[..., 0:first:2] + 1j * v[..., 1:first:2], -1)
 
     def inputs(self, v: FloatArray) -> FloatArray:
         """Return the values of the actuators from variables (..., variables)."""

@@ -101,7 +101,7 @@ class Linearisation:
         metre = require_action(mechanism)
         self.mechanism, self.released, self.time, self.metre = mechanism, released, time, metre
         self.held = tuple(k for k in mechanism.drivers if k not in released)
-        read = with_force_gauges(with_linked_gauges(_with_releases(mechanism, released)))
+        read = with_force_gauges(with_linked_gauges(_with_releases(mechanism, released))).nearby
         self.terms, self.loads = coupled_terms(with_gauges(read)), moving_loads(read)
         self.acting = acting(read, released, metre)
         efforts = [release_of(read, k).effort for k in released]
@@ -120,14 +120,14 @@ class Linearisation:
         stiffness, roughly, scale, damping = self.slopes.at(place)
         reduced = self._reduced(choice, place)
         unit = np.array([1.0 if self._turns(c) else self.metre for c in choice.independent[: len(self.released)]])
-        self.unit, both = unit, unit[:, None] * unit
+        self.unit, both, mechanism = unit, unit[:, None] * unit, self.mechanism
         return Linearised(
-            self.mechanism, self.released, on_inputs, *self._named(choice), place.z, place.v[self._inputs].copy(),
-            place.v[self._gauges].copy(), directions @ reduced.m @ directions.T / both, stiffness / both,
-            roughly / both, damping / both, directions @ reduced.q / unit, scale / unit,
+            mechanism, self.released, on_inputs, *self._named(choice), mechanism.whole(place.z),
+            place.v[self._inputs].copy(), place.v[self._gauges].copy(), directions @ reduced.m @ directions.T / both,
+            stiffness / both, roughly / both, damping / both, directions @ reduced.q / unit, scale / unit,
             float(reduced.energy[reduction.POTENTIAL]), self._symmetric,
-            place.r[:, : len(self.mechanism.actuators)] / unit[:, None], place.b / unit[:, None],
-            place.bb / both[:, :, None],
+            place.r[:, : len(mechanism.actuators)] / unit[:, None],
+            mechanism.whole(place.b, -1) / unit[:, None], mechanism.whole(place.bb, -1) / both[:, :, None],
         )  # fmt: skip
 
     def moved(self, steps: FloatArray) -> tuple[ComplexArray, FloatArray, FloatArray] | None:
@@ -143,7 +143,7 @@ class Linearisation:
         self.room.weak[:] = 0.0
         if not plain(influence.follow)(self.chart, last, to, target, still, self.room):
             return None
-        return to.v[0:first:2] + 1j * to.v[1:first:2], to.v[self._inputs], to.v[self._gauges]
+        return self.mechanism.whole(to.v[0:first:2] + 1j * to.v[1:first:2]), to.v[self._inputs], to.v[self._gauges]
 
     # -- position and influence coefficients ----------------------------------------------------------
 
@@ -159,6 +159,7 @@ class Linearisation:
     def _variables(self, z: ComplexArray, inputs: FloatArray, gauges: FloatArray | None) -> FloatArray:
         terms = self.terms
         v, first, own = np.zeros(terms.variables), terms.first_reading, len(inputs)
+        z = self.mechanism.near(z)
         v[0:first:2], v[1:first:2], v[-1] = z.real, z.imag, 1.0
         v[self._inputs] = inputs
         read = terms.mechanism.actuators[own:]

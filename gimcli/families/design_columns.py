@@ -28,7 +28,6 @@ from gimcli.motion.motion import Motion
 from gimcli.rates.member_angles import full_turn
 from gimcli.rates.motion_table import motion_table
 from gimcli.rates.path_derivatives import PathDerivatives
-from gimcli.structure.checks import farthest
 
 
 class DesignColumns:
@@ -125,7 +124,7 @@ class DesignColumns:
         if point.member == FRAME:
             return np.where(np.isfinite(z[:, 0]), fixed * local[:, None], np.nan)
         member, first = mechanism.members[point.member], spans(mechanism)[point.member]
-        far = farthest(member)
+        far = member.base
         start, end = (_complex(self.motions.tables.shapes[:, first + k]) for k in (0, far))
         factor = (local - start) / (end - start)
         base = z[:, member.nodes[0]]
@@ -172,7 +171,7 @@ class DesignColumns:
         normal, guide = _complex(self.motions.tables.normals[:, number])[:, None], mechanism.members[line.slide.guide]
         if line.slide.guide == FRAME:
             return np.where(np.isfinite(z[:, joint]), normal, np.nan)
-        first, far = spans(mechanism)[line.slide.guide], farthest(guide)
+        first, far = spans(mechanism)[line.slide.guide], guide.base
         own = _complex(self.motions.tables.shapes[:, first + far] - self.motions.tables.shapes[:, first])[:, None]
         unit = (z[:, guide.nodes[far]] - z[:, guide.nodes[0]]) / own
         return np.asarray(normal * unit / np.abs(unit))

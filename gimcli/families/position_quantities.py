@@ -22,7 +22,7 @@ from gimcli.measures.transmission import KIND as TRANSMISSION
 from gimcli.measures.transmission import ForceLine, Transmission
 from gimcli.mechanism import FRAME, HEIGHT, ComplexArray, FloatArray, Mechanism
 from gimcli.positions.program import plan_program
-from gimcli.structure.checks import checks, farthest
+from gimcli.structure.checks import checks
 from gimcli.structure.plan import make_plan
 
 
@@ -347,7 +347,7 @@ def _place(mechanism: Mechanism, name: str) -> Place:
     if index == FRAME:
         return FramePlace(row)
     member, begin = mechanism.members[index], int(spans(mechanism)[index])
-    far = farthest(member)
+    far = member.base
     return MemberPlace(member.nodes[0], member.nodes[far], row, begin, begin + far)
 
 

@@ -57,7 +57,7 @@ def off_branch(
 
     Solutions closer than the square root of the tolerance cannot be distinguished by residuals.
     """
-    far = np.max(np.abs(z - other), axis=0) > SWITCHING.apart * mechanism.size
+    far = np.max(mechanism.apart(z, other), axis=0) > SWITCHING.apart * mechanism.size
     ends = np.maximum(residual(mechanism, z, inputs).total, allowed(mechanism, tolerance))
     halfway = residual(mechanism, 0.5 * (z + other), inputs).total
     known = np.all(np.isfinite(z) & np.isfinite(other), axis=0)

@@ -317,9 +317,9 @@ class CheckResult(Result):
             return None
         mechanism = self.mechanism
         found = initial_coordinates(mechanism, self.position.z)
-        away = (found.distance * mechanism.scale).tolist()
+        away = (np.abs(self.position.z - mechanism.drawn) * mechanism.scale).tolist()
         return {
-            "node": mechanism.nodes[found.farthest], "distance": max(away),
+            "node": mechanism.nodes[found.farthest], "distance": away[found.farthest],
             "relative": float(np.max(found.distance)) / mechanism.size,
             "nodes": dict(zip(mechanism.nodes, away, strict=True)),
             "far": [mechanism.nodes[k] for k in found.far(mechanism)],

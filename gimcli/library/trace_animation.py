@@ -114,7 +114,7 @@ def words(codes: IntArray) -> tuple[str, ...]:
 
 def returns(mechanism: Mechanism, motion: Motion) -> bool:
     """Return whether all rows are solved and the last position is the first one."""
-    gap = np.abs(motion.z[:, -1] - motion.z[:, 0]) if motion.good.all() else np.array([np.inf])
+    gap = mechanism.apart(motion.z[:, -1], motion.z[:, 0]) if motion.good.all() else np.array([np.inf])
     return bool(len(motion.time) > 1 and np.max(gap) <= SAME * mechanism.size)
 
 

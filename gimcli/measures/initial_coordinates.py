@@ -8,7 +8,7 @@ import numpy as np
 
 from gimcli.measures.transmission import TransmissionJoint, output_joints
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism, Member
-from gimcli.structure.rotation import drawn_turn
+from gimcli.structure.rotation import drawn_turn, shapes
 
 FAR = 0.1
 """Distance of a node from its initial coordinates, relative to the size, above which a drawing is far."""
@@ -21,7 +21,7 @@ IN_LINE = 0.05
 class InitialCoordinates:
     """The distances of the nodes of an assembled position from their initial coordinates, and the mirrored parts."""
 
-    distance: FloatArray = field(repr=False)  # (nodes,) normal frame
+    distance: FloatArray = field(repr=False)  # (nodes,) normal frame; `Mechanism.apart`
     mirrored_members: tuple[str, ...]  # their shape is the mirror image of their initial coordinates
     mirrored_joints: tuple[tuple[str, str, str], ...]  # node and two parts, on the other side than drawn
 
@@ -48,13 +48,12 @@ def initial_coordinates(mechanism: Mechanism, z: ComplexArray) -> InitialCoordin
         for joint in output_joints(mechanism)
         if _side(mechanism, joint, mechanism.drawn) * _side(mechanism, joint, z) < 0.0
     )
-    return InitialCoordinates(np.abs(z - mechanism.drawn), members, joints)
+    return InitialCoordinates(mechanism.apart(z, mechanism.drawn), members, joints)
 
 
 def _mirrored(mechanism: Mechanism, member: Member) -> bool:
     """Return whether the mirror image of a shape fits the initial coordinates better than the shape."""
-    own, drawn = member.shape - member.shape.mean(), mechanism.drawn[list(member.nodes)]
-    drawn = drawn - drawn.mean()
+    own, drawn = shapes(mechanism, member)
     return bool(abs(np.dot(own, drawn)) * (1.0 - IN_LINE) > abs(drawn_turn(mechanism, member)))
 
 

@@ -133,7 +133,7 @@ def _end(motion: Motion, limits: Sequence[Limit]) -> ComplexArray | None:
         ]
         if max(map(abs, away)) <= AT_LIMIT * mechanism.size:
             near.append(z)
-    return min(near, key=lambda z: float(np.max(np.abs(z - last))), default=None)
+    return min(near, key=lambda z: float(np.max(mechanism.apart(z, last))), default=None)
 
 
 def _steps(mechanism: Mechanism) -> int:
@@ -151,7 +151,7 @@ class _Summarizer:
         self.plan = make_plan(mechanism)
         good = motion.good
         first, last = motion.z[:, 0], motion.z[:, -1]
-        self.periodic = bool(good.all()) and float(np.max(np.abs(last - first))) <= STILL * mechanism.size
+        self.periodic = bool(good.all()) and float(np.max(mechanism.apart(last, first))) <= STILL * mechanism.size
         self.turns = self._turns()
         self.rows = self._all_rows()
 
@@ -256,8 +256,10 @@ class _Summarizer:
         points: dict[str, Speed | AngularSpeed] = {name: Speed(name) for name in mechanism.traced}
         members: dict[str, Speed | AngularSpeed] = {mechanism.members[k].name: AngularSpeed(k) for k in driven}
         found: list[tuple[str, bool, int, Quantity]] = []
+        remote = {mechanism.nodes[n] for n in mechanism.remote}
         for rotary, speeds in ((False, points), (True, members)):
-            most = max((self._most(speed) for speed in speeds.values()), default=0.0)
+            near = [speed for name, speed in speeds.items() if name not in remote] or speeds.values()
+            most = max(map(self._most, near), default=0.0)
             for name, speed in speeds.items():
                 for order, least in ((1, SLOW * most), (2, SLOW * most**2)):  # per s and, for sizes of about 1, per s^2
                     own = replace(speed, order=order)

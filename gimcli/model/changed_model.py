@@ -20,6 +20,7 @@ from gimcli.model.compile import compile_model
 from gimcli.model.dimensions import Dimension, name_of
 from gimcli.model.formula import Formula, FormulaError, is_number, parsed
 from gimcli.model.kept_assembly import in_assembly_of
+from gimcli.model.pairs import sized_nodes
 from gimcli.model.references import References
 from gimcli.model.schema import Model
 from gimcli.model.source import Fault, Source, Where
@@ -46,7 +47,7 @@ def changed(own: Any, mechanism: Mechanism, changes: Mapping[str, float | str]) 
         raise source.error() from None
     source.refuse(numbers)
     model = _placed(source, model) if model.open.parts else model
-    check(References(source, model, ()))
+    check(References(source, model, sized_nodes(model)))
     if source.faults:
         raise source.error()
     compiled = in_assembly_of(compile_model(model, own.source.folder), mechanism, own.model)

@@ -16,7 +16,7 @@ from gimcli.model.check_dynamics import check_dynamics
 from gimcli.model.check_inputs import check_inputs
 from gimcli.model.check_places import check_drawn, check_place
 from gimcli.model.nearest import near
-from gimcli.model.pairs import PAIRS, used_nodes
+from gimcli.model.pairs import PAIRS, sized_nodes, used_nodes
 from gimcli.model.references import CLOSEST, References
 from gimcli.model.schema import NO_FORMULAS, Element, Link, Model, OpenNode, long_form
 from gimcli.model.source import Source, Where
@@ -102,12 +102,12 @@ def _remove(data: Any, where: Where) -> None:
 def _checked_with_open_nodes(source: Source, model: Model, doubtful: set[Where]) -> Model:
     """Return the model with positions of its nodes without coordinates, after a check."""
     if not any(isinstance(part, OpenNode) for part in model.nodes.values()):
-        check(References(source, model, doubtful))
+        check(References(source, model, sized_nodes(model), doubtful))
         return model
     from gimcli.model.read_open_nodes import with_open_nodes  # imported late: few models have such nodes
 
     read = with_open_nodes(source, model)
-    check(References(source, read.model, doubtful))
+    check(References(source, read.model, sized_nodes(read.model), doubtful))
     for where, text in () if source.faults else read.faults:
         source.fault(where, text, key=True)
     return read.model

@@ -9,7 +9,7 @@ from gimcli.mechanism import FRAME, Coupling, Dynamics, Input, Mechanism, PairRo
 from gimcli.model import schema
 from gimcli.model.compile_geometry import GeometryCompiler
 from gimcli.model.compile_laws import LawCompiler
-from gimcli.model.pairs import PAIRS, used_nodes
+from gimcli.model.pairs import PAIRS, sized_nodes, used_nodes
 
 if TYPE_CHECKING:
     from gimcli.coupling_data import GearPair
@@ -20,7 +20,7 @@ def compile_model(model: schema.Model, folder: Path = Path(), frame: tuple[compl
 
     frame: origin and scale of the normal frame, by default chosen from the model.
     """
-    own = GeometryCompiler(model, folder, used_nodes(model), frame)
+    own = GeometryCompiler(model, folder, used_nodes(model), sized_nodes(model), frame)
     points = [own.point(name, point) for name, point in model.points.items()]
     held = set(own.members[FRAME].nodes)
     moving = [n for k, n in enumerate(own.names) if k not in held]

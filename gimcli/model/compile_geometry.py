@@ -3,51 +3,55 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Set
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
 from gimcli.mechanism import ANGLE, FRAME, HEIGHT, SPAN, ComplexArray, Input, Member, Point
 from gimcli.model import schema
-from gimcli.model.references import CLOSEST
+from gimcli.model.references import CLOSEST, size_of
 from gimcli.recording import array, nominal, phase, places, scalar
+
+REMOTE = 10.0
+"""Distance, relative to the size, beyond which a node that only marks the direction of a guide is carried."""
 
 
 class GeometryCompiler:
     """Compiles the geometry of a validated model, part by part; nodes that no part uses are left out."""
 
     def __init__(
-        self, model: schema.Model, folder: Path, used: Set[str], frame: tuple[complex, float] | None = None
-    ) -> None:
-        """Compile the members; `frame` gives origin and scale of the normal frame, by default those of the model."""
+        self, model: schema.Model, folder: Path, used: set[str], sized: set[str],
+        frame: tuple[complex, float] | None = None,
+    ) -> None:  # fmt: skip
+        """Compile the members; `frame` gives origin and scale of the normal frame, by default those of the model.
+
+        used: the nodes that are compiled. sized: those that give the size.
+        """
         self.model, self.folder = model, folder
         self.names = [name for name in model.nodes if name in used]
         self.index = {name: k for k, name in enumerate(self.names)}
         raw = places([model.nodes[n] for n in self.names])
         held = model.ground.member
         parts = model.members
-        first = parts[held].nodes[0] if held is not None else model.ground.nodes[0]
-        self.size = self._extent(raw)
-        self.origin, self.scale = frame or (complex(raw[self.index[first]]), 2.0 ** round(math.log2(self.size)))
+        self.sized = sized
+        self.size = size_of(model, sized)
+        first = raw[self.index[(parts[held].nodes if held is not None else model.ground.nodes)[0]]]
+        middle = next((raw[k] for k, name in enumerate(self.names) if name in sized), first)
+        origin = middle if abs(nominal(first - middle)) > REMOTE * self.size else first
+        self.origin, self.scale = frame or (complex(origin), 2.0 ** round(math.log2(self.size)))
         self.drawn: ComplexArray = (raw - self.origin) / self.scale
         self.turn = math.pi / 180.0 if model.units.angle == "deg" else 1.0
         moving = [self._member(name, part) for name, part in parts.items() if name != held]
         self.members = [self._frame(held), *moving]
         self.number = {m.name: k for k, m in enumerate(self.members)}
 
-    def _extent(self, raw: ComplexArray) -> float:
-        """Return the largest dimension, from the initial coordinates or given."""
-        spans = [_diagonal(raw)]
-        spans += [nominal(link.length) for link in self.model.links.values() if link.length is not None]
-        for element in self.model.elements.values():
-            if element.shape is not None:
-                spans.append(_diagonal(places(list(element.shape.values()))))
-        return max(spans)
-
     # -- members ------------------------------------------------------------------------------
 
     def _member(self, name: str, part: schema.Link | schema.Element) -> Member:
+        return self._with_remote(self._shaped(name, part))
+
+    def _shaped(self, name: str, part: schema.Link | schema.Element) -> Member:
         nodes = tuple(self.index[n] for n in part.nodes)
         drawn: ComplexArray = self.drawn[list(nodes)]
         if isinstance(part, schema.Link):
@@ -58,15 +62,30 @@ class GeometryCompiler:
             z = places([part.shape[n] for n in part.nodes]) / self.scale
         return Member(name, nodes, to_own_frame(z))
 
+    def _with_remote(self, member: Member, near: complex | None = None) -> Member:
+        """Return a member with its remote nodes last: those that do not give the size, far from the others.
+
+        near: a place near the machine, by default the first node of the member that gives the size.
+        """
+        sized = [self.names[n] in self.sized for n in member.nodes]
+        near = member.shape[sized.index(True) if True in sized else 0] if near is None else near
+        away = [abs(nominal(z - near)) > REMOTE * self.size / self.scale for z in member.shape.tolist()]
+        far = [not own and beyond for own, beyond in zip(sized, away, strict=True)]
+        if not any(far):
+            return member
+        order = np.argsort(far, kind="stable")
+        nodes = tuple(member.nodes[k] for k in order)
+        return Member(member.name, nodes, member.shape[order], frozenset(nodes[len(far) - sum(far) :]))
+
     def _frame(self, held: str | None) -> Member:
         if held is None:
             nodes = tuple(self.index[n] for n in self.model.ground.nodes)
-            return Member("ground", nodes, self.drawn[list(nodes)])
+            return self._with_remote(Member("ground", nodes, self.drawn[list(nodes)]), 0.0j)
         part = self.model.links.get(held) or self.model.elements[held]
-        member = self._member(held, part)
+        member = self._shaped(held, part)
         first, second = self.drawn[member.nodes[0]], self.drawn[member.nodes[1]]
         direction = (second - first) / abs(second - first)
-        return Member(held, member.nodes, first + member.shape * direction)
+        return self._with_remote(Member(held, member.nodes, first + member.shape * direction), 0.0j)
 
     def _common(self, *names: str, moving: bool = False, but: int = -1) -> int:
         """Return the first member that has all nodes, except member `but`; with `moving`, the frame is excluded."""
@@ -128,25 +147,33 @@ class GeometryCompiler:
         member = self.members[k]
         if point.local is not None:
             local = scalar(places([point.local])[0]) / self.scale
-            first = scalar(member.shape[0])
-            apart = [z - first for z in member.shape.tolist() if abs(z - first) > CLOSEST * self.size / self.scale]
-            along = _unit(apart[0]) if apart else 1.0 + 0.0j  # nodes of the ground may coincide
+            first, along = axes(member, self._written(point.on), CLOSEST * self.size / self.scale)
             return Point(name, k, first + local * along)
         drawn = (scalar(places([point.at or [0.0, 0.0]])[0]) - self.origin) / self.scale
         if k == FRAME:
             return Point(name, k, drawn)
-        first, second = (scalar(self.drawn[n]) for n in member.nodes[:2])
-        return Point(name, k, scalar(member.shape[0]) + (drawn - first) / _unit(second - first))
+        nodes = self._written(point.on)
+        first, along = axes(member, nodes)
+        away, second = (z - scalar(self.drawn[nodes[0]]) for z in (drawn, scalar(self.drawn[nodes[1]])))
+        return Point(name, k, first + away / _unit(second) * along)
+
+    def _written(self, name: str) -> list[int]:
+        """Return the nodes of a member, or of the ground, in the order of the file."""
+        return [self.index[n] for n in (self.model.members[name] if name != "ground" else self.model.ground).nodes]
+
+
+def axes(member: Member, nodes: Sequence[int], zero: float = 0.0) -> tuple[complex, complex]:
+    """Return the first of the nodes and the direction to the second, in the frame of their member.
+
+    Nodes that are closer than `zero` coincide: the direction is then that to the next one, or 1.
+    """
+    first, *others = (member.local(n) for n in nodes)
+    apart = [z - first for z in others if abs(nominal(z - first)) > zero]  # nodes of the ground may coincide
+    return first, _unit(apart[0]) if apart else 1.0 + 0.0j
 
 
 def _unit(z: complex) -> complex:
     return z / abs(z)
-
-
-def _diagonal(z: ComplexArray) -> float:
-    """Return the diagonal of the box around some positions, at the nominal design."""
-    z = np.array([nominal(one) for one in z.tolist()])
-    return abs(complex(np.ptp(z.real), np.ptp(z.imag)))
 
 
 def to_own_frame(z: ComplexArray) -> ComplexArray:

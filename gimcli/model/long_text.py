@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from gimcli.mechanism import FRAME, Mechanism
+from gimcli.mechanism import FRAME, Mechanism, Member
 from gimcli.model.bearers import node_of
+from gimcli.model.compile_geometry import axes
 from gimcli.model.law_ends import ended
 from gimcli.model.references import CLOSEST
 from gimcli.model.schema import Actuator, Gauge, Gear, Law, Link, Model
@@ -94,14 +95,18 @@ class _LongForm:
 
     def _shape(self, member: int) -> list[list[float]]:
         """Return the coordinates of a member's nodes in its own frame (file's unit)."""
-        return [self._local(member, complex(z)) for z in self.mechanism.members[member].shape.tolist()]
+        own = self.mechanism.members[member]
+        return [self._local(member, complex(own.local(node))) for node in self._written(own)]
 
     def _local(self, member: int, place: complex) -> list[float]:
         """Return `local` for a position in the compiled frame of a member: from its first node, along its second."""
-        first, *others = (complex(z) for z in self.mechanism.members[member].shape.tolist())
-        far = [z - first for z in others if abs(z - first) > CLOSEST * self.mechanism.size]
-        along = far[0] / abs(far[0]) if far else 1.0 + 0.0j
-        return _pair((place - first) / along * self.mechanism.scale)
+        own = self.mechanism.members[member]
+        first, along = axes(own, self._written(own), CLOSEST * self.mechanism.size)
+        return _pair((place - complex(first)) / complex(along) * self.mechanism.scale)
+
+    def _written(self, member: Member) -> list[int]:
+        """Return the nodes of a member in the order of the file."""
+        return [self.mechanism.nodes.index(name) for name in self.model.members[member.name].nodes]
 
     # -- inputs -----------------------------------------------------------------------------------
 

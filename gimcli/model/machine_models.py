@@ -13,7 +13,7 @@ from gimcli.mechanism import Machine, Mechanism
 from gimcli.model.compile import compile_model
 from gimcli.model.kept_assembly import in_assembly_of
 from gimcli.model.laws import Scaled
-from gimcli.model.pairs import PAIRS, used_nodes
+from gimcli.model.pairs import PAIRS, fixed_nodes, measured_nodes, used_nodes
 from gimcli.model.schema import Model
 from gimcli.model.substitution import without_dynamics
 
@@ -34,7 +34,7 @@ def machines(own: Any, mechanism: Mechanism) -> tuple[Machine, ...]:
 
 def _separated(model: Model) -> list[set[str]]:
     """Return the moving nodes of each machine, in the order of the file."""
-    fixed = _fixed(model)
+    fixed = fixed_nodes(model)
     groups: list[set[str]] = []
     for names in _joints(model):
         joined = set(names) - fixed
@@ -45,33 +45,22 @@ def _separated(model: Model) -> list[set[str]]:
     return sorted(groups, key=lambda group: min(map(order.index, group)))
 
 
-def _fixed(model: Model) -> set[str]:
-    held = model.ground.member
-    return set(model.ground.nodes if held is None else model.members[held].nodes)
-
-
 def _joints(model: Model) -> Iterator[Iterable[str]]:
     """Yield the nodes of each part of the model that joins nodes."""
     yield from (part.nodes for part in model.members.values())
     for section, kind in PAIRS.items():
         yield from ([*kind.nodes(pair), *pair.guide] for pair in getattr(model, section).values())
     for name, actuator in model.actuators.items():
-        leader = [] if actuator.follows is None else gauged(model.actuators[actuator.follows])
-        yield [*gauged(model.actuators[name]), *leader]
+        leader = [] if actuator.follows is None else measured_nodes(model.actuators[actuator.follows])
+        yield [*measured_nodes(model.actuators[name]), *leader]
     for gear in model.gears.values():
         named = [*gear.members, *([gear.carrier] if gear.carrier else [])]
         yield [*gear.pivots, *(node for name in named if name in model.members for node in model.members[name].nodes)]
 
 
-def gauged(one: Any) -> list[str]:
-    """Return the nodes of a measured quantity."""
-    single = (one.pivot, one.arm, one.reference, one.node)
-    return [*(name for name in single if name is not None), *(one.nodes or []), *(one.guide or [])]
-
-
 def _part(model: Model, moving: set[str], first: bool) -> Model:
     """Return the model of the machine with some moving nodes; the first also has members of the ground only."""
-    fixed = _fixed(model)
+    fixed = fixed_nodes(model)
 
     def belongs(names: Iterable[str]) -> bool:
         return bool(moving & set(names)) or (first and fixed >= set(names))
@@ -87,13 +76,13 @@ def _part(model: Model, moving: set[str], first: bool) -> Model:
     kept("elements", lambda name, _: name in members)
     for section, kind in PAIRS.items():
         kept(section, lambda _, pair, nodes=kind.nodes: belongs([*nodes(pair), *pair.guide]))
-    kept("actuators", lambda _, actuator: belongs(gauged(actuator)))
+    kept("actuators", lambda _, actuator: belongs(measured_nodes(actuator)))
     kept("gears", lambda _, gear: any(name in members for name in gear.members))
     kept("points", lambda _, point: point.on in members or (first and point.on == "ground"))
     model = without_dynamics(model)
     named = used_nodes(model.with_value("ground", lambda old: old.with_value("nodes", lambda _: [])))
     guides = [n for section in PAIRS for pair in getattr(model, section).values() for n in pair.guide]
-    named = {*named, *guides, *(n for actuator in model.actuators.values() for n in gauged(actuator))}
+    named = {*named, *guides, *(n for actuator in model.actuators.values() for n in measured_nodes(actuator))}
     named |= {n for gear in model.gears.values() for n in gear.pivots}
     if held is None:
         ground = [n for n in model.ground.nodes if n in named] or model.ground.nodes[:1]

@@ -6,13 +6,14 @@ To add a kind, write a module such as `prismatic`, add its row to `PAIRS`, and a
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from gimcli.mechanism import PairRow
 from gimcli.model import prismatic
 from gimcli.model.references import References
-from gimcli.model.schema import Element, Link, Model
+from gimcli.model.schema import Element, Gauge, Link, Model
 
 if TYPE_CHECKING:
     from gimcli.model.compile_geometry import GeometryCompiler
@@ -42,3 +43,36 @@ def used_nodes(model: Model) -> set[str]:
     for actuator in model.actuators.values():
         named += [*(actuator.nodes or []), *([actuator.node] if actuator.node is not None else [])]
     return {*model.ground.nodes, *named}
+
+
+def sized_nodes(model: Model) -> set[str]:
+    """Return the nodes that give the size: those of moving members, pairs and inputs.
+
+    A guide is a line without ends: a node that only marks its direction does not count, nor does a node of the ground
+    that nothing else uses. A travel begins at the first node of its guide.
+    """
+    held, fixed = model.ground.member, fixed_nodes(model)
+    members = Counter(n for name, part in model.members.items() if name != held for n in part.nodes)
+    pairs = [(kind, pair) for section, kind in PAIRS.items() for pair in getattr(model, section).values()]
+    gauges = [*model.actuators.values(), *model.springs.values(), *model.dampers.values()]
+    lines = {n for part in (*(pair for _, pair in pairs), *gauges) for n in part.guide or []}
+    named = {n for kind, pair in pairs for n in kind.nodes(pair)}
+    for actuator in model.actuators.values():
+        named |= set(measured_nodes(actuator)) - set((actuator.guide or [])[1:])
+    loaded = {*model.masses, *(load.on for load in model.loads.values()), *model.friction}
+    for gauge in (*model.springs.values(), *model.dampers.values()):
+        loaded |= set(measured_nodes(gauge)) - set(gauge.guide or [])
+    alone = {n for n in lines - loaded if members[n] == 1 and n not in fixed}
+    return ({*members} - alone) | named
+
+
+def fixed_nodes(model: Model) -> set[str]:
+    """Return the nodes of the ground, or of the member that is held fixed."""
+    held = model.ground.member
+    return set(model.ground.nodes if held not in model.members else model.members[held].nodes)
+
+
+def measured_nodes(one: Gauge) -> list[str]:
+    """Return the nodes of a measured quantity; those of its guide are the last ones."""
+    single = (one.pivot, one.arm, one.reference, one.node)
+    return [*(name for name in single if name is not None), *(one.nodes or []), *(one.guide or [])]

@@ -10,6 +10,7 @@ from gimcli.model.nearest import near
 from gimcli.model.schema import Model
 from gimcli.model.source import Source, Where
 from gimcli.model.wording import written
+from gimcli.recording import nominal
 
 CLOSEST = 1e-12
 """Nodes closer than this fraction of the mechanism's size coincide in double precision."""
@@ -18,11 +19,12 @@ CLOSEST = 1e-12
 class References:
     """The names of a model and the paths of its parts.
 
-    `doubtful` holds the paths of invalid parts, whose error has been recorded: references to them are not reported.
+    `sized` are the nodes that give the size. `doubtful` holds the paths of invalid parts, whose error has been
+    recorded: references to them are not reported.
     `sure` is false if a member or the ground is invalid, `placed` if a node is.
     """
 
-    def __init__(self, source: Source, model: Model, doubtful: Collection[Where]) -> None:
+    def __init__(self, source: Source, model: Model, sized: Collection[str], doubtful: Collection[Where] = ()) -> None:
         self.source, self.model, self.doubtful = source, model, doubtful
         self.every: dict[str, list[str]] = {k: v.nodes for k, v in model.links.items()}
         self.every |= {k: v.nodes for k, v in model.elements.items()}
@@ -31,7 +33,7 @@ class References:
         self.members = {k: v for k, v in self.every.items() if k != self.held}
         self.sure = not any(where[0] in ("ground", "links", "elements") for where in doubtful)
         self.placed = not any(where[0] == "nodes" for where in doubtful)
-        self.size = _size(model)
+        self.size = size_of(model, sized)
 
     def fault(self, where: Where, text: str, key: bool = False) -> None:
         """Record an error."""
@@ -93,15 +95,23 @@ class References:
         return [(a, b) for a, b in pairwise(order) if math.dist(places[a], places[b]) <= CLOSEST * self.size]
 
 
-def _size(model: Model) -> float:
-    """Return the largest dimension, from the initial coordinates or given (file's unit of length)."""
-    shapes = [list(e.shape.values()) for e in model.elements.values() if e.shape]
-    spans = [_span(places) for places in [list(model.nodes.values()), *shapes]]
-    return max([*spans, *(link.length or 0.0 for link in model.links.values())])
+def size_of(model: Model, sized: Collection[str]) -> float:
+    """Return the largest dimension (file's unit), from the initial coordinates or given.
+
+    sized: the nodes that count; if they coincide, all nodes do.
+    """
+    return _extent(model, sized) or _extent(model, model.nodes)
+
+
+def _extent(model: Model, names: Collection[str]) -> float:
+    shapes = [e.shape for e in model.elements.values() if e.shape]
+    spans = [_span([place for n, place in places.items() if n in names]) for places in [model.nodes, *shapes]]
+    links = (link for link in model.links.values() if set(names).issuperset(link.nodes))
+    return max([*spans, *(float(nominal(link.length or 0.0)) for link in links)])
 
 
 def _span(places: list[list[float]]) -> float:
     if not places:
         return 0.0
-    x, y = zip(*places, strict=True)
+    x, y = ([nominal(value) for value in part] for part in zip(*places, strict=True))
     return math.hypot(max(x) - min(x), max(y) - min(y))

@@ -15,7 +15,7 @@ import numpy as np
 from gimcli.continuation.arc import Gap
 from gimcli.errors import StructureError
 from gimcli.kernels.plan_steps import ORIENT, TILT
-from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
+from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.motion.backtracking import Backtracking, RandomPlaces
 from gimcli.positions import newton
 from gimcli.positions.block import NEW, RowBlock
@@ -177,7 +177,7 @@ class Assembler:
 
     def _random(self, generator: np.random.Generator) -> RandomPlaces:
         """Return a generator function of uniform random positions in a square of twice the size around the frame."""
-        centre, size = np.mean(self.mechanism.members[FRAME].shape), self.mechanism.size
+        centre, size = self.mechanism.centre, self.mechanism.size
 
         def random(count: int) -> ComplexArray:
             spread = generator.uniform(-1.0, 1.0, (2, count)) * size

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from gimcli.mechanism import FRAME, ComplexArray, Mechanism
-from gimcli.structure.checks import farthest
 from gimcli.structure.residual import pose
 
 
@@ -18,7 +17,7 @@ def carried_point(mechanism: Mechanism, name: str, z: ComplexArray) -> ComplexAr
     if point.member == FRAME or len(member.nodes) < 2:
         origin, unit = pose(mechanism, point.member, z)
         return np.asarray(origin + unit * point.local)
-    far, first = farthest(member), member.shape[0]
+    far, first = member.base, member.shape[0]
     along = z[member.nodes[far]] - z[member.nodes[0]]
     along *= (point.local - first) / (member.shape[far] - first)
     along += z[member.nodes[0]]

@@ -42,7 +42,10 @@ def start_position(mechanism: Mechanism, plan: Plan, inputs: FloatArray, run: Ru
     if not np.array_equal(begin, inputs):
         if np.max(np.abs(begin - inputs)) <= CLOSE:
             found = assembler.assemble(inputs, mechanism.drawn)
-            if found.regular and np.max(np.abs(settled(mechanism, found) - mechanism.drawn)) <= NEAR * mechanism.size:
+            if (
+                found.regular
+                and np.max(mechanism.apart(settled(mechanism, found), mechanism.drawn)) <= NEAR * mechanism.size
+            ):
                 return found
         leg = straight(mechanism, begin, inputs)
         first = _assembled(assembler, leg)
@@ -90,9 +93,11 @@ def random_guess(mechanism: Mechanism, seed: int) -> ComplexArray:
     """Return random positions (nodes,), uniform in a square of twice the size around the frame; the frame is kept."""
     generator = np.random.default_rng(seed)
     fixed = list(mechanism.members[FRAME].nodes)
-    centre = mechanism.drawn[fixed].mean() if fixed else mechanism.drawn.mean()
-    spread = generator.uniform(-1.0, 1.0, (2, len(mechanism.nodes))) * mechanism.size
-    guess = centre + spread[0] + 1j * spread[1]
+    centre = mechanism.centre if fixed else mechanism.drawn.mean()
+    near = [n for n in range(len(mechanism.nodes)) if n not in mechanism.remote]
+    spread = generator.uniform(-1.0, 1.0, (2, len(near))) * mechanism.size
+    guess = mechanism.drawn.copy()
+    guess[near] = centre + spread[0] + 1j * spread[1]
     guess[fixed] = mechanism.drawn[fixed]
     return np.asarray(guess)
 

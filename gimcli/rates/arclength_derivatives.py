@@ -98,7 +98,7 @@ class ArclengthDerivatives(PathDerivatives):
         """Return the rates of nodes and members from derivatives (order + 1, n + 1, rows)."""
         nodes = np.zeros((len(series), *z.shape), dtype=complex)
         nodes[0] = z
-        nodes[1:, self.curve.system.free] = series[1:, :-1:2] + 1j * series[1:, 1:-1:2]
+        nodes[1:] = [self.curve.system.placed(order, x) for order, x in zip(nodes[1:], series[1:, :-1], strict=True)]
         nodes[1:] = np.where(np.isfinite(series[1:, :1]), nodes[1:], complex(np.nan, np.nan))
         members = self.mechanism.members[FRAME + 1 :]
         turns = [_turning(nodes[:, m.ends[1]] - nodes[:, m.ends[0]]) for m in members]

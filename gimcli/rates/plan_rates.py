@@ -24,7 +24,6 @@ from gimcli.mechanism import FRAME, HEIGHT, SPAN, Mechanism, Member, Point
 from gimcli.rates.constraint_rates import Imposed
 from gimcli.rates.slots import Slot, SlotValues
 from gimcli.rates.tape import ComplexLanes, Number
-from gimcli.structure.checks import farthest
 from gimcli.structure.steps import NONE, Coupled, Dyad, Orient, Place, Plan, Step, Tilt, Value, Vector
 
 BaseGains = dict[int, dict[int, Number]]
@@ -195,7 +194,7 @@ def carrier(mechanism: Mechanism, point: str | Point) -> tuple[int, int, complex
     if isinstance(point, str):
         point = next(p for p in mechanism.points if p.name == point)
     member = mechanism.members[point.member]
-    far, first = farthest(member), member.shape[0]
+    far, first = member.base, member.shape[0]
     u, v = member.nodes[0], member.nodes[far]
     if point.member == FRAME:
         return u, u, complex(point.local - first)

@@ -10,7 +10,6 @@ from gimcli.errors import UsageError
 from gimcli.mechanism import FRAME, Mechanism
 from gimcli.motion.scatter import Carried, InputGrid
 from gimcli.reach.task import FULL, law_range
-from gimcli.structure.checks import farthest
 
 MOST = 50_000_000
 """Most positions of a grid."""
@@ -40,6 +39,6 @@ def carried_by(mechanism: Mechanism, name: str) -> Carried:
     member = mechanism.members[point.member]
     if point.member == FRAME or len(member.nodes) < 2:
         raise UsageError(f"'{name}' does not move: give a moving node or point")
-    far, first = farthest(member), complex(member.shape[0])
+    far, first = member.base, complex(member.shape[0])
     factor = (point.local - first) / (complex(member.shape[far]) - first)
     return Carried(member.nodes[0], member.nodes[far], factor)

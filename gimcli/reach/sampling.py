@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gimcli.continuation.gauss_newton import Equations, GaussNewtonConstants, settle
-from gimcli.mechanism import FRAME, FloatArray, IntArray
+from gimcli.mechanism import FloatArray, IntArray
 from gimcli.reach.critical_positions import Critical
 from gimcli.reach.task import WorkspaceTask
 
@@ -134,7 +134,7 @@ def _beyond(task: WorkspaceTask, x: FloatArray, narrow: FloatArray | float = 1.0
 def _random(task: WorkspaceTask, rng: np.random.Generator, constants: SamplingConstants) -> FloatArray:
     """Return random positions of all nodes near the frame and near the initial position, as x (rows, n)."""
     mechanism, n = task.mechanism, task.system.n
-    centre = complex(np.mean(mechanism.members[FRAME].shape))
+    centre = mechanism.centre
     spread = constants.spread * mechanism.size
     middle = np.tile([centre.real, centre.imag], n // 2)
     wide = middle + rng.uniform(-spread, spread, (constants.starts, n))

@@ -8,8 +8,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-import numpy as np
-
 from gimcli.mechanism import ANGLE, FRAME, HEIGHT, SPAN, Mechanism, Member, PairRow
 from gimcli.recording import scalar
 from gimcli.structure.derived import derived
@@ -23,7 +21,7 @@ ZERO = Value(0.0)
 class Check:
     """One constraint: the distance of nodes p and q, the angle between two vectors, or the height of p over q.
 
-    The direction of a member is taken from its first node and the node farthest from it.
+    The direction of a member is taken from its first node and that of its `base`.
     """
 
     name: str
@@ -93,10 +91,5 @@ def direction(mechanism: Mechanism, index: int) -> Vector:
     if index == FRAME:
         return Vector(1.0 + 0.0j)
     member = mechanism.members[index]
-    far = farthest(member)
+    far = member.base
     return Vector(scalar(1.0 / (member.shape[far] - member.shape[0])), member.nodes[0], member.nodes[far])
-
-
-def farthest(member: Member) -> int:
-    """Return the index, in the member, of the node farthest from its first node."""
-    return int(np.argmax(np.abs(member.shape - member.shape[0])))

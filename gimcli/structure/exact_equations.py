@@ -26,7 +26,7 @@ class Constraints:
         frame = set(mechanism.members[FRAME].nodes)
         rows = (*mechanism.pairs, *mechanism.actuators)
         tied = {n for n, holders in enumerate(members_of(mechanism)) if holders} | {n for r in rows for n in r.nodes}
-        self.free = sorted(tied - frame)
+        self.free = sorted(tied - frame - {n for member in mechanism.members for n in member.carried})
 
     def equations(
         self, z: Numbers, inputs: Numbers, turns: Numbers, exact: Any = complex
@@ -37,13 +37,12 @@ class Constraints:
         precision of z.
         """
         for member in self.mechanism.members[FRAME + 1 :]:
-            first, far = self._base(member.shape)
-            u, v = member.nodes[first], member.nodes[far]
-            arm, reach = z[v] - z[u], exact(member.shape[far]) - exact(member.shape[first])
-            yield "real", arm * arm.conjugate() - reach * reach.conjugate()
+            (u, v, _), first, far = member.ends, exact(member.shape[0]), exact(member.shape[member.base])
+            arm, reach = z[v] - z[u], far - first
+            yield "real", (arm * arm.conjugate() - reach * reach.conjugate()) / member.stretch**2
             for k, node in enumerate(member.nodes):
-                if k not in (first, far):
-                    yield "both", z[node] - z[u] - (exact(member.shape[k]) - exact(member.shape[first])) / reach * arm
+                if node not in (u, v) and node not in member.carried:
+                    yield "both", z[node] - z[u] - (exact(member.shape[k]) - first) / reach * arm
         for row in self.mechanism.pairs:
             yield self.quantity(row, z, exact, 0.0, 1.0)
         for row, value, turn in zip(self.mechanism.actuators, inputs, turns, strict=True):
@@ -80,18 +79,13 @@ class Constraints:
                 columns.append(0.5 * (self.residual(ahead, inputs) - self.residual(behind, inputs)))
         return np.moveaxis(np.array(columns), (0, 1, 2), (2, 1, 0))
 
-    @staticmethod
-    def _base(shape: ComplexArray) -> tuple[int, int]:
-        return 0, int(np.argmax(np.abs(shape - shape[0])))
-
     def _rotation(self, index: int, z: Numbers, exact: Any) -> Numbers:
         """Return e^(i phi) of a member as a linear function of two of its nodes."""
         member = self.mechanism.members[index]
         if index == FRAME:
             return exact(1.0)
-        first, far = self._base(member.shape)
-        reach = exact(member.shape[far]) - exact(member.shape[first])
-        return (z[member.nodes[far]] - z[member.nodes[first]]) / reach
+        u, v, _ = member.ends
+        return (z[v] - z[u]) / (exact(member.shape[member.base]) - exact(member.shape[0]))
 
     def _in_guide(self, node: int, index: int, point: complex, z: Numbers, exact: Any) -> Numbers:
         """Return the position of a node relative to a point of a member, in the member's own frame."""

@@ -19,7 +19,7 @@ def kinematic_nodes(mechanism: Mechanism) -> tuple[tuple[int, ...], ...]:
     result = []
     for index, member in enumerate(mechanism.members):
         chosen = [n for n in member.nodes if index == FRAME or n in constrained or len(members[n]) > 1]
-        spare = [n for n in member.nodes if n not in chosen]
+        spare = sorted((n for n in member.nodes if n not in chosen), key=lambda n: n in member.remote)
         while len(chosen) < 2 and spare:
             chosen.append(spare.pop(0))
         result.append(tuple(n for n in member.nodes if n in chosen))

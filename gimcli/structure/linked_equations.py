@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gimcli.mechanism import ANGLE, FRAME, ComplexArray, FloatArray, Mechanism, PairRow
+from gimcli.mechanism import ANGLE, ComplexArray, FloatArray, Mechanism, PairRow
 from gimcli.structure.derived import derived
 from gimcli.structure.exact_equations import Constraints
 from gimcli.structure.series import Series
@@ -81,15 +81,10 @@ class LinkedEquations:
 
     def _gradient(self, row: PairRow, z: ComplexArray) -> FloatArray:
         """Return the derivatives (n,) of a quantity that is read."""
-        nodes = {n for k in row.members if k != FRAME for n in self.mechanism.members[k].ends[:2]}
         found = np.zeros(self.n)
-        for node in nodes | ({row.node} if row.kind != ANGLE else set()):
-            if node not in self.system.free:
-                continue
-            place = 2 * self.system.free.index(node)
-            for part, direction in enumerate((1.0, 1.0j)):
-                moving = [Series(np.array([value, direction if k == node else 0.0])) for k, value in enumerate(z)]
-                found[place + part] = self._quantity(row, moving, None).c[1]
+        for k in range(self.n):
+            rates = self.system.placed(np.zeros(len(z), dtype=complex), _unit(self.n, k))
+            found[k] = self._quantity(row, [Series(np.array(one)) for one in zip(z, rates, strict=True)], None).c[1]
         return found
 
     # -- many positions, and derivatives -----------------------------------------------------------
@@ -127,8 +122,7 @@ class LinkedEquations:
         """Return the residuals (orders, equations, rows) of series y and u, and the readings (reads, rows)."""
         z0 = np.repeat(self.nodes(y[0])[None], len(y), axis=0)
         z0[1:] = 0.0
-        pairs = y[:, : self.n].reshape(len(y), len(self.system.free), 2, -1)
-        z0[:, self.system.free] = pairs[:, :, 0] + 1j * pairs[:, :, 1]
+        z0[1:] = [self.system.placed(order, x) for order, x in zip(z0[1:], y[1:, : self.n], strict=True)]
         z = [Series(z0[:, k]) for k in range(z0.shape[1])]
         inputs = np.array([self.mechanism.coupled(u[0]) - 0.0, *(self.linear(part) for part in u[1:])])
         inputs[:, self.followers] = y[:, self.n :]

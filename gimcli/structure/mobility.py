@@ -130,8 +130,7 @@ class Jacobian:
     @cached_property
     def size(self) -> float:
         """Reference length of steps and errors; nodes that are drawn far away do not increase it."""
-        spans = [float(np.max(np.abs(m.shape[:, None] - m.shape))) for m in self.mechanism.members if len(m.nodes)]
-        extent = EXTENT * max(spans, default=0.0)
+        extent = EXTENT * max((member.extent for member in self.mechanism.members), default=0.0)
         return min(self.mechanism.size, extent) if extent > 0.0 else self.mechanism.size
 
     def rows(self, restrictions: Rows, z: ComplexArray, inputs: FloatArray) -> FloatArray:
@@ -197,6 +196,7 @@ def mobility(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray) -> Mobil
 
     If z is singular, freedoms, drives and redundant constraints are evaluated at a regular position next to it.
     """
+    mechanism, z = mechanism.nearby, mechanism.near(z)
     jacobian = constraint_jacobian(mechanism)
     here = jacobian.ranks(z, inputs)
     coordinates = 2 * len(jacobian.free)
@@ -368,16 +368,17 @@ def assembled(mechanism: Mechanism) -> ComplexArray | None:
 
     Gauss-Newton starts from the drawn position, then from increasing random perturbations of it.
     """
-    jacobian, inputs = constraint_jacobian(mechanism), mechanism.drawn_inputs
+    near, inputs = mechanism.nearby, mechanism.drawn_inputs
+    jacobian = constraint_jacobian(near)
     goal = np.array([_target(r) for r in jacobian.constraints])
     generator = np.random.default_rng(0)
     for k in range(STARTS):
-        start = mechanism.drawn.copy()
+        start = near.drawn.copy()
         noise = generator.standard_normal((2, len(jacobian.free))) * jacobian.size * k / STARTS
         start[jacobian.free] += noise[0] + 1j * noise[1]
         z, error = _nearest(jacobian, start, goal, inputs)
-        if error < ASSEMBLED * jacobian.size and _fulfilled(mechanism, carry(mechanism, z), inputs):
-            return carry(mechanism, z)
+        if error < ASSEMBLED * jacobian.size and _fulfilled(near, carry(near, z), inputs):
+            return mechanism.whole(carry(near, z))
         if k == 0 and ASSEMBLED < error / jacobian.size < ALMOST:
             return None  # slightly inconsistent dimensions: a distant position would not represent the drawn one
     return None

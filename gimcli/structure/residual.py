@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from gimcli.kernels import constraints
 from gimcli.kernels.circular import cos_sin
 from gimcli.mechanism import ANGLE, FRAME, SPAN, ComplexArray, FloatArray, Mechanism
-from gimcli.structure.checks import Check, checks, farthest
+from gimcli.structure.checks import Check, checks
 from gimcli.structure.steps import NONE, Vector
 
 SWEPT = 100.0
@@ -122,7 +122,7 @@ def pose(mechanism: Mechanism, index: int, z: ComplexArray) -> tuple[ComplexArra
     if index == FRAME:
         return np.zeros(rows, dtype=complex), np.ones(rows, dtype=complex)
     shape = member.shape
-    far = farthest(member)
+    far = member.base
     with np.errstate(all="ignore"):  # NaNs are propagated
         unit = (z[member.nodes[far]] - z[member.nodes[0]]) / (shape[far] - shape[0])
         unit = unit / np.abs(unit)

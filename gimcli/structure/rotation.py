@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gimcli.mechanism import ANGLE, Mechanism, Member, PairRow
+from gimcli.mechanism import ANGLE, ComplexArray, Mechanism, Member, PairRow
 from gimcli.recording import nominal
 from gimcli.structure.derived import derived
 
@@ -105,8 +105,14 @@ def _tied_body(mechanism: Mechanism, a: PairRow, b: PairRow) -> int | None:
 
 def drawn_turn(mechanism: Mechanism, member: Member) -> complex:
     """Return e^(i phi) of a member at the drawn position, times an area; all nodes are used, as some may coincide."""
-    shape, drawn = member.shape - member.shape.mean(), mechanism.drawn[list(member.nodes)]
-    return complex(nominal(np.vdot(shape, drawn - drawn.mean())))
+    shape, drawn = shapes(mechanism, member)
+    return complex(nominal(np.vdot(shape, drawn)))
+
+
+def shapes(mechanism: Mechanism, member: Member) -> tuple[ComplexArray, ComplexArray]:
+    """Return the shape of a member without its remote nodes, and as drawn, both from their centres."""
+    shape, drawn = member.shape[: member.near], mechanism.drawn[list(member.nodes[: member.near])]
+    return shape - shape.mean(), drawn - drawn.mean()
 
 
 def _turn(mechanism: Mechanism, body: Member, a: PairRow, b: PairRow) -> complex:

@@ -32,7 +32,7 @@ class System:
         self._at_rest = mechanism.drawn.copy()
         frame = mechanism.members[0]
         self._at_rest[list(frame.nodes)] = frame.shape
-        terms = make_terms(mechanism)
+        terms = make_terms(mechanism.nearby)
         self.free = [variable // 2 for variable in terms.moving[::2]]
         self.n = len(terms.moving)
         self.m = len(terms.equations)
@@ -40,14 +40,18 @@ class System:
 
     def coordinates(self, z: ComplexArray) -> FloatArray:
         """Return the coordinates x (n,) of positions z (nodes,)."""
-        return np.ascontiguousarray(z[self.free]).view(float).copy()
+        return np.ascontiguousarray(self.mechanism.near(z)[self.free]).view(float).copy()
 
     def nodes(self, x: FloatArray) -> ComplexArray:
         """Return the positions (nodes,) of x (n,), or (nodes, rows) of x (n, rows)."""
-        z = np.repeat(self._at_rest[:, None], 1 if x.ndim == 1 else x.shape[1], axis=1)
-        pairs = x.reshape(len(self.free), 2, -1)
-        z[self.free] = pairs[:, 0] + 1j * pairs[:, 1]
+        rows = 1 if x.ndim == 1 else x.shape[1]
+        z = self.placed(np.repeat(self._at_rest[:, None], rows, axis=1), x.reshape(self.n, -1))
         return z[:, 0] if x.ndim == 1 else z
+
+    def placed(self, z: ComplexArray, x: FloatArray) -> ComplexArray:
+        """Return positions z (nodes, ...) of the fixed nodes with those of x (n, ...), or the rates of all nodes."""
+        z[self.free] = x[0::2] + 1j * x[1::2]
+        return self.mechanism.whole(z)
 
     def residual(self, x: FloatArray, u: FloatArray) -> FloatArray:
         """Return F (m,) at x (n,) and inputs u (actuators,)."""
@@ -104,7 +108,7 @@ class System:
     def names(self) -> tuple[str, ...]:
         """The member, sliding pair or actuator of each equation (m,)."""
         mechanism = self.mechanism
-        members = [m.name for m in mechanism.members[1:] for _ in range(2 * len(m.nodes) - 3)]
+        members = [m.name for m in mechanism.members[1:] for _ in range(2 * len(m.nodes) - 2 * len(m.carried) - 3)]
         return (*members, *(row.pair for row in mechanism.pairs), *(a.name for a in mechanism.actuators))
 
     def quadric(self, u: FloatArray) -> Quadric:
