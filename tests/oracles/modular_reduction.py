@@ -28,7 +28,6 @@ from gimcli.dynamics.physical import require_action
 from gimcli.errors import StructureError
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
 from gimcli.structure.assur import DYADS, AssurGroup, formation
-from gimcli.structure.checks import farthest
 from gimcli.structure.lower_pairs import PRISMATIC, LowerPair
 
 Places = Any
@@ -214,7 +213,7 @@ class _Modules:
         if index == FRAME:
             return 1.0 + 0.0j
         member = self.mechanism.members[index]
-        far = farthest(member)
+        far = member.base
         return (self.z[member.nodes[far]] - self.z[member.nodes[0]]) / complex(member.shape[far] - member.shape[0])
 
     def _added(self, links: Sequence[int]) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -18,7 +18,6 @@ import numpy as np
 from jets import Jet, constant, derivatives, dot, quotient, slope, times, turn
 
 from gimcli.mechanism import FRAME, HEIGHT, SPAN, ComplexArray, FloatArray, Mechanism
-from gimcli.structure.checks import farthest
 from gimcli.structure.plan import make_plan
 from gimcli.structure.steps import (
     NONE,
@@ -60,7 +59,7 @@ class Rates:
         if point.member == FRAME:
             return constant(point.local, self.order, self.nodes.shape[2])
         member = mechanism.members[point.member]
-        far, first = farthest(member), member.shape[0]
+        far, first = member.base, member.shape[0]
         z, other = self.nodes[:, member.nodes[0]], self.nodes[:, member.nodes[far]]
         return np.asarray(z + (other - z) * ((point.local - first) / (member.shape[far] - first)))
 
@@ -69,7 +68,7 @@ class Rates:
         member = self.mechanism.members[index]
         if index == FRAME:
             return np.zeros((self.order, self.nodes.shape[2]))
-        arm = self.nodes[:, member.nodes[farthest(member)]] - self.nodes[:, member.nodes[0]]
+        arm = self.nodes[:, member.nodes[member.base]] - self.nodes[:, member.nodes[0]]
         series = arm / derivatives(np.ones_like(arm))
         rate = quotient(slope(series), series[:-1])  # w' / w = i omega for a rigid member
         return np.asarray(derivatives(rate).imag)
