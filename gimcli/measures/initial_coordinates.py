@@ -21,7 +21,7 @@ IN_LINE = 0.05
 class InitialCoordinates:
     """The distances of the nodes of an assembled position from their initial coordinates, and the mirrored parts."""
 
-    distance: FloatArray = field(repr=False)  # (nodes,) normal frame; `Mechanism.apart`
+    distance: FloatArray = field(repr=False)  # (nodes,) normal frame; 0 for remote nodes
     mirrored_members: tuple[str, ...]  # their shape is the mirror image of their initial coordinates
     mirrored_joints: tuple[tuple[str, str, str], ...]  # node and two parts, on the other side than drawn
 
@@ -48,7 +48,9 @@ def initial_coordinates(mechanism: Mechanism, z: ComplexArray) -> InitialCoordin
         for joint in output_joints(mechanism)
         if _side(mechanism, joint, mechanism.drawn) * _side(mechanism, joint, z) < 0.0
     )
-    return InitialCoordinates(mechanism.apart(z, mechanism.drawn), members, joints)
+    away = np.abs(z - mechanism.drawn)
+    away[list(mechanism.remote)] = 0.0  # a small angle moves them far
+    return InitialCoordinates(away, members, joints)
 
 
 def _mirrored(mechanism: Mechanism, member: Member) -> bool:
