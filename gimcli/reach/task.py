@@ -159,11 +159,11 @@ class WorkspaceTask:
         return self._drive(actuator, value).within(self._parted[0])
 
     def _drive(self, actuator: int, value: float) -> Quadric:
-        """Return that equation in the coordinates of all moving nodes."""
+        """Return that equation in the coordinates of all moving nodes, its value in lengths, or their squares."""
         count = len(self.mechanism.actuators)
-        u = np.zeros(count)
+        u, row = np.zeros(count), self.system.m - count + actuator
         u[actuator] = value
-        return self.system.quadric(u).rows([self.system.m - count + actuator])
+        return self.system.quadric(u).rows([row]).divided(float(self.system.scale[row]))
 
     def inputs(self, x: FloatArray) -> FloatArray:
         """Return the values of the inputs (..., actuators), angles in -pi..pi."""

@@ -60,6 +60,10 @@ class Quadric:
         at = list(chosen)
         return Quadric(self.c[at], self.linear[at], self.q[at])
 
+    def divided(self, factor: float) -> Quadric:
+        """Return these equations divided by a factor."""
+        return Quadric(self.c / factor, self.linear / factor, self.q / factor)
+
     def split_linear(self, x: FloatArray) -> tuple[Flat, Quadric]:
         """Return the subspace on which the linear equations hold, and the other equations in its coordinates.
 

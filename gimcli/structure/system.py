@@ -18,7 +18,10 @@ from gimcli.structure.polynomials import ONE, SINE, SQUARE, Terms, make_terms
 from gimcli.structure.quadric import Quadric
 
 ZERO = 1e-13
-"""A coefficient below this is a rounding error of 0; the equations are about 1 in size."""
+"""A coefficient below this is a rounding error of 0; gradients have lengths of about 1."""
+
+SMALL = 1e-9
+"""A gradient below this is 0 at the drawing; it has no scale."""
 
 Part = tuple[int, FloatArray, FloatArray, FloatArray]
 """Actuator (-1: none), and c (m,), L (m, n), Q (m n, n) of the polynomials for one function of its input."""
@@ -37,6 +40,8 @@ class System:
         self.n = len(terms.moving)
         self.m = len(terms.equations)
         self._parts = self._polynomials(terms)
+        self.scale = self._scale()
+        self._parts = [self._scaled(*part) for part in self._parts]
 
     def coordinates(self, z: ComplexArray) -> FloatArray:
         """Return the coordinates x (n,) of positions z (nodes,)."""
@@ -177,9 +182,18 @@ class System:
                     linear[row, at[0]] += term.factor
                 else:
                     c[row] += term.factor
-        for _, linear, q in tables:
-            linear[np.abs(linear) < ZERO], q[np.abs(q) < ZERO] = 0.0, 0.0
         return [(k, c, linear, q.reshape(-1, n)) for k, (c, linear, q) in zip(owners, tables, strict=True)]
+
+    def _scale(self) -> FloatArray:
+        """Return the factors (m,), powers of 2, by which the gradients at the drawing have lengths of about 1."""
+        mechanism = self.mechanism
+        lengths = np.linalg.norm(self.jacobian(self.coordinates(mechanism.drawn), mechanism.drawn_inputs), axis=1)
+        return np.asarray(np.exp2(-np.round(np.log2(np.where(lengths > SMALL, lengths, 1.0)))))
+
+    def _scaled(self, owner: int, c: FloatArray, linear: FloatArray, q: FloatArray) -> Part:
+        linear, q = linear * self.scale[:, None], q * np.repeat(self.scale, self.n)[:, None]
+        linear[np.abs(linear) < ZERO], q[np.abs(q) < ZERO] = 0.0, 0.0
+        return owner, c * self.scale, linear, q
 
 
 def _part_of(function: int) -> int:

@@ -47,8 +47,8 @@ def test_sparse_and_dense_equations_agree(stem):
     v = np.zeros(terms.variables)
     v[0 : terms.first_reading : 2], v[1 : terms.first_reading : 2], v[-1] = z.real, z.imag, 1.0
     v[terms.first_reading : -1] = u
-    assert np.allclose(residuals(terms, v), system.residual(x, u), atol=1e-12)
-    table = gradients(terms, v)
+    assert np.allclose(system.scale * residuals(terms, v), system.residual(x, u), atol=1e-12)
+    table = system.scale[:, None] * gradients(terms, v)
     assert np.allclose(table[:, list(terms.moving)], system.jacobian(x, u), atol=1e-12)
     by_inputs = [system.along_inputs(x, u, unit) for unit in np.eye(len(u))]
     assert np.allclose(table[:, terms.first_reading : -1], np.array(by_inputs).T, atol=1e-12)

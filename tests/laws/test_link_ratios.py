@@ -124,3 +124,20 @@ def test_a_lid_on_a_ram_near_its_hinge_has_the_force_of_the_moments(seed):
     lever = arm * foot * np.sin(angle) / length
     expected = 50.0 * 10.0 * np.cos(angle) / lever
     assert np.max(np.abs(found["ram.effort"] - expected) / np.max(np.abs(expected))) < 1e-8
+
+
+@pytest.mark.few(4)
+@pytest.mark.parametrize("seed", [73, 223, *range(60)])
+def test_four_bars_have_the_mobility_and_the_limits_of_the_closed_form(seed):
+    """Seeds 73 and 223: a crank of 1e-4 of the size, whose unscaled equations also hold at length 0."""
+    lengths, start, side = drawn_at_random(seed)
+    mechanism = gimcli.loads(json.dumps(four_bar(lengths, start, side)))
+    assert gimcli.mobility(mechanism).report()["mobility"] == 1
+    a, b, c, d = map(mpf, lengths)
+    cosines = [(a**2 + d**2 - reach**2) / (2 * a * d) for reach in (b - c, b + c)]
+    limits = [float(sign * mp.degrees(mp.acos(x))) for x in cosines if abs(x) < 1 for sign in (1, -1)]
+    found = [
+        s["at"]["motor"] for s in gimcli.singularities(mechanism).report()["singularities"] if s["kind"] == "limit"
+    ]
+    assert len(found) == min(len(limits), 2)
+    assert all(min(abs((one - limit + 180) % 360 - 180) for limit in limits) < 1e-6 for one in found)

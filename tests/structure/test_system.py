@@ -25,8 +25,9 @@ def test_values_and_derivatives_are_those_of_the_constraints(path: Path) -> None
     count = len(system.mechanism.actuators)
     x, u = rng.normal(size=system.n), rng.normal(size=count)
     z, constraints = system.nodes(x)[:, None], Constraints(system.mechanism)
-    assert np.allclose(system.residual(x, u), constraints.residual(z, u[:, None])[:, 0], atol=1e-13)
-    assert np.allclose(system.jacobian(x, u), constraints.jacobian(z, u[:, None])[0], atol=1e-13)
+    residual, jacobian = constraints.residual(z, u[:, None])[:, 0], constraints.jacobian(z, u[:, None])[0]
+    assert np.allclose(system.residual(x, u), system.scale * residual, atol=1e-13)
+    assert np.allclose(system.jacobian(x, u), system.scale[:, None] * jacobian, atol=1e-13)
     assert np.array_equal(system.coordinates(system.nodes(x)), x)
     form = system.quadric(u)
     assert np.allclose(form.value(x), system.residual(x, u), atol=1e-13)
