@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import typer
 
 from gimcli.cli.console import print_more, print_table
-from gimcli.library.rounding import greatest, input_value, number
+from gimcli.dynamics.forces import MOST
+from gimcli.library.rounding import at_inputs, greatest, input_value, number
 from gimcli.table import labelled
 
 if TYPE_CHECKING:
@@ -80,10 +81,14 @@ def _print_part(result: ForcesResult) -> None:
     part = min((one.part for one in result.statistics.values()), default=1.0)
     if part < 1.0:
         typer.echo(f"means over the determined rows, {100.0 * part:.3g} % of the time of the motion")
-    if result.found.balance.left_out:
+    balance, mechanism = result.found.balance, result.mechanism
+    if balance.left_out:
+        places = [at_inputs(mechanism, mechanism.inputs_to_file(at)) for at in balance.left_out_at]
+        more = ["..."] * (balance.left_out > len(places))
         typer.echo(
-            f"{result.found.balance.left_out} rows near singular positions, where forces grow without bound, are in the"
-            " table but not in these values and the picture"
+            f"{balance.left_out} row{'s are' if balance.left_out > 1 else ' is'} in the table but not in these values"
+            f" and the picture: near a singular position the estimated relative error of the forces exceeds"
+            f" {100.0 * MOST:.0f} % (at {'; '.join([*places, *more])})"
         )
 
 

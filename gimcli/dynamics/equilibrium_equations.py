@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from gimcli.dynamics.loading import Loading
-from gimcli.dynamics.statics import Statics
-from gimcli.kernels.equilibrium import ALONG, KNOWN, MOMENT, TURN, X, Y, balance_rows
-from gimcli.mechanism import ComplexArray, FloatArray
+from gimcli.dynamics.statics import Statics, statics
+from gimcli.kernels.equilibrium import ALONG, COUPLE, KNOWN, MOMENT, TURN, X, Y, balance_rows
+from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.positions.newton import Run
+from gimcli.structure.derived import derived
 
 SINGULAR = 1e-10
-"""Ratio of least to greatest pivot, or singular value, of a block below which its reactions are undetermined."""
+"""Ratio of least to greatest pivot, or singular value, of a scaled block below which its reactions are undetermined."""
 
 EquilibriumTerm = tuple[int, int, int, int, int, int, float]
 """Row, column, unknown, kind, node of action, node of reference, factor; as in the kernel."""
@@ -39,8 +42,26 @@ def directions(statics: Statics, z: ComplexArray) -> ComplexArray:
     return result
 
 
+@derived
+def scales(mechanism: Mechanism) -> tuple[FloatArray, FloatArray]:
+    """Return factors (equations,) and (unknowns,) that relate moments and couples to the extent of their own body.
+
+    They are powers of two: scaling is exact.
+    """
+    own = statics(mechanism)
+    extents = [mechanism.members[body.member].extent if body.member >= 0 else 0.0 for body in own.bodies]
+    lengths = [2.0 ** round(math.log2(extent)) if extent > 0.0 else 1.0 for extent in extents]
+    rows, columns = np.ones(own.equations), np.ones(len(own.reactions))
+    for body, first, length in zip(own.bodies, own.first_row, lengths, strict=True):
+        rows[first + 2 :][: int(body.member >= 0)] = 1.0 / length
+    for c, reaction in enumerate(own.reactions):
+        if reaction.kind == COUPLE:
+            columns[c] = max(lengths[body] for body, *_ in own.entries(reaction))
+    return rows, columns
+
+
 class Balance:
-    """The equations of equilibrium in the arrays of the kernel."""
+    """The equations of equilibrium in the arrays of the kernel, scaled by `scales`."""
 
     def __init__(self, statics: Statics) -> None:
         self.statics = statics
@@ -51,6 +72,7 @@ class Balance:
         blocks = statics.blocks
         self.own_rows = np.array([row for block in blocks for row in block.rows], dtype=np.int64)
         self.own_columns = np.array([column for block in blocks for column in block.columns], dtype=np.int64)
+        self.rows, self.columns = scales(statics.mechanism)
         terms, ends = self._terms()
         self.terms = np.array([t[:-1] for t in terms], dtype=np.int64).reshape(-1, 6)
         self.factors = np.array([t[-1] for t in terms], dtype=float)
@@ -66,7 +88,8 @@ class Balance:
             for body, axis, kind, factor, node in statics.entries(reaction):
                 g, i = block_of[statics.first_row[body] + axis]
                 j = own[c][1] if own[c][0] == g else KNOWN
-                by_block[g].append((i, j, c, kind, node, statics.bodies[body].node, factor))
+                scaled = factor * self.rows[statics.first_row[body] + axis] * self.columns[c]
+                by_block[g].append((i, j, c, kind, node, statics.bodies[body].node, scaled))
         terms: list[EquilibriumTerm] = []
         ends = []
         for block, own_terms in zip(statics.blocks, by_block, strict=True):
@@ -78,13 +101,13 @@ class Balance:
         """Return the unknowns (unknowns, rows), and the least ratio of pivots in the blocks of each row (rows,)."""
         count, widest = len(self.statics.reactions), int(max(self.blocks[:, 0], default=0))
         out, weakest = np.full((count, z.shape[1]), np.nan), np.zeros(z.shape[1])
-        x, y = np.ascontiguousarray(z.real), np.ascontiguousarray(z.imag)
+        x, y, scaled = np.ascontiguousarray(z.real), np.ascontiguousarray(z.imag), right * self.rows[:, None]
         run(balance_rows)(
             x, y, self.vectors, self.turned, self.terms, self.factors, self.blocks, self.own_rows, self.own_columns,
-            right, SINGULAR, np.zeros((widest, widest)), np.zeros(2 * widest), np.zeros(widest), self.vectors.copy(),
+            scaled, SINGULAR, np.zeros((widest, widest)), np.zeros(2 * widest), np.zeros(widest), self.vectors.copy(),
             out, weakest,
         )  # fmt: skip
-        return out, weakest
+        return out * self.columns[:, None], weakest
 
 
 def equilibrium(statics: Statics, z: ComplexArray) -> FloatArray:

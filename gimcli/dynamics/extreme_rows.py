@@ -20,6 +20,9 @@ EQUAL = 1e-9
 ROUNDS = 8
 """Most evaluations of each extreme."""
 
+POLE = 2.0
+"""A value between rows that differs from its row by more than this multiple of the rows' values is next to a pole."""
+
 EXACT = 1e-6
 """Change of the time, relative to a step, below which an extreme is exact: its value to the square of it."""
 
@@ -90,7 +93,8 @@ Evaluate = Callable[[FloatArray], FloatArray]
 
 def refined(extremes: list[RowExtreme], evaluate: Evaluate, constant: NDArray[np.bool_]) -> None:
     """Move extremes to better times between rows; those of the quantities that are `constant` stay."""
-    todo = [_Bracket(one) for one in extremes if np.all(np.isfinite(one.beside)) and not constant[one.quantity]]
+    begun = [_Bracket(one) for one in extremes if np.all(np.isfinite(one.beside)) and not constant[one.quantity]]
+    todo = begun
     for _ in range(ROUNDS):
         guesses = [bracket.guess() for bracket in todo]
         open_ones = [(b, t) for b, t in zip(todo, guesses, strict=True) if abs(t - b.times[1]) > EXACT]
@@ -101,13 +105,15 @@ def refined(extremes: list[RowExtreme], evaluate: Evaluate, constant: NDArray[np
         for bracket, time in open_ones:
             bracket.take(time, float(values[bracket.own.quantity, np.searchsorted(times, time)]))
         todo = [bracket for bracket, _ in open_ones if not bracket.lost]
+    for bracket in begun:
+        bracket.leave_pole()
 
 
 class _Bracket:
     """Three times with the best value at the one in the middle."""
 
     def __init__(self, own: RowExtreme) -> None:
-        self.own, self.lost = own, False
+        self.own, self.lost, self.row = own, False, (own.time, own.value)
         self.times = [own.time - 1.0, own.time, own.time + 1.0]
         self.heights = [own.sense * v for v in (own.beside[0], own.value, own.beside[1])]
 
@@ -119,6 +125,11 @@ class _Bracket:
             return b
         top = b - 0.5 * ((b - a) * left - (b - c) * right) / (left - right)
         return min(max(top, a + 0.01 * (b - a)), c - 0.01 * (c - b))
+
+    def leave_pole(self) -> None:
+        """Return to the row if the values grow without bound between it and the rows beside it."""
+        if abs(self.own.value - self.row[1]) > POLE * max(map(abs, (self.row[1], *self.own.beside))):
+            self.own.time, self.own.value = self.row
 
     def take(self, time: float, value: float) -> None:
         """Use the value at a new time; a missing one ends the search."""

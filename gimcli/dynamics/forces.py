@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gimcli.dynamics.equilibrium_equations import SINGULAR, Balance, directions, equilibrium, right_side
+from gimcli.dynamics.equilibrium_equations import SINGULAR, Balance, directions, equilibrium, right_side, scales
 from gimcli.dynamics.indeterminate_reactions import Amount, joined
 from gimcli.dynamics.kinematic_history import Course, Courses, Turns, reading
 from gimcli.dynamics.loading import Loading, loading
@@ -29,8 +29,12 @@ from gimcli.positions.newton import Run
 if TYPE_CHECKING:
     from gimcli.dynamics.coulomb import DryFriction
 
-WEAK = 5e-2
-"""This ratio below which a dead point or change point is near, where reactions are unbounded."""
+POSITION = 1e-13
+"""Relative error of positions and their rates. It grows with the condition of the scaled equations near a singular
+position, and the error of reactions grows with both: it is about POSITION * condition**2."""
+
+MOST = 1e-2
+"""Greatest estimated relative error of the forces in a summary and a picture."""
 
 AT_ONCE = 4096
 """Rows whose redundant equations are decomposed in one call."""
@@ -44,10 +48,10 @@ class Forces:
     course: Course = field(repr=False)
     loads: Loading = field(repr=False)
     unknowns: FloatArray = field(repr=False)  # (unknowns, rows) N; couples in N x length of the normal frame
-    free: FloatArray = field(
+    free: FloatArray = field(repr=False)  # (surplus, unknowns, rows) unit self-stresses of redundant constraints
+    weakest: FloatArray = field(
         repr=False
-    )  # (surplus, unknowns, rows) unit self-stresses, possible because of redundant constraints
-    weakest: FloatArray = field(repr=False)  # (rows,) ratio of the least to the greatest pivot, or singular value
+    )  # (rows,) ratio of the least to the greatest pivot, or singular value, of the scaled equations
     dry: DryFriction | None = field(default=None, repr=False)  # of a motion with dry friction
 
     @property
@@ -62,8 +66,8 @@ class Forces:
 
     @property
     def bounded(self) -> NDArray[np.bool_]:
-        """Return for every row whether it is not near a singular position, where reactions are unbounded."""
-        return np.asarray(self.good & (self.weakest >= WEAK))
+        """Return for every row whether the estimated relative error of its forces is at most `MOST`."""
+        return np.asarray(self.good & (MOST * self.weakest**2 >= POSITION))
 
     def effort(self, actuator: int) -> FloatArray:
         """Return the driving torque [N m] or force [N] of an actuator with its rotor (rows,).
@@ -233,13 +237,15 @@ def piece_forces(
 
 def _least(statics: Statics, z: ComplexArray, right: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return the least-norm reactions, the unit self-stresses, and the ratio of least to greatest singular value."""
-    count, rows, weakest = len(statics.reactions), z.shape[1], np.zeros(z.shape[1])
-    found, free = np.full((count, rows), np.nan), np.zeros((statics.surplus, count, rows))
+    count, weakest, (rows, columns) = len(statics.reactions), np.zeros(z.shape[1]), scales(statics.mechanism)
+    found, free = np.full((count, len(weakest)), np.nan), np.zeros((statics.surplus, count, len(weakest)))
     good = np.flatnonzero(np.all(np.isfinite(right), axis=0) & np.all(np.isfinite(z), axis=0))
     for start in range(0, len(good), AT_ONCE):
         part = good[start : start + AT_ONCE]
-        left, values, across = np.linalg.svd(equilibrium(statics, z[:, part]))
-        weakest[part] = values[:, -1] / values[:, 0]
+        table = equilibrium(statics, z[:, part])
+        left, values, across = np.linalg.svd(table)
+        scaled = np.linalg.svd(rows[:, None] * table * columns, compute_uv=False)
+        weakest[part] = scaled[:, -1] / scaled[:, 0]
         held = weakest[part] > SINGULAR
         n = values.shape[1]
         turned = np.einsum("rij,ir->rj", left, right[:, part]) / values

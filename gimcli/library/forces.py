@@ -223,6 +223,7 @@ class ForcesResult(RowsResult):
             "status": motion.overall.word if whole else found.failure[0],
             "energy_drift": balance.drift, "power_error": balance.error, **summary_report(self.summary),
             "left_out": balance.left_out, "open": found.open,
+            "left_out_at": [self.mechanism.inputs_to_file(inputs) for inputs in balance.left_out_at],
             **({} if found.friction is None else {"friction": found.friction.report()}),
         }  # fmt: skip
 
@@ -251,7 +252,7 @@ class ForcesResult(RowsResult):
 
 
 def _bounded(table: Table, bounded: NDArray[np.bool_]) -> Table:
-    """Return a table without the forces of rows near singular positions, where they are not bounded."""
+    """Return a table without the forces whose estimated error is too great."""
     return Table(tuple(c if c.unit not in FORCES else _only(c, bounded) for c in table.columns))
 
 

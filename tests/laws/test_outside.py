@@ -66,7 +66,7 @@ def answer(ask, mechanism):
 def differences(one, other, size, path=""):
     """Yield the places where two answers differ; keys and entries of new nodes do not count."""
     one, other = (getattr(part, "__dict__", part) for part in (one, other))
-    if isinstance(one, dict):
+    if isinstance(one, dict) and isinstance(other, dict):
         for key in one.keys() - FREE:
             if not str(key).startswith(NEW):
                 yield from differences(one[key], other.get(key, "missing"), size, f"{path}/{key}")
