@@ -20,6 +20,10 @@ WEAK = 1e4
 """Condition number above which steps are computed by SVD: normal equations square it and leave 8 digits."""
 
 
+SHORTER = (1.0, 0.85, 0.7, 0.67)
+"""Parts of a step that are tried: the plane across its end may not meet a curve that bends."""
+
+
 class Implicit(Protocol):
     """A curve of solutions; redundant equations must be consistent with the others."""
 
@@ -180,6 +184,7 @@ def sign_change(
         return known[s]
 
     known[0.0] = here, test(here)
+    step = next((end for end in (part * step for part in SHORTER) if at(end)[0] is not here), step)
     if not at(0.0)[1] * at(step)[1] < 0.0:
         return None
     s = float(brentq(lambda t: at(t)[1], 0.0, step, xtol=constants.closeness))
