@@ -129,7 +129,7 @@ def test_a_lid_on_a_ram_near_its_hinge_has_the_force_of_the_moments(seed):
 @pytest.mark.few(4)
 @pytest.mark.parametrize("seed", [73, 223, 32, *range(100)])
 def test_four_bars_have_the_mobility_and_the_limits_of_the_closed_form(seed):
-    """Seeds 73 and 223: a crank of 1e-4 of the size, whose unscaled equations also hold at length 0; 32: sharp bends."""
+    """Seeds 73 and 223: a crank of 1e-4 of the size, whose unscaled equations hold at length 0 too; 32: sharp bends."""
     lengths, start, side = drawn_at_random(seed)
     mechanism = gimcli.loads(json.dumps(four_bar(lengths, start, side)))
     assert gimcli.mobility(mechanism).report()["mobility"] == 1
