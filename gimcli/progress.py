@@ -22,6 +22,11 @@ def deadline(seconds: float | None) -> Callable[[], bool]:
     return lambda: time.monotonic() > end
 
 
+def never() -> bool:
+    """Return that no deadline has passed."""
+    return False
+
+
 def no_progress(done: int, of: int) -> None:
     """Report nothing."""
 

@@ -122,6 +122,11 @@ Tolerance = Annotated[
     float,
     typer.Option("--tolerance", metavar="T", help="Allowed error, relative to the size.", rich_help_panel=METHOD),
 ]
+Seconds = Annotated[
+    float | None,
+    typer.Option("--seconds", metavar="S", min=0.0, help="End after this time with what was found.",
+                 rich_help_panel=METHOD),
+]  # fmt: skip
 JitOption = Annotated[
     Jit,
     typer.Option("--jit", metavar="WHEN", help="Compile the kernels: auto, on or off.",

@@ -17,11 +17,13 @@ from gimcli.cli.arguments import (
     ModelPath,
     Out,
     PngFile,
+    Seconds,
     Set,
     Tolerance,
     pairs,
 )
 from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
+from gimcli.status import Status
 
 if TYPE_CHECKING:
     from gimcli.dynamics.equilibria import Equilibrium
@@ -67,6 +69,7 @@ def command(
         int, typer.Option("--seed", metavar="N", min=0, help="Seed of the random starts.", rich_help_panel=METHOD)
     ] = 0,
     tolerance: Tolerance = 1e-10,
+    seconds: Seconds = None,
     out: Out = NONE,
     png: PngFile = None,
     as_json: Json = False,
@@ -81,8 +84,9 @@ def command(
     inputs = pairs(at)
     mechanism = outputs.loaded(assembly, inputs, tolerance, changes=changes)
     found = equilibrium(
-        mechanism, free, inputs, time=time, starts=starts, seed=seed, tolerance=tolerance, progress=progress_bar
-    )
+        mechanism, free, inputs, time=time, starts=starts, seed=seed, tolerance=tolerance, progress=progress_bar,
+        seconds=seconds,
+    )  # fmt: skip
     outputs.write(found)
     outputs.finish(found, _print)
 
@@ -156,7 +160,9 @@ def _row(result: EquilibriumResult, k: int, one: Equilibrium) -> list[str]:
 
 def remarks(result: EquilibriumResult) -> list[str]:
     """Return what the list of equilibria does not prove, and why, as sentences."""
-    found, lines = result.found, []
+    found, lines = result.found, list[str]()
+    if found.limited:
+        lines.append(Status.WORK_LIMIT.text)
     if found.everywhere and found.history is not None and found.size:
         lines.append(f"the potential is {found.history.potential[0]:.10g} J on the whole circuit")
     if not found.conservative:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gimcli.cli.arguments import INPUTS, METHOD, MODEL, NONE, Assembly, Json, ModelPath, Out, Png, Set
+from gimcli.cli.arguments import INPUTS, METHOD, MODEL, NONE, Assembly, Json, ModelPath, Out, Png, Seconds, Set
 from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
 from gimcli.errors import UsageError
 
@@ -92,11 +92,7 @@ def command(
     seed: Annotated[
         int, typer.Option("--seed", metavar="N", min=0, help="Seed of the random designs.", rich_help_panel=METHOD)
     ] = 0,
-    seconds: Annotated[
-        float | None,
-        typer.Option("--seconds", metavar="S", min=0.0, help="End after this time with the best design found.",
-                     rich_help_panel=METHOD),
-    ] = None,
+    seconds: Seconds = None,
     out: Out = NONE,
     png: Png = True,
     as_json: Json = False,

@@ -6,7 +6,21 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gimcli.cli.arguments import INPUTS, MODEL, NONE, OUTPUT, Assembly, Jit, JitOption, Json, ModelPath, Out, Png, Set
+from gimcli.cli.arguments import (
+    INPUTS,
+    MODEL,
+    NONE,
+    OUTPUT,
+    Assembly,
+    Jit,
+    JitOption,
+    Json,
+    ModelPath,
+    Out,
+    Png,
+    Seconds,
+    Set,
+)
 from gimcli.cli.measures import PlotsOnly, refuse_unseen
 from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
 from gimcli.dynamics.integrators import INTEGRATORS, USUAL, WITH_DRY_FRICTION
@@ -73,6 +87,7 @@ def command(
             help="Slip speed below which dry friction grows smoothly [rad/s]; default: 1e-6 rad / --time.",
         ),
     ] = None,
+    seconds: Seconds = None,
     jit: JitOption = Jit.AUTO,
     dt: Annotated[
         float | None,
@@ -102,7 +117,7 @@ def command(
     note_doubtful_loading(mechanism)
     found = simulate(
         mechanism, time, dt=dt, integrator=method or integrator, rtol=rtol, step=step, slip=slip, standstills=until,
-        reactions=reactions, plot=plot, jit=jit.value, notify=note, progress=progress_bar,
+        reactions=reactions, plot=plot, jit=jit.value, notify=note, progress=progress_bar, seconds=seconds,
     )  # fmt: skip
     outputs.write(found)
     outputs.finish(found, _print)

@@ -31,7 +31,7 @@ class StrideSolver:
         self.tableau = kernels.Tableau(*(np.ascontiguousarray(t) for t in (DOP853.A, DOP853.B, DOP853.E3, DOP853.E5)))
         clock = np.zeros(kernels.CLOCK)
         self.states = kernels.States(
-            np.array(y), np.array(y), np.zeros(n), np.zeros((kernels.STAGES + 1, n)), clock, np.zeros(2, dtype=np.int64)
+            np.array(y), np.array(y), np.zeros(n), np.zeros((kernels.STAGES + 1, n)), clock, np.zeros(3, dtype=np.int64)
         )
         clock[[kernels.NOW, kernels.BEFORE, kernels.DUE, kernels.END]] = start, start, end, end
         clock[[kernels.RTOL, kernels.ATOL, kernels.SHORTEST, kernels.CREEP]] = rtol, atol, shortest, creep
@@ -65,6 +65,7 @@ class StrideSolver:
         """Take steps up to the next row or event; return the reason if a step failed, else None."""
         states = self.states
         states.k[0] = self.f
+        states.counts[2] = self.reducer.tried + SIMULATION.at_once
         while True:
             begun = self.t
             ended = self.take_steps(self._model, self.tableau, states, self.reducer.conservative)

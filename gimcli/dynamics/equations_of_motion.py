@@ -72,17 +72,17 @@ class Equations:
         return reducer.move(target, speeds, gains, time) and (self.friction is None or self.friction(gains[own:]))
 
     def jacobian(self, time: float, y: FloatArray) -> FloatArray:
-        """Return the derivatives of y' by y, by differences: of speeds within the slip speed of dry friction."""
+        """Return the derivatives of y' by y, by differences, within the slip speed of dry friction; 0 if unknown."""
         own, base = len(self.free), self.slopes(time, y)
         table = np.zeros((len(y), len(y)))
         for k in range(2 * own):
-            step = SIMULATION.difference
+            step = SIMULATION.difference * max(1.0, abs(float(y[k])))
             if k >= own and self.friction is not None:
-                step *= min(1.0, self.friction.slip)
+                step = SIMULATION.difference * min(1.0, self.friction.slip)
             moved = y.copy()
             moved[k] += step
             table[:, k] = (self.slopes(time, moved) - base) / (moved[k] - y[k])
-        return table
+        return np.nan_to_num(table, posinf=0.0, neginf=0.0)
 
     def given(self, time: float, order: int) -> FloatArray:
         """Return the inputs that follow laws, or a derivative by s; before and after the law the speed is constant."""

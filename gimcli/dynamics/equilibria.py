@@ -70,4 +70,5 @@ class Equilibria:
     winds: bool = False  # whether a torsion spring is wound in each round
     cut: bool = False  # whether further rounds were not examined
     starts: int = 0  # number of starts of the search with several released inputs
+    limited: bool = False  # whether the search ended at its bound on work
     failed: int = 0  # number of starts from which it did not converge

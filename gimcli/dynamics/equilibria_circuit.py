@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from functools import cached_property
 
@@ -29,7 +30,7 @@ from gimcli.dynamics.equilibria_freedoms import released_inputs_line
 from gimcli.dynamics.equilibria_roots import CurveRoot, curve_roots
 from gimcli.mechanism import ConstantLaw, FloatArray, Mechanism
 from gimcli.positions.inputs import InputLine
-from gimcli.progress import Progress, no_progress
+from gimcli.progress import Progress, never, no_progress
 from gimcli.status import Status
 
 NO_GAIN = 1e-9
@@ -52,13 +53,14 @@ def released_circuit(mechanism: Mechanism, released: int, inputs: FloatArray, to
 
 
 def circuit_equilibria(
-    circuit: Circuit, balance: StaticBalance, middle: float, progress: Progress = no_progress
-) -> Equilibria:
+    circuit: Circuit, balance: StaticBalance, middle: float, progress: Progress = no_progress,
+    late: Callable[[], bool] = never,
+) -> Equilibria:  # fmt: skip
     """Return all equilibria on a circuit, in its order.
 
     middle: value of the released input [rad] from which a full turn extends by half a turn to both sides.
     """
-    return _CircuitSearch(BalanceCurve(circuit, balance), middle, progress).run()
+    return _CircuitSearch(BalanceCurve(circuit, balance, late), middle, progress).run()
 
 
 class _CircuitSearch:
@@ -91,7 +93,7 @@ class _CircuitSearch:
             tuple(listed), (self.main,), curve.nodes(start.p), curve.inputs(float(start.p[-1])),
             np.array([start.effort / self.metre]), self.curve.balance.conservative, everywhere, max(sizes),
             self._history(), self.circuit.closed, self.circuit.ended, len(self.circuit.crossings), self._gain(),
-            self.curve.winds, self.cut,
+            self.curve.winds, self.cut, limited=self.curve.ended(),
         )  # fmt: skip
 
     # -- rounds ---------------------------------------------------------------------------------------
@@ -122,6 +124,8 @@ class _CircuitSearch:
         """Examine further rounds, in both senses, until a torsion spring exceeds all other forces."""
         for sense in (1, -1):
             for number in range(1, BALANCE.rounds + 1):
+                if self.curve.ended():
+                    return
                 before = len(self.roots)
                 points = self._add_round(sense * number)
                 if len(self.roots) == before and all(sense * at.force < 0.0 for at in points):

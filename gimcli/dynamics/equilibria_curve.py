@@ -8,7 +8,7 @@ two neighbours also gives Q between them.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
@@ -21,6 +21,7 @@ from gimcli.continuation.circuit import CIRCUIT, Circuit
 from gimcli.dynamics.equilibria_balance import GeneralisedForces, StaticBalance
 from gimcli.dynamics.equilibria_freedoms import Freedoms
 from gimcli.mechanism import FloatArray
+from gimcli.progress import never
 
 
 @dataclass(frozen=True)
@@ -37,6 +38,8 @@ class BalanceConstants:
     window: float = 0.02  # half the width of the interval in which a multiple root is examined
     cluster: float = 1e-4  # greatest distance of the roots of a polynomial that are one multiple root
     rounds: int = 12  # most rounds in each sense over which a torsion spring is wound
+    work: int = 8_000  # positions after which the forces are not examined further; mechanisms need some hundreds
+    more: float = 1.5  # relative number of positions after which no root is searched
 
 
 BALANCE = BalanceConstants()
@@ -92,12 +95,16 @@ class BalancePoint:
 class BalanceCurve:
     """The force along a circuit."""
 
-    def __init__(self, circuit: Circuit, balance: StaticBalance) -> None:
+    def __init__(self, circuit: Circuit, balance: StaticBalance, late: Callable[[], bool] = never) -> None:
         assert circuit.curve.line is not None
-        self.circuit, self.balance = circuit, balance
+        self.circuit, self.balance, self.late, self.evaluated = circuit, balance, late, 0
         line = circuit.curve.line
         self.freedoms = Freedoms(circuit.mechanism, line.base, line.along[:, None])
         self.count = len(circuit.places) - 1
+
+    def ended(self, more: float = 1.0) -> bool:
+        """Return whether the search is at its bound on work."""
+        return self.evaluated > more * BALANCE.work or self.late()
 
     # -- points ---------------------------------------------------------------------------------------
 
@@ -189,6 +196,7 @@ class BalanceCurve:
         self, stops: Sequence[CurveStop], p: list[FloatArray], tangents: list[FloatArray], near: FloatArray
     ) -> list[BalancePoint]:
         """Return points with the forces; `near` as in `StaticBalance`."""
+        self.evaluated += len(stops)
         bends = [self._bend(*each) for each in zip(stops, p, tangents, strict=True)]
         jet = self.freedoms.jet(np.array(p).T, np.array(tangents).T[None], np.array(bends).T[None, None])
         return self._split(stops, p, tangents, bends, self.balance(jet, near))
@@ -224,7 +232,7 @@ class BalanceCurve:
         least = BALANCE.nothing * float(np.median([at.size for at in own]))
         found, open_ones = list(own), list(pairwise(own))
         for _ in range(BALANCE.depth):
-            if not open_ones:
+            if not open_ones or self.ended():
                 break
             middles = self.all_at([self._half(a, b) for a, b in open_ones])
             found += middles

@@ -42,9 +42,11 @@ class CurveRoot:
 
 
 def curve_roots(curve: BalanceCurve, points: list[BalancePoint]) -> list[CurveRoot]:
-    """Return the roots between resolved points, in their order, each once."""
+    """Return the roots between resolved points, in their order, each once; at the bound on work those found."""
     found: list[CurveRoot] = []
     for here, there in pairwise(points):
+        if curve.ended(BALANCE.more):
+            break
         for raw, sense in _isolated(curve, here, there, DIVISIONS):
             root = _examined(curve, raw, max(here.size, there.size, raw.size), sense)
             if not any(_same(curve, root, known) for known in found):

@@ -10,7 +10,7 @@ the configuration of the drawing. Source: Nocedal & Wright, Numerical Optimizati
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from itertools import islice
 
@@ -25,7 +25,7 @@ from gimcli.errors import UnassembledError
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.motion.start import settled, start_position
 from gimcli.positions.dispatch import plain
-from gimcli.progress import Progress, no_progress
+from gimcli.progress import Progress, never, no_progress
 from gimcli.status import Status
 from gimcli.structure.plan import make_plan
 
@@ -101,6 +101,7 @@ class EquilibriumSearch:
         self.freedoms, self.balance, self.released = freedoms, balance, released
         self.start = self.place(start, balance.initial_angles())
         self.scale, self.stiff = self.start.size, self.start.stiffness
+        self.late: Callable[[], bool] = never
 
     def place(self, y: FloatArray, near: FloatArray) -> BalancedPlace:
         """Return the forces at a settled position; `near` are the angles of a position nearby."""
@@ -113,8 +114,14 @@ class EquilibriumSearch:
             found.angles[:, 0],
         )  # fmt: skip
 
-    def run(self, starts: int, seed: int, progress: Progress = no_progress) -> Equilibria:
-        """Return the equilibria found from the drawing and random starts, until `starts` of them find nothing new."""
+    def run(
+        self, starts: int, seed: int, progress: Progress = no_progress, late: Callable[[], bool] = never
+    ) -> Equilibria:
+        """Return the equilibria found from the drawing and random starts, until `starts` of them find nothing new.
+
+        The search ends too when `late` says so, or after SEARCH.longer times as many starts.
+        """
+        self.late = late
         places = list(islice(self._starts(seed), starts))
         self.scale = max(place.size for place in places)
         self.stiff = max(place.stiffness for place in places)
@@ -124,13 +131,13 @@ class EquilibriumSearch:
         z, inputs = self.freedoms.nodes(self.start.y), self.freedoms.inputs(self.start.y)
         return Equilibria(
             tuple(listed), self.released, z, inputs, self._efforts(self.start), self.balance.conservative, everywhere,
-            self.scale, starts=tried, failed=failed,
+            self.scale, starts=tried, failed=failed, limited=late() or tried == SEARCH.longer * starts,
         )  # fmt: skip
 
     def _roots(self, starts: int, seed: int, progress: Progress) -> tuple[list[BalancedPlace], int, int]:
         """Return the equilibria, the number of starts without convergence, and that of all starts."""
         roots: list[BalancedPlace] = []
-        failed, last = 0, -1  # the last start that found something new
+        failed, k, last = 0, 0, -1  # the last start that found something new
         for k, place in enumerate(islice(self._starts(seed), SEARCH.longer * starts)):
             progress(min(k - last, starts), starts)
             if k - last > starts:
@@ -142,7 +149,7 @@ class EquilibriumSearch:
             if found is not None and not any(self._same(found, known) for known in roots):
                 roots.append(found)
                 last = k
-        return roots, failed, SEARCH.longer * starts
+        return roots, failed, k + 1
 
     def residual(self, place: BalancedPlace) -> float:
         """Return the force relative to the greatest sum of its contributions."""
@@ -153,7 +160,7 @@ class EquilibriumSearch:
     def _starts(self, seed: int) -> Iterator[BalancedPlace]:
         yield self.start
         random = np.random.default_rng(seed)
-        while True:
+        while not self.late():
             yield self._walked(random)
 
     def _walked(self, random: np.random.Generator) -> BalancedPlace:

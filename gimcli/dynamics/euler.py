@@ -67,6 +67,8 @@ class EulerIntegration(Integration):
         step = math.copysign(STEP, speed or torque)
         stops = 0
         while time <= self.times[-1] and (speed or abs(torque) > AT_REST):
+            if self._ends_early():
+                break
             ahead = self._reduced(q + step)
             if ahead is None:
                 self.status = Status.SINGULAR

@@ -67,7 +67,7 @@ class Integration:
         self.evaluations = self.steps = 0
         self.accepted = float(times[0])  # time of the last accepted state
         self.fastest = np.zeros(len(mechanism.actuators))  # greatest speed of each input since its last standstill
-        self.status, self.contradiction = Status.OK, 0.0
+        self.status, self.contradiction, self.careful = Status.OK, 0.0, math.nan
 
     def _stick_events(self, duration: float) -> StickEvents | None:
         """Return the search for pairs that stick; None without dry friction."""
@@ -125,13 +125,17 @@ class Integration:
                 if self.equations.is_jammed:
                     self._event(JAM, time, self.equations.velocity(time, y))
                 break
+            if self._is_stiff(time, y):
+                self.integrator, self.careful = INTEGRATORS[CAREFUL], time
             solver = self._stride_solver(time, y, end) or self._solver(time, y, end)
             stop, changed = self._piece(solver, end)
             if stop is not None:
                 return stop
             time, y = solver.t, np.array(solver.y)
-            if solver.status == "finished":
+            if solver.status == "finished" or self.status is not Status.OK:
                 break
+            if self._is_stiff(time, y):
+                continue
             if not changed and self._takes_care():
                 time, y = self.accepted, self.search.last_y.copy()
                 continue
@@ -146,6 +150,28 @@ class Integration:
             time, self.status = self._due, self.equations.reason()
         return time
 
+    def _is_stiff(self, time: float, y: FloatArray) -> bool:
+        """Return whether speeds decay so fast that an explicit method, which nobody chose, takes too many steps."""
+        if self.settings.method or not self.integrator.explicit or self.reducer.conservative:
+            return False
+        own = len(self.free)
+        table = self.equations.jacobian(time, y)[own : 2 * own, own : 2 * own]
+        fastest, speed = float(np.max(np.abs(np.linalg.eigvals(table)))), float(np.max(np.abs(y[own : 2 * own])))
+        rest = float(self.times[-1]) - time
+        return fastest * rest > SIMULATION.stiff and fastest > SIMULATION.damped * speed
+
+    def _ends_early(self) -> bool:
+        """Return whether the integration is at its bound on work."""
+        if self.reducer.tried > self.settings.work or self.settings.late():
+            self.status = Status.WORK_LIMIT
+        return self.status is Status.WORK_LIMIT
+
+    def _is_creeping(self, solver: Any) -> bool:
+        """Return whether the last step was short, in time and in the motion; where speeds decay at once it may be."""
+        step, own = solver.t - solver.t_old, len(self.free)
+        moved = step * float(np.max(np.abs(solver.y[own : 2 * own])))
+        return bool(step < self._creep and moved < SIMULATION.still and math.isnan(self.careful))
+
     def _takes_care(self) -> bool:
         """Continue with an implicit method where dry friction stops the usual one; return whether that is new."""
         if self.equations.friction is None or self.settings.method or self.integrator is INTEGRATORS[CAREFUL]:
@@ -158,7 +184,7 @@ class Integration:
 
         Return the time of the requested end, None before it, and whether other variables are better.
         """
-        changed, crept = False, 0
+        changed, crept, examined = False, 0, self.reducer.tried + SIMULATION.at_once
         while solver.status == "running" and not changed:
             if not self._step(solver):
                 break
@@ -170,11 +196,17 @@ class Integration:
             self._keep_energy(solver)
             if self.sticking is not None:
                 self.sticking.take(solver)
-            crept = crept + 1 if solver.t - solver.t_old < self._creep else 0
+            crept = crept + 1 if self._is_creeping(solver) else 0
             if crept > SIMULATION.patience:
                 break
             changed = not self.reducer.is_within and (self.equations.is_steep or self.equations.is_gentle)
             self.progress(int(1000 * solver.t / end), 1000)
+            if self._ends_early():
+                break
+            if self.reducer.tried > examined:
+                examined += SIMULATION.at_once
+                if self._is_stiff(solver.t, np.array(solver.y)):
+                    break
         self._count(solver)
         return None, changed
 
@@ -197,8 +229,7 @@ class Integration:
 
     def _solver(self, time: float, y: FloatArray, end: float) -> Any:
         settings, least = self.settings, SIMULATION.beginning * self._shortest
-        jacobian = None if self.equations.friction is None else self.equations.jacobian
-        control = StepControl(settings.rtol, self.tolerances, settings.step, least, jacobian)
+        control = StepControl(settings.rtol, self.tolerances, settings.step, least, self.equations.jacobian)
         return self.integrator.begin(self.equations.slopes, time, y, end, control)
 
     @property
@@ -244,9 +275,10 @@ class Integration:
 
     @property
     def _span(self) -> float:
-        """Time to which short steps are compared [s]: the whole time, less with dry friction, where speeds reverse."""
+        """Time to which short steps are compared [s]: the whole time, less where speeds reverse or decay at once."""
         whole = float(self.times[-1] - self.times[0])
-        return whole if self.equations.friction is None else SIMULATION.reversal * whole
+        regular = self.equations.friction is None and math.isnan(self.careful)
+        return whole if regular else SIMULATION.reversal * whole
 
     def _count(self, solver: Any) -> None:
         self.evaluations += solver.nfev
@@ -296,7 +328,7 @@ class Integration:
 
         def state(time: float) -> FloatArray:
             fine = self._solver(start, y, time)
-            while fine.status == "running" and fine.step() is None:
+            while fine.status == "running" and fine.step() is None and not self._ends_early():
                 pass
             self.evaluations += fine.nfev
             return np.asarray(fine.y if fine.status == "finished" else np.full_like(y, np.nan))
@@ -366,5 +398,5 @@ class Integration:
         return Simulation(
             mechanism, self.times[:count], inputs, nodes, efforts, energy, tuple(self.events), self.status, end,
             self.evaluations + self.search.evaluations, self.steps, self.projection.total, self.contradiction,
-            friction, slip,
+            friction, slip, self.careful,
         )  # fmt: skip

@@ -25,7 +25,7 @@ class StepControl:
     atol: FloatArray  # (state,)
     step: float  # s, of methods with equal steps
     least: float  # s, least first step of methods with adaptive steps
-    jacobian: Callable[[float, FloatArray], FloatArray] | None = None  # for implicit methods; None: by their own means
+    jacobian: Callable[[float, FloatArray], FloatArray]  # for implicit methods
 
 
 Begin = Callable[[Slopes, float, "FloatArray", float, StepControl], Any]
@@ -50,7 +50,7 @@ def of_scipy(name: str) -> Begin:
     def begin(slopes: Slopes, start: float, y: FloatArray, end: float, control: StepControl) -> Any:
         from scipy import integrate
 
-        known = {"jac": control.jacobian} if name == "Radau" and control.jacobian is not None else {}
+        known = {"jac": control.jacobian} if name == "Radau" else {}
         solver = getattr(integrate, name)(slopes, start, y, end, rtol=control.rtol, atol=control.atol, **known)
         if hasattr(solver, "h_abs"):  # LSODA has its own first step
             solver.h_abs = min(max(solver.h_abs, control.least), end - start)

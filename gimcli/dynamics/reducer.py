@@ -14,6 +14,7 @@ from gimcli.dynamic_data import TIME, Release
 from gimcli.dynamics.kinematic_history import Course, reading
 from gimcli.dynamics.load_arrays import acting, moving_loads, with_force_gauges
 from gimcli.dynamics.physical import require_masses
+from gimcli.dynamics.simulation_types import SIMULATION
 from gimcli.dynamics.windows import WEAK, WindowSearch, no_windows, with_window
 from gimcli.errors import StructureError
 from gimcli.kernels import influence, reduction
@@ -131,6 +132,7 @@ class Reducer:
             return False
         if choice == self.choice:
             return self._set_base_only(v)
+        before = self.tried
         self.choice, self.chart = choice, make_chart(self.terms, choice)
         size, variables = len(choice.independent), self.terms.variables
         blocks, widest = len(self.chart.blocks), max([1, size, *(b[2] - b[1] for b in self.chart.blocks)])
@@ -139,9 +141,9 @@ class Reducer:
         )
         self.room = influence.InfluenceScratch(
             np.zeros((3, self.terms.functions)), np.zeros((widest, widest)), np.zeros(2 * widest), np.zeros(widest),
-            np.zeros(variables), np.zeros(variables), np.zeros(size), np.zeros(1, dtype=np.int64), np.zeros(3),
+            np.zeros(variables), np.zeros(variables), np.zeros(size), np.zeros(2, dtype=np.int64), np.zeros(3),
         )  # fmt: skip
-        self.room.f[0, 0] = 1.0
+        self.room.f[0, 0], self.room.weakest[1] = 1.0, before
         self.out = reduction.Reduced(
             np.zeros((size, size)), np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(reduction.ENERGIES)
         )
@@ -158,6 +160,11 @@ class Reducer:
         return bool(self.run(influence.settle)(self.chart, self.base, np.zeros(len(self.own)), self.room))
 
     @property
+    def tried(self) -> int:
+        """Number of positions of all motions so far, also those between two states; a call counts as several."""
+        return int(self.room.weakest[1]) if self.choice is not None else 0
+
+    @property
     def on_inputs(self) -> bool:
         """Return whether the inputs are the independent variables."""
         first = self.terms.first_reading
@@ -171,6 +178,7 @@ class Reducer:
         `given` (k,) ends with the accelerations of the inputs that follow laws.
         """
         self._force(target, speeds, time)
+        self.room.weakest[1] += SIMULATION.call
         while True:
             moved = self.run(reduction.move)(
                 self.chart, self.acting, self.base, self.last, self.at, self.windows, target, speeds, given,
@@ -194,6 +202,7 @@ class Reducer:
         if not room.weak[2]:
             return False
         self.opened += 1
+        room.weakest[1] += SIMULATION.window
         nearer, together = max(0.25 * room.weak[1], NEAREST), bool(room.weak[2] == TOGETHER)
         if self.opened > MOST_OPENED or not room.weak[1] > NEAREST:
             room.weak[2] = 0.0

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -9,21 +11,11 @@ import numpy as np
 from gimcli.dynamics.kinematic_history import Course
 from gimcli.kernels.reduction import POTENTIAL
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+from gimcli.progress import never
 from gimcli.status import Status
 
 STANDSTILL, DEAD_POINT, LIMIT, SINGULAR = "standstill", "dead point", "limit", "singular position"
 STICKS, SLIDES, JAM = "sticks", "slides", "jam"
-
-
-@dataclass(frozen=True)
-class Settings:
-    """Settings of an integration that the user chooses."""
-
-    method: str = ""  # a name of INTEGRATORS; "": the usual one
-    rtol: float = 1e-9  # relative tolerance of variables and speeds
-    step: float = 1e-3  # s, of rk4
-    standstills: int = 0  # number of the standstill at which to end; 0: none
-    slip: float = 0.0  # rad/s, slip speed of dry friction; 0: from the whole time
 
 
 @dataclass(frozen=True)
@@ -37,7 +29,8 @@ class SimulationConstants:
     shortest: float = 1e-12  # least step relative to the whole time: shorter steps occur before a singular position
     beginning: float = 1e3  # least first step relative to the least step: rounded zeros suggest too short ones
     creep: float = 1e-7  # step relative to the whole time; the piece ends if more than `patience` steps ...
-    patience: int = 300  # ... in succession are shorter
+    patience: int = 300  # ... in succession are shorter, and none moves farther
+    still: float = 1e-3  # than this (rad, sizes): where speeds are great, short steps are no creep
     beside: float = 2e-2  # determinant of a dyad below which every step is checked
     landing: float = 1e-2  # greatest correction of an event relative to the step; greater ones mean a change point
     bisections: int = 60  # of a bracket, for full precision
@@ -48,10 +41,30 @@ class SimulationConstants:
     reversal: float = 1e-3  # of the whole time: dry friction changes its sense within shorter steps than loads change
     standing: float = 4.0  # sliding speed relative to the slip speed up to which a pair stands: 1 - tanh(4) is 7e-4
     dwell: float = 1e-3  # least time relative to the whole time for which a pair stands: a reversal is shorter
+    at_once: int = 100_000  # positions after which stiffness and the bound on work are examined again
+    work: int = 10_000_000  # most positions of a motion; a turn of a crank takes some hundreds
+    call: int = 40  # positions that take as long as a call from the interpreter
+    window: int = 2_500  # positions that take as long as the search for a window about a change point
+    interpreted: int = 400_000  # most positions without compilation, where that is not the choice of the user
+    stiff: float = 1e5  # decay rate of speeds times the rest of the time, above which explicit steps are too many
+    damped: float = 100.0  # least decay rate relative to the speeds: below, the motion itself needs short steps
     moving: float = 1e-2  # least kinetic energy relative to the greatest energies for a correction of the speeds
 
 
 SIMULATION = SimulationConstants()
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Settings of an integration that the user chooses."""
+
+    method: str = ""  # a name of INTEGRATORS; "": the usual one
+    rtol: float = 1e-9  # relative tolerance of variables and speeds
+    step: float = 1e-3  # s, of rk4
+    standstills: int = 0  # number of the standstill at which to end; 0: none
+    slip: float = 0.0  # rad/s, slip speed of dry friction; 0: from the whole time
+    late: Callable[[], bool] = never  # whether the integration shall end now
+    work: int = SIMULATION.work  # most positions
 
 
 @dataclass(frozen=True)
@@ -85,6 +98,7 @@ class Simulation:
     contradiction: float  # greatest residual of all equations, including redundant ones
     friction: FloatArray | None = field(default=None, repr=False)  # (contacts, rows) N x length in pins, N in guides
     slip: float = 0.0  # rad/s, slip speed of dry friction; 0: there is none
+    careful: float = math.nan  # s, time from which an implicit method continued, because of stiffness; NaN: never
 
     @property
     def total(self) -> FloatArray:

@@ -249,7 +249,7 @@ def _arrays(terms: Terms, chart: influence.Chart) -> tuple[influence.InfluencePo
     )  # fmt: skip
     room = influence.InfluenceScratch(
         np.zeros((3, terms.functions)), np.zeros((widest, widest)), np.zeros(2 * widest), np.zeros(widest),
-        np.zeros(terms.variables), np.zeros(terms.variables), np.zeros(size), np.zeros(1, dtype=np.int64), np.zeros(3),
+        np.zeros(terms.variables), np.zeros(terms.variables), np.zeros(size), np.zeros(2, dtype=np.int64), np.zeros(3),
     )  # fmt: skip
     room.f[0, 0] = 1.0
     return place, room

@@ -11,11 +11,6 @@ from typing import Any
 from gimcli.progress import deadline
 
 
-def endless() -> bool:
-    """Return False: a search without an early end."""
-    return False
-
-
 class SearchStop:
     """Says whether a search shall end; `interrupted` is set by the first Ctrl-C."""
 

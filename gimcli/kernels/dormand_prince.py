@@ -24,8 +24,8 @@ estimate is zero for a motion that is symmetric about the step."""
 
 WANTED, FINISHED, FAILED, STOPPED = range(4)
 """Why a call ended. WANTED: the last step contains a row or an event, is very short, or ends where M is steep or near a
-change point. FINISHED: the end is reached. FAILED: the least step is still too long. STOPPED: a stage is near a change
-point without a window."""
+change point, or many positions were tried. FINISHED: the end is reached. FAILED: the least step is still too long.
+STOPPED: a stage is near a change point without a window."""
 
 NOW, BEFORE, STEP, DUE, END, RTOL, ATOL, STEEP, MOVING, GREATEST_KINETIC, START, CORRECTED, SHORTEST, NEAR, CREEP = (
     range(15)
@@ -53,7 +53,7 @@ class States(NamedTuple):
     trial: FloatArray  # (n,)
     k: FloatArray  # (13, n) slopes
     clock: FloatArray  # (CLOCK,)
-    counts: IntArray  # (2,) evaluations, steps
+    counts: IntArray  # (3,) evaluations, steps, positions tried (`weakest`) after which a call ends
 
 
 class MotionModel(NamedTuple):
@@ -158,7 +158,7 @@ def take_steps(m: MotionModel, t: Tableau, s: States, conservative: bool) -> int
         rejected = False
         while True:
             h = min(clock[STEP], clock[END] - clock[NOW])
-            if clock[STEP] < clock[SHORTEST]:
+            if not clock[STEP] >= clock[SHORTEST]:  # also NaN
                 return FAILED
             error = try_step(m, t, s, h)
             if error < 1.0:
@@ -176,7 +176,7 @@ def take_steps(m: MotionModel, t: Tableau, s: States, conservative: bool) -> int
         for i in range(n):
             s.before[i] = s.y[i]
             s.y[i] = s.trial[i]
-        if h < clock[CREEP] or is_wanted(m, s):
+        if h < clock[CREEP] or m.room.weakest[1] >= s.counts[2] or is_wanted(m, s):
             return FINISHED if clock[NOW] >= clock[END] else WANTED
         copy_place(m.base, m.at)
         for i in range(n):

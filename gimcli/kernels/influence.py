@@ -30,6 +30,9 @@ ROUNDS = 12
 SETTLED = 1e-9
 """A correction below this is the last one, as the next would be about its square."""
 
+MOST_TRIES = 10_000
+"""Most positions between two states of a motion; a turn of a crank takes about 20."""
+
 FINEST = 1e-6
 """Least step of the independent variables, in the normal frame or rad."""
 
@@ -76,7 +79,7 @@ class InfluenceScratch(NamedTuple):
     velocity: FloatArray  # (variables,)
     acceleration: FloatArray  # (variables,)
     step: FloatArray  # (k,)
-    weakest: IntArray  # (1,) block with the smallest determinant
+    weakest: IntArray  # (2,) block with the smallest determinant; number of positions that `follow` tried so far
     weak: FloatArray  # (3,) that determinant; least one allowed (0: any); nonzero if `follow` stopped at that limit
 
 
@@ -368,10 +371,12 @@ def follow(
 
     Steps are halved until the motion continues smoothly. If even the finest step does not, the other side of the
     weakest block is tried, then that of all blocks near a change point: the change point is passed smoothly. If a
-    determinant is below the limit `room.weak[1]`, `to` is the first such position and the result is false.
+    determinant is below the limit `room.weak[1]`, `to` is the first such position and the result is false. It is false
+    too if the target is so far that MOST_TRIES positions do not reach it.
     """
-    part, flipped = 1.0, NONE
-    while True:
+    part, flipped, last_try = 1.0, NONE, room.weakest[1] + MOST_TRIES
+    while room.weakest[1] < last_try:
+        room.weakest[1] += 1
         far = 0.0
         for k in range(target.shape[0]):
             rest = target[k] - last.v[c.independent[k]]
@@ -396,6 +401,7 @@ def follow(
             flipped += 1
         else:
             part *= 0.5
+    return False
 
 
 @kernel

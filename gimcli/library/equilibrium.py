@@ -21,7 +21,7 @@ from gimcli.library.released import released_inputs
 from gimcli.library.result import Result
 from gimcli.mechanism import Mechanism
 from gimcli.positions.options import Options
-from gimcli.progress import Phases, no_phases
+from gimcli.progress import Phases, deadline, no_phases
 from gimcli.status import Status
 from gimcli.structure.drive_check import explained
 from gimcli.table import Column, Table, xy_columns
@@ -44,6 +44,7 @@ SENSES = {1: "up", -1: "down"}
 def equilibrium(
     mechanism: Mechanism, free: str | Sequence[str] = (), at: Mapping[str, float | str] | None = None, *,
     time: float = 0.0, starts: int = 24, seed: int = 0, tolerance: float = 1e-10, progress: Phases = no_phases,
+    seconds: float | None = None,
 ) -> EquilibriumResult:  # fmt: skip
     """Find the positions in which weight, springs, loads and constant efforts balance.
 
@@ -61,6 +62,8 @@ def equilibrium(
         seed: seed of the random starts.
         tolerance: largest accepted error of a constraint, relative to the mechanism's size; from 1e-14 to below 1.
         progress: function of the name of a phase; returns a function of (done, all), for a progress bar.
+        seconds: the search ends after this time with what was found (status "work-limit"); by default it has a bound
+            in positions only, which is the same on every machine.
 
     Returns:
         An EquilibriumResult: one row for each equilibrium, with inputs, potential, stability and the efforts that push
@@ -72,6 +75,7 @@ def equilibrium(
         StructureError: the mechanism has no actuator, or is not fully driven, over-driven or contradictory.
         UnassembledError: the start position cannot be assembled.
     """
+    late = deadline(seconds)
     refuse_linked(mechanism, "equilibrium")
     refuse_count("starts", starts, 1, MOST_STARTS)
     refuse_count("seed", seed, 0, 2**63)
@@ -84,10 +88,10 @@ def equilibrium(
         if len(released) == 1:
             circuit = released_circuit(mechanism, released[0], values, allowed)
             middle = _middle(mechanism, released[0], values)
-            found = circuit_equilibria(circuit, balance, middle, progress("forces along the circuit"))
+            found = circuit_equilibria(circuit, balance, middle, progress("forces along the circuit"), late)
         else:
             search = released_search(mechanism, released, values, balance, allowed)
-            found = search.run(starts, seed, progress("searching equilibria"))
+            found = search.run(starts, seed, progress("searching equilibria"), late)
     return EquilibriumResult(mechanism, found, time)
 
 
@@ -125,7 +129,7 @@ class EquilibriumResult(Result):
         """Whether all iterations converged; of the starts with several released inputs, at least one."""
         found = self.found
         lost = found.starts > 0 and found.failed == found.starts
-        return not lost and all(one.status is Status.OK for one in found.found)
+        return not lost and not found.limited and all(one.status is Status.OK for one in found.found)
 
     @property
     def released(self) -> tuple[str, ...]:
@@ -177,6 +181,7 @@ class EquilibriumResult(Result):
             "released": list(self.released), "time": self.time, "at": self.inputs(found.start_inputs),
             "holding": {name: _finite(value) for name, value in self.holding.items()},
             "everywhere": found.everywhere, "conservative": found.conservative, "complete": self.complete,
+            "status": (Status.WORK_LIMIT if found.limited else Status.OK).word,
             "equilibria": self.equilibria,
         }  # fmt: skip
         if found.history is None:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -10,11 +12,11 @@ import numpy as np
 
 from gimcli.dynamics.force_table import open_reactions
 from gimcli.dynamics.forces import Forces
-from gimcli.dynamics.integrators import INTEGRATORS, WITH_DRY_FRICTION
+from gimcli.dynamics.integrators import CAREFUL, INTEGRATORS, WITH_DRY_FRICTION
 from gimcli.dynamics.simulation import simulate as simulate_times
 from gimcli.dynamics.simulation_table import ENERGIES, column_names, event_report, reaction_names, simulation_table
 from gimcli.dynamics.simulation_table import reactions as find_reactions
-from gimcli.dynamics.simulation_types import Settings, Simulation
+from gimcli.dynamics.simulation_types import SIMULATION, Settings, Simulation
 from gimcli.errors import UsageError
 from gimcli.library.force_plots import force_vocabulary
 from gimcli.library.inputs import MOST_STEPS, refuse_choice, refuse_count, refuse_linked
@@ -22,10 +24,11 @@ from gimcli.library.places import angles, pairs, places
 from gimcli.library.plots import PlannedGraph, drawn, only_angle
 from gimcli.library.result import ByName, RowsResult
 from gimcli.mechanism import FRAME, FloatArray, Mechanism
-from gimcli.positions.dispatch import choose
+from gimcli.positions.dispatch import choose, plain
 from gimcli.positions.options import JIT
-from gimcli.progress import Notify, Phases, no_phases
+from gimcli.progress import Notify, Phases, deadline, no_phases
 from gimcli.rates.member_angles import counted
+from gimcli.status import Status
 from gimcli.structure.drive_check import explained
 from gimcli.table import per_second
 
@@ -52,7 +55,7 @@ def simulate(
     mechanism: Mechanism, time: float = 5.0, *, dt: float | None = None, integrator: str = "",
     rtol: float = 1e-9, step: float = STEP, slip: float | None = None, standstills: int = 0, reactions: bool = False,
     plot: str | Sequence[str] = (), jit: str = "auto", notify: Notify | None = None, progress: Phases = no_phases,
-    method: str = "",
+    method: str = "", seconds: float | None = None,
 ) -> SimulateResult:  # fmt: skip
     """Simulate the motion of the free inputs (`free: true` in the model) under the forces that act (forward dynamics).
 
@@ -61,7 +64,8 @@ def simulate(
         time: duration of the motion [s].
         dt: time between two rows [s]; by default time / 200.
         integrator: "dop853", "rk45", "radau", "lsoda" (steps from `rtol`), "rk4" (equal steps of time) or "euler"
-            (equal steps of the only free input); by default "dop853", with dry friction "lsoda".
+            (equal steps of the only free input); by default "dop853", with dry friction "lsoda",
+            and "radau" where damping is stiff.
         rtol: relative tolerance of the integrators with adaptive steps, from 1e-14 to 1e-2.
         step: time step of "rk4" [s].
         slip: slip speed of dry friction [rad/s] below which it grows smoothly with the speed, in guides times the unit
@@ -74,6 +78,8 @@ def simulate(
         notify: function of a text; called with notices, such as the start of a compilation.
         progress: function of the name of a phase; returns a function of (done, all), for a progress bar.
         method: the older name of `integrator`.
+        seconds: the simulation ends after this time with what was found (status "work-limit"); by default it has a
+            bound in evaluations only, which is the same on every machine.
 
     Returns:
         A SimulateResult: `xy[name]` (rows, 2), `angle[member]` (rows,), `status` (rows,), `events`, and the columns of
@@ -84,7 +90,7 @@ def simulate(
         ModelError: no masses are defined.
         StructureError: no input is free, or the mechanism is not fully driven or over-driven.
     """
-    times = _times(time, dt)
+    late, times = deadline(seconds), _times(time, dt)
     if not 1e-14 <= rtol <= 1e-2:
         raise UsageError(f"rtol: expected a number from 1e-14 to 1e-2, got {rtol:g}")
     if not 0.0 < step <= max(time, STEP):
@@ -101,12 +107,22 @@ def simulate(
     refuse_count("standstills", standstills, 0, MOST_STEPS)
     texts = [plot] if isinstance(plot, str) else list(plot)
     plans = _planned(mechanism, texts) if any(text.strip() for text in texts) else []
-    run = choose(jit, time * A_SECOND * WORK, notify, ("move",))
+    turns = time * max((abs(r.speed) / math.tau for r in mechanism.dynamics.releases if r.free), default=0.0)
+    if turns > SIMULATION.work:
+        raise UsageError(f"speed: {turns:g} turns in {time:g} s are too many to follow; reduce `speed` of the input")
+    run = choose(jit, (time + turns) * A_SECOND * WORK, notify, ("move",))
     if integrator and INTEGRATORS[integrator].explicit and _has_dry_friction(mechanism) and notify is not None:
         notify(f"dry friction is stiff: {integrator} may take long; {WITH_DRY_FRICTION} and radau do not")
-    settings = Settings(integrator, max(rtol, LEAST), step, standstills, slip or 0.0)
+    short = jit == "auto" and run is plain
+    most = SIMULATION.interpreted if short else SIMULATION.work
+    settings = Settings(integrator, max(rtol, LEAST), step, standstills, slip or 0.0, late, most)
     with explained(mechanism):
         found = simulate_times(mechanism, times, settings, run, progress("simulating"))
+        if short and found.status is Status.WORK_LIMIT and not late():
+            run, settings = choose("on", 0.0, notify, ("move",)), replace(settings, work=SIMULATION.work)
+            found = simulate_times(mechanism, times, settings, run, progress("simulating"))
+    if notify is not None and not math.isnan(found.careful):
+        notify(f"strong damping is stiff: integrated with {CAREFUL} from {found.careful:g} s on")
     if standstills and found.status.word == "ok":
         times = times[: len(found.time)]
     forces, names = None, simulation_table(found, times).names

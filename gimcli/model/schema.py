@@ -251,7 +251,7 @@ class Actuator(Gauge):
     phase: float | None = _optional(AMOUNT)
     free: bool = _default(core_schema.bool_schema(strict=True), False)
     start: float | None = _optional(NUMBER)
-    speed: float = _default(NUMBER, 0.0)
+    speed: float = _default(AMOUNT, 0.0)
     effort: Effort | None = _optional(Effort.schema)
     rotor: Rotor | None = _optional(Rotor.schema)
 
