@@ -280,7 +280,17 @@ class Mechanism:
     @cached_property
     def machines(self) -> tuple[Machine, ...]:
         """The independent machines; one, the mechanism itself, if there are not several."""
-        return (self.as_machine,) if self.written is None else self.written.machines(self)
+        return (self.as_machine,) if self.written is None else self.written.machines(self, structures=True)
+
+    @cached_property
+    def driven_machines(self) -> tuple[Machine, ...]:
+        """The machines with inputs; parts that no input moves belong to the first one."""
+        return self.machines if len(self.machines) == 1 else self.written.machines(self, structures=False)
+
+    @cached_property
+    def loaded_machines(self) -> tuple[Machine, ...]:
+        """Those with masses and forces; springs, dampers, and loads over an input, join machines."""
+        return self.machines if len(self.machines) == 1 else self.written.machines(self, False, loaded=True)
 
     @property
     def as_machine(self) -> Machine:

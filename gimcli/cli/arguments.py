@@ -84,8 +84,8 @@ def _given(context: typer.Context, assembly: str) -> str:
 Assembly = Annotated[
     str,
     typer.Option(
-        "--assembly", metavar="K", help="Configuration: number or signs of `gim solve --all`.", rich_help_panel=INPUTS,
-        callback=_given,
+        "--assembly", metavar="K", rich_help_panel=INPUTS, callback=_given,
+        help="Configuration: number or signs of `gim solve --all`; of several machines MACHINE=K,MACHINE=K.",
     ),
 ]  # fmt: skip
 Json = Annotated[bool, typer.Option("--json", help="Print the report as one JSON object.", rich_help_panel=OUTPUT)]

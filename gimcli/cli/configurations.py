@@ -24,13 +24,15 @@ ROWS = 60
 
 def solve_all(outputs: Outputs, at: dict[str, str], tolerance: float, changes: list[str]) -> None:
     """Find every configuration, print and write it; exit with 5 if there is none."""
+    from gimcli.cli.outputs import by_machine
     from gimcli.cli.progress import progress_bar
-    from gimcli.library.configurations import configurations
+    from gimcli.library.configurations import ConfigurationsResult, configurations
 
     found = configurations(outputs.loaded(changes=changes, every=True), at, tolerance=tolerance, progress=progress_bar)
     outputs.write(found)
     pictures = outputs.files.of("picture")
-    outputs.finish(found, partial(_print, pictures[0] if pictures else None))
+    shown = pictures[0] if pictures and isinstance(found, ConfigurationsResult) else None
+    outputs.finish(found, by_machine(partial(_print, shown)))
 
 
 def _print(png: Path | None, result: ConfigurationsResult) -> None:

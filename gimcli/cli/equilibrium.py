@@ -76,7 +76,7 @@ def command(
     drawing: Drawing = NO_OPTIONS,
 ) -> None:  # fmt: skip
     """Find the equilibria."""
-    from gimcli.cli.outputs import Outputs
+    from gimcli.cli.outputs import Outputs, by_machine
     from gimcli.cli.progress import progress_bar
     from gimcli.library.equilibrium import EquilibriumResult, equilibrium
 
@@ -88,7 +88,7 @@ def command(
         seconds=seconds,
     )  # fmt: skip
     outputs.write(found)
-    outputs.finish(found, _print)
+    outputs.finish(found, by_machine(_print))
 
 
 def _print(result: EquilibriumResult) -> None:

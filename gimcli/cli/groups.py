@@ -24,10 +24,10 @@ def command(
 ) -> None:
     """Print the groups in the order of formation."""
     from gimcli.cli.console import print_table
-    from gimcli.cli.outputs import Outputs
+    from gimcli.cli.outputs import Outputs, by_machine
     from gimcli.library.groups import GroupsResult, groups
 
     outputs = Outputs(GroupsResult, model, out, png=png, as_json=as_json, drawing=drawing)
     found = groups(outputs.loaded(changes=changes))
     outputs.write(found)
-    outputs.finish(found, lambda f: print_table(f.headline(), HEAD, f.rows(), (3,)))
+    outputs.finish(found, by_machine(lambda f: print_table(f.headline(), HEAD, f.rows(), (3,))))

@@ -70,7 +70,7 @@ def command(
 ) -> None:  # fmt: skip
     """Find the modes."""
     from gimcli.cli.console import note_doubtful_loading
-    from gimcli.cli.outputs import Outputs
+    from gimcli.cli.outputs import Outputs, by_machine
     from gimcli.library.modes import ModesResult, modes
 
     outputs = Outputs(ModesResult, model, out, csv=csv, png=png, as_json=as_json, drawing=drawing)
@@ -79,7 +79,7 @@ def command(
     note_doubtful_loading(mechanism)
     found = modes(mechanism, free, inputs, time=time, settle=settle, tolerance=tolerance)
     outputs.write(found)
-    outputs.finish(found, _print)
+    outputs.finish(found, by_machine(_print))
 
 
 def _print(result: ModesResult) -> None:

@@ -52,7 +52,7 @@ def command(
 ) -> None:
     """Reduce a mechanism to one input."""
     from gimcli.cli.console import note, note_doubtful_loading
-    from gimcli.cli.outputs import Outputs
+    from gimcli.cli.outputs import Outputs, by_machine
     from gimcli.cli.progress import progress_bar
     from gimcli.library.reduce import ReduceResult, reduce
 
@@ -63,7 +63,7 @@ def command(
         mechanism, name, steps, fluctuation=fluctuation, rpm=rpm, jit=jit.value, notify=note, progress=progress_bar
     )
     outputs.write(found)
-    outputs.finish(found, _print)
+    outputs.finish(found, by_machine(_print))
 
 
 def _print(found: ReduceResult) -> None:

@@ -53,7 +53,7 @@ def command(
     drawing: Drawing = NO_OPTIONS,
 ) -> None:
     """Find and print the sequence."""
-    from gimcli.cli.outputs import Outputs
+    from gimcli.cli.outputs import Outputs, by_machine
     from gimcli.library.sequence import SequenceResult, sequence
 
     inputs = pairs(at)
@@ -61,7 +61,7 @@ def command(
     mechanism = outputs.loaded(assembly, inputs, tolerance, changes=changes)
     found = sequence(mechanism, inputs, strategy=strategy.value, tolerance=tolerance)
     outputs.write(found)
-    outputs.finish(found, partial(_print, explain))
+    outputs.finish(found, by_machine(partial(_print, explain)))
 
 
 def _print(explain: bool, found: SequenceResult) -> None:

@@ -49,7 +49,7 @@ def command(
 ) -> None:  # fmt: skip
     """Compare methods."""
     from gimcli.cli.console import note
-    from gimcli.cli.outputs import Outputs
+    from gimcli.cli.outputs import Outputs, by_machine
     from gimcli.cli.progress import progress_bar
     from gimcli.library.tradeoff import TradeoffResult, tradeoff
 
@@ -65,7 +65,7 @@ def command(
         progress=progress_bar,
     )
     outputs.write(found)
-    outputs.finish(found, _print)
+    outputs.finish(found, by_machine(_print))
 
 
 def _tolerances(text: str) -> list[float]:

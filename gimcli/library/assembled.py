@@ -9,10 +9,11 @@ import numpy as np
 
 from gimcli.assemblies import Configurations, all_configurations
 from gimcli.errors import UnassembledError, UsageError
-from gimcli.library.inputs import inputs_of, refuse_linked
+from gimcli.library.inputs import inputs_of, near, refuse_linked
 from gimcli.library.rounding import titled
 from gimcli.library.sides import with_sides_of
 from gimcli.mechanism import ComplexArray, FloatArray, Input, Mechanism
+from gimcli.motion.side_by_side import whole_inputs, whole_positions
 from gimcli.positions.options import Options
 from gimcli.progress import Phases, no_phases
 from gimcli.structure.drive_check import explained
@@ -32,7 +33,8 @@ def assembled(
     Args:
         mechanism: from `load` or `loads`.
         assembly: number of the configuration in the list of `configurations` (from 1), or its signs, such as "+-" or
-            "-(2)".
+            "-(2)"; of several independent machines also "MACHINE=2,OTHER=+-" as `configurations` lists them. Without
+            names a number or signs count the combinations of all machines.
         at: dict of inputs by name, for names that are not Python names or are names of arguments.
         tolerance: largest accepted error of a constraint, relative to the mechanism's size; from 1e-14 to below 1.
         progress: function of the name of a phase; returns a function of (done, all), for a progress bar.
@@ -50,6 +52,8 @@ def assembled(
     Options.checked("auto", "spectral", tolerance, "auto")
     refuse_linked(mechanism, "configurations")
     values = inputs_of(mechanism, at, inputs)
+    if "=" in str(assembly):
+        return _of_machines(mechanism, str(assembly), {**(at or {}), **inputs}, tolerance, progress)
     with explained(mechanism):
         found = all_configurations(mechanism, values, tolerance, progress("configurations"))
     if not len(found):
@@ -57,6 +61,27 @@ def assembled(
         raise UnassembledError(f"{where}: no configuration was found, so that assembly {assembly} does not exist")
     z = found.z[_index(found, assembly)]
     return with_sides_of(drawn_at(mechanism, z, values), mechanism, z)
+
+
+def _of_machines(
+    mechanism: Mechanism, text: str, given: Mapping[str, float | str], tolerance: float, progress: Phases
+) -> Mechanism:
+    """Return the mechanism with the configurations of some machines, such as "crank=2,rocker=+-"."""
+    wanted = {name.strip(): own for name, _, own in (part.partition("=") for part in text.split(","))}
+    names = [one.name for one in mechanism.driven_machines]
+    for name in wanted:
+        if name not in names:
+            raise UsageError(f"assembly {text}: no machine '{name}'{near(name, names, 'machines')}")
+    drawn, inputs = [], mechanism.drawn_inputs
+    for one in mechanism.driven_machines:
+        own = one.mechanism
+        if one.name in wanted:
+            at = {a.name: given[a.name] for a in own.actuators if a.name in given}
+            own = assembled(own, wanted[one.name], at, tolerance=tolerance, progress=progress)
+            inputs[list(one.actuators)] = whole_inputs(mechanism, one, own.drawn_inputs)
+        drawn.append(own.drawn)
+    z = whole_positions(mechanism, drawn, mechanism.driven_machines)
+    return with_sides_of(drawn_at(mechanism, z, inputs), mechanism, z)
 
 
 def drawn_at(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray) -> Mechanism:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,7 +10,7 @@ from gimcli.branching.enumeration import Circuits, EnumerationConstants, Strand
 from gimcli.branching.enumeration import circuits as all_circuits
 from gimcli.continuation.curve import LONGEST
 from gimcli.library.inputs import in_file_units, interval_of, refuse_count, refuse_linked
-from gimcli.library.machines import MachinesResult
+from gimcli.library.machines import driven_machines, for_each_machine
 from gimcli.library.places import coordinates
 from gimcli.library.result import Result
 from gimcli.mechanism import Mechanism
@@ -31,6 +30,7 @@ LEAST, MOST = 4, 100_000
 """Smallest and largest number of samples of the input."""
 
 
+@for_each_machine(driven_machines)
 def circuits(mechanism: Mechanism, *, samples: int = 72, progress: Phases = no_phases) -> CircuitsResult:
     """Find the circuits of a mechanism: the configurations that are connected without disassembly.
 
@@ -52,9 +52,6 @@ def circuits(mechanism: Mechanism, *, samples: int = 72, progress: Phases = no_p
     """
     refuse_linked(mechanism, "circuits")
     refuse_count("samples", samples, LEAST, MOST)
-    if len(mechanism.machines) > 1:
-        several: CircuitsResult = MachinesResult.of(mechanism, partial(circuits, samples=samples, progress=progress))
-        return several
     with explained(mechanism):
         found = all_circuits(
             mechanism, EnumerationConstants(samples=samples), progress("configurations and their circuits")

@@ -10,6 +10,7 @@ import numpy as np
 
 from gimcli.assemblies import Configurations, all_configurations, drawn_configuration
 from gimcli.library.inputs import in_file_units, inputs_of, refuse_linked
+from gimcli.library.machines import for_each_machine
 from gimcli.library.places import angles, coordinates, pairs, places
 from gimcli.library.result import ByName, Result
 from gimcli.library.rounding import titled
@@ -27,6 +28,7 @@ PANELS = 36
 """Largest number of configurations in one picture."""
 
 
+@for_each_machine()
 def configurations(
     mechanism: Mechanism, at: Mapping[str, float | str] | None = None, *, tolerance: float = 1e-10,
     progress: Phases = no_phases, **inputs: float,

@@ -16,6 +16,7 @@ from gimcli.dynamics.equilibria_circuit import circuit_equilibria, released_circ
 from gimcli.dynamics.equilibria_search import released_search
 from gimcli.errors import UsageError
 from gimcli.library.inputs import in_file_units, inputs_of, refuse_count, refuse_linked
+from gimcli.library.machines import for_each_machine, released_machines
 from gimcli.library.places import coordinates
 from gimcli.library.released import released_inputs
 from gimcli.library.result import Result
@@ -41,6 +42,7 @@ SENSES = {1: "up", -1: "down"}
 """Words for the sense in which an input is pushed, as in the names of columns."""
 
 
+@for_each_machine(released_machines)
 def equilibrium(
     mechanism: Mechanism, free: str | Sequence[str] = (), at: Mapping[str, float | str] | None = None, *,
     time: float = 0.0, starts: int = 24, seed: int = 0, tolerance: float = 1e-10, progress: Phases = no_phases,

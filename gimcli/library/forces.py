@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from functools import cached_property
 from itertools import chain
 from typing import TYPE_CHECKING, Any
@@ -16,6 +17,7 @@ from gimcli.dynamics.force_table import force_table
 from gimcli.dynamics.forces import motion_forces
 from gimcli.dynamics.physical import require_action
 from gimcli.dynamics.rotor_columns import with_rotors
+from gimcli.errors import UsageError
 from gimcli.library.curve_marks import with_marks
 from gimcli.library.force_plots import force_vocabulary, usual_graphs, varying
 from gimcli.library.force_report import summary_report
@@ -37,6 +39,7 @@ if TYPE_CHECKING:
     from gimcli.dynamics.bearing_loads import BearingLoad
     from gimcli.dynamics.force_statistics import Statistic
     from gimcli.dynamics.work_balance import Work
+    from gimcli.library.machine_forces import ForcesBeside
     from gimcli.output.graph import CurveGraph
     from gimcli.output.picture import Content
 
@@ -71,22 +74,40 @@ def forces(
         A ForcesResult: forces [N], torques [N m] and powers [W] as the columns of the CSV file, by name, (rows,); NaN
         where they are not determined. `.statistics[name]` has mean, RMS, least and greatest value of an effort,
         reaction or moment, `.work[name]` the work of an actuator or a kind of force, `.bearings[name]` the mean load
-        of a pin.
+        of a pin. Of several independent machines a MachinesResult, whose `each` has one by the name of each machine.
 
     Raises:
         UsageError: an invalid argument.
         ModelError: no masses, loads, springs, dampers or friction are defined.
         StructureError: the mechanism has no actuator, or is not fully driven, over-driven or contradictory.
     """
-    found = ForcesAlong(mechanism, steps, tolerance, jit, plot, notify, progress)
-    return found.result(joined(found.tables()))
+    found = forces_along(mechanism, steps, tolerance, jit, plot, notify, progress)
+    return found.result(joined(found.tables()))  # type: ignore[return-value]
+
+
+def forces_along(
+    mechanism: Mechanism, steps: int, tolerance: float, jit: str, plot: str | Sequence[str], notify: Notify | None,
+    progress: Phases,
+) -> ForcesAlong | ForcesBeside:  # fmt: skip
+    """Begin to find forces with the arguments of `forces`; the tables can be written piece by piece."""
+    texts = [text for text in ([plot] if isinstance(plot, str) else plot) if text.strip()]
+    if len(mechanism.machines) == 1:
+        return ForcesAlong(mechanism, steps, tolerance, jit, texts, notify, progress)
+    from gimcli.library.machine_forces import ForcesBeside
+    from gimcli.library.machines import loaded_machines
+
+    every = loaded_machines(mechanism)
+    if len(every) == 1:
+        return ForcesAlong(every[0].mechanism, steps, tolerance, jit, texts, notify, progress)
+    begun = {one.name: ForcesAlong(one.mechanism, steps, tolerance, jit, [], notify, progress) for one in every}
+    return ForcesBeside(mechanism, begun, texts)
 
 
 class ForcesAlong:
     """The forces of a motion that is being solved in pieces: first the tables of the pieces, then the result."""
 
     def __init__(
-        self, mechanism: Mechanism, steps: int, tolerance: float, jit: str, plot: str | Sequence[str],
+        self, mechanism: Mechanism, steps: int, tolerance: float, jit: str, plot: Sequence[str],
         notify: Notify | None, progress: Phases,
     ) -> None:  # fmt: skip
         refuse_count("steps", steps, 1, MOST_STEPS)
@@ -101,18 +122,29 @@ class ForcesAlong:
         require_consistent(mechanism, first.start, first.inputs[:, 0], first.first_status, tolerance)
         self.found = ForceMotion(mechanism, steps + 1, jit, notify)
         self.statistics = ForceStatistics(self.found.statics, steps)
-        texts = [plot] if isinstance(plot, str) else list(plot)
-        self.plans = self._planned(texts) if any(text.strip() for text in texts) else []
-        self.turned = {name for plan in self.plans for name in plan.columns} & set(turned_names(self.found.statics))
-        self.kept = KeptColumns(self.plans or usual_graphs(mechanism))
+        self.choose(plot)
+
+    def choose(self, texts: Sequence[str]) -> None:
+        """Choose the graphs of the picture by texts; raise UsageError for an unknown column."""
+        statics = self.found.statics
+        self.plans = self._planned(texts) if texts else []
+        self.turned = {name for plan in self.plans for name in plan.columns} & set(turned_names(statics))
+        self.kept = KeptColumns(self.plans or usual_graphs(statics.mechanism))
+
+    def knows(self, text: str) -> bool:
+        """Return whether the mechanism has the columns of a text for a graph."""
+        with suppress(UsageError):
+            return bool(self._planned([text]))
+        return False
 
     @cached_property
     def names(self) -> tuple[str, ...]:
         """Names of the columns."""
-        return self._head.names
+        return self.head.names
 
     @cached_property
-    def _head(self) -> Table:
+    def head(self) -> Table:
+        """The table of the first row."""
         start = self._first.rows(np.arange(1))
         forces = motion_forces(start)
         return with_rotors(force_table(start, forces), forces)
@@ -123,10 +155,10 @@ class ForcesAlong:
         vocabulary = force_vocabulary(self.names, turned_names(statics))
         plans = [plan for text in texts for plan in vocabulary.plans(text, only_angle(self.found.statics.mechanism))]
         wanted = {name for plan in plans for name in plan.columns}
-        head = with_turned(self._head, statics, self._first.z[:, :1], wanted)
+        head = with_turned(self.head, statics, self._first.z[:, :1], wanted)
         columns = {column.name: column for column in head.columns}
         for plan in plans:
-            drawn(plan, columns, Column("", self._head.columns[0].values))
+            drawn(plan, columns, Column("", self.head.columns[0].values))
         return plans
 
     @property

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gimcli.library.machines import for_each_machine
 from gimcli.library.result import Result
 from gimcli.mechanism import FRAME, Mechanism
 from gimcli.structure.assur import Formation, formation
@@ -23,6 +24,7 @@ NAMED = 4
 """Largest number of links that the legend names."""
 
 
+@for_each_machine()
 def groups(mechanism: Mechanism) -> GroupsResult:
     """Find the formation of a mechanism: driving links, then Assur groups, each joined to earlier ones.
 

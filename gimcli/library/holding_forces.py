@@ -17,6 +17,7 @@ from gimcli.dynamics.forces import Forces, motion_forces
 from gimcli.dynamics.physical import require_action
 from gimcli.errors import UsageError
 from gimcli.library.inputs import in_file_units, inputs_of, refuse_unmoved
+from gimcli.library.machines import for_each_machine, loaded_machines
 from gimcli.library.places import places
 from gimcli.library.result import Result
 from gimcli.library.rounding import titled
@@ -37,6 +38,7 @@ LEFT_OUT = ("step", "energy.kinetic", "efficiency", "friction", "residual")
 """Columns of a motion that have no meaning at rest; those of powers are left out, too."""
 
 
+@for_each_machine(loaded_machines)
 def holding_forces(
     mechanism: Mechanism, at: Mapping[str, float | str] | None = None, *, time: float = 0.0, tolerance: float = 1e-10,
     jit: str = "auto", **inputs: float,

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import wraps
+from inspect import signature
 from pathlib import Path
-from typing import Any
+from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
 
+from gimcli.library.inputs import inputs_of
+from gimcli.library.released import names_of, released_inputs
 from gimcli.library.result import Result, joined
-from gimcli.mechanism import Mechanism
+from gimcli.mechanism import Machine, Mechanism
 from gimcli.structure.mobility import require_driven
 from gimcli.table import Column, Table
 
@@ -20,19 +25,16 @@ OF_ALL = ("table", "arrays", "report", "workbook")
 """Contents of files that hold all machines; of the others each machine has a file of its own."""
 
 
+P = ParamSpec("P")
+R = TypeVar("R")
+
+
 class MachinesResult(Result):
     """The results of several machines: `each` by name; the report and the table have those of all machines."""
 
-    def __init__(self, mechanism: Mechanism, each: Sequence[Result], table: Table | None = None) -> None:
-        self.mechanism, self._table = mechanism, table
-        self.each = dict(zip((one.name for one in mechanism.machines if one.actuators), each, strict=True))
-        self.destinations = each[0].destinations  # type: ignore[method-assign]
-
-    @classmethod
-    def of(cls, mechanism: Mechanism, verb: Callable[[Mechanism], Result]) -> Any:
-        """Return what a verb finds of each machine with inputs, or of the only one; other parts must be structures."""
-        found = [verb(one) for one in driven_machines(mechanism)]
-        return found[0] if len(found) == 1 else cls(mechanism, found)
+    def __init__(self, mechanism: Mechanism, each: Mapping[str, Result], table: Table | None = None) -> None:
+        self.mechanism, self.each, self._table = mechanism, each, table
+        self.destinations = next(iter(each.values())).destinations  # type: ignore[method-assign]
 
     @property
     def complete(self) -> bool:
@@ -80,20 +82,66 @@ class MachinesResult(Result):
         return found
 
 
-def driven_machines(mechanism: Mechanism) -> list[Mechanism]:
+def for_each_machine(
+    machines: Callable[[Mechanism, dict[str, Any]], Sequence[Machine]] = lambda mechanism, _: mechanism.driven_machines,
+) -> Callable[[Callable[P, R]], Callable[P, R]]:
+    """Return a decorator of verbs: of several machines the verb is applied to each, which gives a MachinesResult.
+
+    `machines` returns them from the mechanism and the other arguments; of the inputs `at`, the others by name and
+    `free` each machine gets its own.
+    """
+
+    def decorate(verb: Callable[P, R]) -> Callable[P, R]:
+        @wraps(verb)
+        def decorated(*args: P.args, **kwargs: P.kwargs) -> R:
+            given: dict[str, Any] = dict(signature(verb).bind(*args, **kwargs).arguments)
+            mechanism = given.pop("mechanism")
+            return verb(*args, **kwargs) if len(mechanism.machines) == 1 else _each(verb, mechanism, given, machines)
+
+        return decorated
+
+    return decorate
+
+
+def _each(verb: Any, mechanism: Mechanism, given: dict[str, Any], machines: Any) -> Any:
+    at, inputs, free = given.pop("at", None), given.pop("inputs", {}), given.get("free")
+    inputs_of(mechanism, at, inputs)  # refuses names that no machine has
+    values, each = {**(at or {}), **inputs}, {}
+    for one in machines(mechanism, given):
+        own = {a.name for a in one.mechanism.actuators}
+        if values:
+            given["at"] = {name: value for name, value in values.items() if name in own}
+        if free:
+            given["free"] = [name for name in names_of(free) if name in own]
+        each[one.name] = verb(one.mechanism, **given)
+    return next(iter(each.values())) if len(each) == 1 else MachinesResult(mechanism, each)
+
+
+def loaded_machines(mechanism: Mechanism, _: object = None) -> Sequence[Machine]:
+    """Return the machines on which forces act; the first one if there are none."""
+    every = mechanism.loaded_machines
+    return [one for one in every if not one.mechanism.dynamics.empty] or every[:1]
+
+
+def released_machines(mechanism: Mechanism, given: dict[str, Any]) -> list[Machine]:
+    """Return the machines with released inputs; the others are held."""
+    released = {*released_inputs(mechanism, given.get("free", ()))}
+    return [one for one in mechanism.loaded_machines if released & {*one.actuators}]
+
+
+def driven_machines(mechanism: Mechanism, _: object = None) -> list[Machine]:
     """Return the machines that inputs drive; raise StructureError for other parts that can move."""
     for one in mechanism.machines:
         if not one.actuators:
             require_driven(one.mechanism)
-    return [one.mechanism for one in mechanism.machines if one.actuators]
+    return [one for one in mechanism.machines if one.actuators]
 
 
 class MachineTables:
     """The traces of machines that are computed one after the other: first the tables, then the result."""
 
-    def __init__(self, mechanism: Mechanism, begun: Sequence[Any]) -> None:
+    def __init__(self, mechanism: Mechanism, begun: dict[str, Any]) -> None:
         self.mechanism, self.begun = mechanism, begun
-        self._names = [one.name for one in mechanism.machines if one.actuators]
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -103,15 +151,16 @@ class MachineTables:
     @property
     def expected(self) -> int | None:
         """Number of rows."""
-        return sum(int(one.expected) for one in self.begun)
+        return sum(int(one.expected) for one in self.begun.values())
 
     def tables(self) -> Iterator[Table]:
         """Yield the table of each machine, with all columns."""
-        yield from widened([joined(one.tables()) for one in self.begun], self._names)
+        yield from widened([joined(one.tables()) for one in self.begun.values()], list(self.begun))
 
     def result(self, table: Table | None) -> MachinesResult:
         """Return the result, after all tables were read."""
-        return MachinesResult(self.mechanism, [one.result(joined(one.tables())) for one in self.begun], table)
+        each = {name: one.result(joined(one.tables())) for name, one in self.begun.items()}
+        return MachinesResult(self.mechanism, each, table)
 
 
 def joined_reports(reports: dict[str, dict[str, Any]]) -> dict[str, Any]:
@@ -130,7 +179,10 @@ def _joined(key: str, values: dict[str, Any]) -> Any:
             for name, ones in values.items() for one in ones or ()
         ]  # fmt: skip
     if isinstance(known[0], dict):
-        return {k: v for one in known for k, v in one.items()}
+        counts = Counter(k for one in known for k in one)
+        return {
+            k if counts[k] == 1 else f"{name}.{k}": v for name, own in values.items() for k, v in (own or {}).items()
+        }  # fmt: skip
     if isinstance(known[0], str):
         return "; ".join(dict.fromkeys(one for one in known if one != "ok")) or "ok"
     return all(known) if isinstance(known[0], bool) else sum(known) if isinstance(known[0], int) else max(known)

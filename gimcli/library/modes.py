@@ -16,6 +16,7 @@ from gimcli.dynamics.settling import settled
 from gimcli.dynamics.small_motions import Linearised, linearised
 from gimcli.errors import UsageError
 from gimcli.library.inputs import in_file_units, inputs_of
+from gimcli.library.machines import for_each_machine, released_machines
 from gimcli.library.mode_shapes import ModeShape, mode_shape
 from gimcli.library.released import released_inputs
 from gimcli.library.result import Result
@@ -46,6 +47,7 @@ ROUND = 1e-12
 """A smaller input, in the normal frame, is shown as 0."""
 
 
+@for_each_machine(released_machines)
 def modes(
     mechanism: Mechanism, free: str | Sequence[str] = (), at: Mapping[str, float | str] | None = None, *,
     time: float = 0.0, settle: bool = False, tolerance: float = 1e-10, **inputs: float,

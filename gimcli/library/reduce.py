@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
@@ -11,8 +12,9 @@ from gimcli.dynamics.physical import require_masses
 from gimcli.dynamics.reduction import Reduction, chosen_input, reduce_to_input, reduction_table
 from gimcli.errors import UsageError
 from gimcli.library.inputs import MOST_STEPS, refuse_choice, refuse_count, refuse_unmoved
+from gimcli.library.machines import for_each_machine, loaded_machines
 from gimcli.library.result import RowsResult
-from gimcli.mechanism import Mechanism
+from gimcli.mechanism import Machine, Mechanism
 from gimcli.positions.dispatch import choose
 from gimcli.positions.options import JIT
 from gimcli.progress import Notify, Phases, no_phases
@@ -27,6 +29,7 @@ WORK = 6e-4
 """Approximate time of one row without compilation [s]."""
 
 
+@for_each_machine(lambda mechanism, given: _reduced(mechanism, given.get("input", "")))
 def reduce(
     mechanism: Mechanism, input: str = "", steps: int = 360, *, fluctuation: float | None = None,
     rpm: float | None = None, jit: str = "auto", notify: Notify | None = None, progress: Phases = no_phases,
@@ -35,7 +38,7 @@ def reduce(
 
     Args:
         mechanism: from `load` or `loads`; it needs masses.
-        input: name of the actuator; by default the first.
+        input: name of the actuator; by default the first one of each machine.
         steps: number of steps over the law of that input, 1 to 10 000 000; the result has steps + 1 rows.
         fluctuation: coefficient of speed fluctuation for a flywheel, (largest - smallest) / mean speed; with `rpm`.
         rpm: mean speed of the flywheel [rev/min]; with `fluctuation`.
@@ -67,6 +70,13 @@ def reduce(
     if fluctuation is not None and rpm is not None:
         wheel = flywheel(found, rpm * math.pi / 30.0, fluctuation)
     return ReduceResult(found, wheel)
+
+
+def _reduced(mechanism: Mechanism, name: str) -> Sequence[Machine]:
+    """Return the machine of an input; all machines on which forces act if it has no name."""
+    if not name:
+        return loaded_machines(mechanism)
+    return [one for one in mechanism.loaded_machines if chosen_input(mechanism, name) in one.actuators]
 
 
 class ReduceResult(RowsResult):

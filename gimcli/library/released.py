@@ -22,8 +22,7 @@ def released_inputs(mechanism: Mechanism, free: str | Sequence[str]) -> tuple[in
     """
     refuse_unmoved(mechanism, "add an actuator")
     names = [mechanism.actuators[k].name for k in mechanism.drivers]
-    given = [free] if isinstance(free, str) else list(free)
-    wanted = [name.strip() for text in given for name in text.split(",") if name.strip()]
+    wanted = names_of(free)
     for name in wanted:
         if name not in names:
             every = [actuator.name for actuator in mechanism.actuators]
@@ -40,3 +39,9 @@ def released_inputs(mechanism: Mechanism, free: str | Sequence[str]) -> tuple[in
             f" {names[0]} (the others are held), or write `free: true` at one of {', '.join(names)}"
         )
     return tuple(sorted(own))
+
+
+def names_of(free: str | Sequence[str]) -> list[str]:
+    """Return the names of a list, or of a text with commas."""
+    given = [free] if isinstance(free, str) else list(free)
+    return [name.strip() for text in given for name in text.split(",") if name.strip()]

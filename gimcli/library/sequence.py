@@ -10,6 +10,7 @@ import numpy as np
 from gimcli.gim.report import SequenceGroupReport
 from gimcli.gim.report import report as report_groups
 from gimcli.library.inputs import inputs_of
+from gimcli.library.machines import for_each_machine
 from gimcli.library.result import Result
 from gimcli.mechanism import ComplexArray, Mechanism
 from gimcli.motion.solve import solve
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from gimcli.output.picture import Content
 
 
+@for_each_machine()
 def sequence(
     mechanism: Mechanism, at: Mapping[str, float | str] | None = None, *, strategy: str = "spectral",
     tolerance: float = 1e-10, **inputs: float,

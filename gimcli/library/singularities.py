@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,7 +9,7 @@ import numpy as np
 from gimcli.branching.singular_positions import Found, Survey, inputs_of, survey
 from gimcli.branching.singularities import STATIONARY, BranchRates, rates
 from gimcli.library.inputs import in_file_units, interval_of, refuse_linked
-from gimcli.library.machines import MachinesResult
+from gimcli.library.machines import driven_machines, for_each_machine
 from gimcli.library.places import coordinates
 from gimcli.library.result import Result
 from gimcli.mechanism import Mechanism
@@ -31,6 +30,7 @@ ZERO = 1e-14
 """An input below this value, in rad or in lengths of the normal frame, is shown as 0."""
 
 
+@for_each_machine(driven_machines)
 def singularities(mechanism: Mechanism, *, progress: Phases = no_phases) -> SingularitiesResult:
     """List limits, dead points, change points, tangencies and stationary positions.
 
@@ -49,9 +49,6 @@ def singularities(mechanism: Mechanism, *, progress: Phases = no_phases) -> Sing
         UnassembledError: no assembled position to start from was found.
     """
     refuse_linked(mechanism, "singularities")
-    if len(mechanism.machines) > 1:
-        found: SingularitiesResult = MachinesResult.of(mechanism, partial(singularities, progress=progress))
-        return found
     with explained(mechanism):
         return SingularitiesResult(mechanism, survey(mechanism, progress=progress("following branches")))
 

@@ -121,11 +121,11 @@ def traced(
                 return circuits(mechanism, extras=extras, progress=progress)
             from gimcli.library.machines import MachineTables, driven_machines
 
-            begun = [
-                circuits(one, extras=partial(Extras, one, specs, plot, derivatives), progress=progress)
-                for one in driven_machines(mechanism)
-            ]
-            return begun[0] if len(begun) == 1 else MachineTables(mechanism, begun)
+            begun = {
+                name: circuits(one, extras=partial(Extras, one, specs, plot, derivatives), progress=progress)
+                for name, one, *_ in driven_machines(mechanism)
+            }
+            return next(iter(begun.values())) if len(begun) == 1 else MachineTables(mechanism, begun)
         if at_limit != "stop" or branch > 1:
             _refuse_mixed(method, own.order if at_limit == "reverse" else 0)
         return MotionTrace(mechanism, steps, chosen, own, at_limit, branch, notify, progress, keep)

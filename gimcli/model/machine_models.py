@@ -7,9 +7,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
+from itertools import chain
 from typing import Any
 
+from gimcli.connected import connected
 from gimcli.mechanism import Machine, Mechanism
+from gimcli.model.bearers import node_of
 from gimcli.model.compile import compile_model
 from gimcli.model.kept_assembly import in_assembly_of
 from gimcli.model.laws import Scaled
@@ -18,31 +21,39 @@ from gimcli.model.schema import Model
 from gimcli.model.substitution import without_dynamics
 
 
-def machines(own: Any, mechanism: Mechanism) -> tuple[Machine, ...]:
-    """Return the machines of a mechanism whose model as written is `own`; one only if nothing can be separated."""
-    model = own.model
-    whole = mechanism.complete is None
-    parts = [part for part in _separated(model) if whole and part <= set(mechanism.nodes)]  # others were cut out
+def machines(own: Any, mechanism: Mechanism, structures: bool, loaded: bool) -> tuple[Machine, ...]:
+    """Return the machines of a mechanism whose model as written is `own`; one only if nothing can be separated.
+
+    Parts that no input moves belong to the first machine with inputs, unless `structures` are apart. The machines have
+    the masses and forces if `loaded`; springs and dampers then join machines, and loads over an input.
+    """
+    model, whole = own.model, mechanism.complete is None
+    kept = set(mechanism.nodes)  # others were cut out
+    parts = [part for part in _separated(model, loaded) if whole and part <= kept]
+    if not structures:
+        parts = _with_structures(model, parts)
     if len(parts) < 2:
         return (mechanism.as_machine,)
-    found = tuple(_machine(own, mechanism, part, k == 0) for k, part in enumerate(parts))
+    found = tuple(_machine(own, mechanism, part, k == 0, loaded) for k, part in enumerate(parts))
     rows = sum(len(one.mechanism.pairs) + len(one.mechanism.actuators) for one in found)
     if rows != len(mechanism.pairs) + len(mechanism.actuators):
         return (mechanism.as_machine,)  # it was changed after it was compiled: a row may join the machines
     return found
 
 
-def _separated(model: Model) -> list[set[str]]:
+def _separated(model: Model, loaded: bool) -> list[set[str]]:
     """Return the moving nodes of each machine, in the order of the file."""
-    fixed = fixed_nodes(model)
-    groups: list[set[str]] = []
-    for names in _joints(model):
-        joined = set(names) - fixed
-        if joined:
-            apart = [group for group in groups if group.isdisjoint(joined)]
-            groups = [*apart, joined.union(*(group for group in groups if not group.isdisjoint(joined)))]
+    ties = chain(_joints(model), _loads(model) if loaded else ())
     order = list(model.nodes)
-    return sorted(groups, key=lambda group: min(map(order.index, group)))
+    return sorted(connected(ties, fixed_nodes(model)), key=lambda group: min(map(order.index, group)))
+
+
+def _with_structures(model: Model, parts: list[set[str]]) -> list[set[str]]:
+    """Return the parts that inputs move; the first one has the others too."""
+    moved = {name for actuator in model.actuators.values() for name in measured_nodes(actuator)}
+    driven = [part for part in parts if part & moved]
+    held = [part for part in parts if not part & moved]
+    return [driven[0].union(*held), *driven[1:]] if driven else []
 
 
 def _joints(model: Model) -> Iterator[Iterable[str]]:
@@ -58,9 +69,25 @@ def _joints(model: Model) -> Iterator[Iterable[str]]:
         yield [*gear.pivots, *(node for name in named if name in model.members for node in model.members[name].nodes)]
 
 
-def _part(model: Model, moving: set[str], first: bool) -> Model:
+def _loads(model: Model) -> Iterator[Iterable[str]]:
+    """Yield the nodes that a spring, a damper or the table of a load over an input joins."""
+    yield from (measured_nodes(part) for part in (*model.springs.values(), *model.dampers.values()))
+    for load in model.loads.values():
+        if load.table is not None and load.over in model.actuators:
+            yield [*_borne(model, load.on), *measured_nodes(model.actuators[load.over])]
+
+
+def _borne(model: Model, name: str) -> Iterable[str]:
+    """Return the nodes of a member or node with a mass or a load."""
+    node = node_of(model, name)
+    if node is not None:
+        return [node]
+    return model.members[name].nodes if name in model.members else fixed_nodes(model)
+
+
+def _part(model: Model, moving: set[str], first: bool, loaded: bool) -> Model:
     """Return the model of the machine with some moving nodes; the first also has members of the ground only."""
-    fixed = fixed_nodes(model)
+    whole, fixed = model, fixed_nodes(model)
 
     def belongs(names: Iterable[str]) -> bool:
         return bool(moving & set(names)) or (first and fixed >= set(names))
@@ -79,22 +106,31 @@ def _part(model: Model, moving: set[str], first: bool) -> Model:
     kept("actuators", lambda _, actuator: belongs(measured_nodes(actuator)))
     kept("gears", lambda _, gear: any(name in members for name in gear.members))
     kept("points", lambda _, point: point.on in members or (first and point.on == "ground"))
-    model = without_dynamics(model)
+    if loaded:
+        kept("masses", lambda name, _: belongs(_borne(whole, name)))
+        kept("loads", lambda _, load: belongs(_borne(whole, load.on)))
+        kept("springs", lambda _, spring: belongs(measured_nodes(spring)))
+        kept("dampers", lambda _, damper: belongs(measured_nodes(damper)))
+    else:
+        model = without_dynamics(model)
     named = used_nodes(model.with_value("ground", lambda old: old.with_value("nodes", lambda _: [])))
     guides = [n for section in PAIRS for pair in getattr(model, section).values() for n in pair.guide]
     named = {*named, *guides, *(n for actuator in model.actuators.values() for n in measured_nodes(actuator))}
+    named |= {n for part in (*model.springs.values(), *model.dampers.values()) for n in measured_nodes(part)}
+    named |= {n for name in (*model.masses, *(load.on for load in model.loads.values())) for n in _borne(model, name)}
     named |= {n for gear in model.gears.values() for n in gear.pivots}
     if held is None:
         ground = [n for n in model.ground.nodes if n in named] or model.ground.nodes[:1]
         model = model.with_value("ground", lambda old: old.with_value("nodes", lambda _: ground))
         named |= set(ground)
+    kept("friction", lambda name, _: name in named or name in model.prismatic)
     kept("nodes", lambda name, _: name in named)
     points = {*model.nodes, *model.points}
     return model.with_value("trace", lambda old: [name for name in old if name in points])
 
 
-def _machine(own: Any, mechanism: Mechanism, moving: set[str], first: bool) -> Machine:
-    model = _part(own.model, moving, first)
+def _machine(own: Any, mechanism: Mechanism, moving: set[str], first: bool, loaded: bool) -> Machine:
+    model = _part(own.model, moving, first, loaded)
     compiled = in_assembly_of(compile_model(model, own.source.folder), mechanism, own.model)
     nodes = tuple(mechanism.nodes.index(name) for name in compiled.nodes)
     names = [a.name for a in mechanism.actuators]

@@ -49,11 +49,11 @@ class Written:
 
         return changed(self, mechanism, changes)
 
-    def machines(self, mechanism: Mechanism) -> tuple[Machine, ...]:
-        """Return the independent machines of the mechanism of this model."""
+    def machines(self, mechanism: Mechanism, structures: bool, loaded: bool = False) -> tuple[Machine, ...]:
+        """Return the independent machines of the mechanism of this model; see `machine_models.machines`."""
         from gimcli.model.machine_models import machines
 
-        return machines(self, mechanism)
+        return machines(self, mechanism, structures, loaded)
 
     def recorded(self, mechanism: Mechanism, names: Sequence[str]) -> tuple[Mechanism, Recording]:
         """Return the mechanism with recorded numbers as dimensions, in its normal frame, and the recording.

@@ -49,13 +49,15 @@ def side_by_side(mechanism: Mechanism, parts: Sequence[Any]) -> Any:
     )  # fmt: skip
 
 
-def whole_positions(mechanism: Mechanism, parts: Iterable[ComplexArray]) -> ComplexArray:
+def whole_positions(
+    mechanism: Mechanism, parts: Iterable[ComplexArray], machines: Sequence[Machine] = ()
+) -> ComplexArray:
     """Return positions (nodes, ...) of a mechanism from those of its machines, each in its own normal frame."""
     found = list(parts)
     z = np.full((len(mechanism.nodes), *found[0].shape[1:]), complex(math.nan, math.nan))
     frame = mechanism.members[FRAME]
     z[list(frame.nodes)] = frame.shape.reshape(-1, *[1] * (z.ndim - 1))
-    for machine, own in zip(mechanism.machines, found, strict=True):
+    for machine, own in zip(machines or mechanism.machines, found, strict=True):
         moving = [k for k, node in enumerate(machine.nodes) if node not in frame.nodes]
         placed = machine.mechanism.to_file(own[moving])
         z[[machine.nodes[k] for k in moving]] = (placed - mechanism.origin) / mechanism.scale

@@ -8,6 +8,7 @@ from typing import TypeVar
 
 import numpy as np
 
+from gimcli.connected import connected
 from gimcli.mechanism import FRAME, Dynamics, Mechanism, PairRow
 
 Row = TypeVar("Row", bound=PairRow)
@@ -15,7 +16,7 @@ Row = TypeVar("Row", bound=PairRow)
 
 def chains(mechanism: Mechanism, point: str, members: Iterable[str] = ()) -> tuple[Mechanism, list[Mechanism]]:
     """Return the chain of a node or point and some members, and the other chains, each with the frame."""
-    groups = _groups(mechanism)
+    groups = connected(_ties(mechanism), set(mechanism.members[FRAME].nodes))
     named = [m.nodes for m in mechanism.members[FRAME + 1 :] if m.name in set(members)]
     wanted = {n for nodes in (_carriers(mechanism, point), *named) for n in nodes}
     own = set().union(*(group for group in groups if group & wanted))
@@ -29,17 +30,6 @@ def _carriers(mechanism: Mechanism, point: str) -> tuple[int, ...]:
     if point in mechanism.nodes:
         return (mechanism.nodes.index(point),)
     return next(mechanism.members[p.member].nodes for p in mechanism.points if p.name == point)
-
-
-def _groups(mechanism: Mechanism) -> list[set[int]]:
-    """Return the sets of connected moving nodes."""
-    fixed = set(mechanism.members[FRAME].nodes)
-    groups: list[set[int]] = []
-    for nodes in _ties(mechanism):
-        tied = set(nodes) - fixed
-        joined = [group for group in groups if group & tied]
-        groups = [group for group in groups if not group & tied] + ([tied.union(*joined)] if tied else [])
-    return groups
 
 
 def _ties(mechanism: Mechanism) -> Iterator[tuple[int, ...]]:

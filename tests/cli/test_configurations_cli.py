@@ -117,7 +117,15 @@ def test_panels_have_one_window_with_equal_axes(tmp_path):
 
 
 def test_configurations_that_do_not_fit_the_picture_are_reported(tmp_path):
-    text = gim("solve", MODELS / "floating_hexagon.yaml", "--all", "--png", tmp_path / "all.png")
+    """Six dyads between the crank and the ground: two sides each, 64 configurations."""
+    model, letters = tmp_path / "dyads.yaml", "PQRSTU"
+    nodes = [f"{n}: [{k}, 3], {n}0: [{k + 2}, -1]" for k, n in enumerate(letters)]
+    links = [f"{n}1: [A, {n}], {n}2: [{n}, {n}0]" for n in letters]
+    model.write_text(
+        f"nodes: {{O: [0, 0], A: [0, 1], {', '.join(nodes)}}}\nground: [O, {', '.join(f'{n}0' for n in letters)}]\n"
+        f"links: {{crank: [O, A], {', '.join(links)}}}\nactuators: {{motor: {{pivot: O, arm: A}}}}\n"
+    )
+    text = gim("solve", model, "--all", "--png", tmp_path / "all.png")
     assert "shows the first 36; 28 are not drawn" in text
     assert "64 configurations" in text
 

@@ -154,8 +154,24 @@ def test_machines_of_another_assembly_keep_it():
     mechanism = gimcli.assembled(gimcli.loads(TWO), 1)
     other = gimcli.assembled(gimcli.loads(TWO), 2)
     first, second = (gimcli.trace(replace(one), steps=4).xy["G"][0] for one in (mechanism, other))
-    configurations = gimcli.configurations(gimcli.loads(TWO)).xy["G"]
+    configurations = gimcli.configurations(gimcli.loads(TWO)).each["crank"].xy["G"]
     assert np.allclose([first, second], configurations[:2], rtol=0, atol=1e-9)
+
+
+def test_configurations_are_listed_and_chosen_for_each_machine():
+    mechanism = gimcli.loads(TWO)
+    found = gimcli.configurations(mechanism, rocker=150)  # out of the range of the rocker
+    assert {name: one.count for name, one in found.each.items()} == {"rocker": 0, "crank": 2}
+    assert not found.answered
+    assert [one["machine"] for one in found.report()["configurations"]] == ["crank", "crank"]
+    both = gimcli.configurations(mechanism)
+    for k in (1, 2):
+        chosen = gimcli.assembled(mechanism, f"crank={k}")
+        position = gimcli.solve(chosen)
+        assert np.allclose(position.xy["G"], both.each["crank"].xy["G"][k - 1], rtol=0, atol=1e-12)
+        assert np.allclose(position.xy["C"], both.each["rocker"].xy["C"][both.each["rocker"].drawn], rtol=0, atol=1e-12)
+    with pytest.raises(gimcli.UsageError, match="no machine 'crnk'; did you mean 'crank'"):
+        gimcli.assembled(mechanism, "crnk=1")
 
 
 def test_circuits_limits_and_workspaces_are_those_of_each_machine():

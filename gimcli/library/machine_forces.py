@@ -1,0 +1,124 @@
+"""The forces of independent machines of one file: computed for each, with the columns of all in one table."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gimcli.errors import UsageError
+from gimcli.library.machines import MachinesResult
+from gimcli.mechanism import Mechanism
+from gimcli.status import Status
+from gimcli.table import Column, Table
+
+COMMON = ("step", "time")
+"""Columns with the same values for all machines."""
+
+SUMS = ("shaking.", "power.", "energy.")
+"""Beginnings of the names of columns that are added; those of each machine are there too, after its name."""
+
+SHAKING = ("shaking.fx", "shaking.fy", "shaking.moment")
+
+
+class MachineForces(MachinesResult):
+    """The forces of several machines: `each` by name, and one row for each step with the columns of all."""
+
+    solved = 0
+
+    def report(self) -> dict[str, Any]:
+        """Return the report that --json prints: rows are solved if the forces of all machines are determined there."""
+        return {**super().report(), "solved": self.solved}
+
+
+class ForcesBeside:
+    """The forces of machines that move at the same times: first the tables of the pieces, then the result."""
+
+    def __init__(self, mechanism: Mechanism, begun: dict[str, Any], plot: Sequence[str]) -> None:
+        self.mechanism, self.begun, self.solved = mechanism, begun, 0
+        texts: dict[str, list[str]] = {name: [] for name in begun}
+        for text in plot:
+            owners = [name for name, one in begun.items() if one.knows(text)]
+            if not owners:
+                raise UsageError(f"plot {text}: no machine has these columns; machines: {', '.join(begun)}")
+            for name in owners:
+                texts[name].append(text)
+        for name, one in begun.items():
+            one.choose(texts[name])
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the columns."""
+        return self._beside([one.head for one in self.begun.values()]).names
+
+    @property
+    def expected(self) -> int | None:
+        """Number of rows."""
+        return max(int(one.expected) for one in self.begun.values())
+
+    def tables(self) -> Iterator[Table]:
+        """Yield the table of each piece of the motion."""
+        for tables in zip(*(one.tables() for one in self.begun.values()), strict=True):
+            table = self._beside(tables)
+            self.solved += int(np.sum(table["status"] == Status.OK.word))
+            yield table
+
+    def result(self, table: Table | None) -> MachineForces:
+        """Return the result, after all tables were read; `table` is None if they were written to a file."""
+        each = {name: one.result(self._own(name, one, table)) for name, one in self.begun.items()}
+        found = MachineForces(self.mechanism, each, table)
+        found.solved = self.solved
+        return found
+
+    def _own(self, machine: str, one: Any, table: Table | None) -> Table | None:
+        """Return the columns of a machine."""
+        if table is None:
+            return None
+        known = {column.name: column for column in table.columns}
+        return Table(tuple(replace(known.get(f"{machine}.{n}") or known[n], name=n) for n in one.names))
+
+    def _beside(self, tables: Sequence[Table]) -> Table:
+        """Return the columns of all machines; those that several have begin with the name of the machine."""
+        counts = Counter(name for table in tables for name in table.names)
+        columns = {name: column for table in tables for name, column in _by_name(table).items() if counts[name] == 1}
+        ahead = {name: column for name, column in _by_name(tables[0]).items() if name in COMMON}
+        own = {
+            f"{machine}.{name}": replace(column, name=f"{machine}.{name}")
+            for machine, table in zip(self.begun, tables, strict=True)
+            for name, column in _by_name(table).items()
+            if counts[name] > 1 and name not in COMMON
+        }
+        common = [name for name in tables[0].names if counts[name] > 1 and name.startswith(SUMS)]
+        sums = [
+            Column(name, np.sum([t[name] for t in tables if name in t.names], axis=0), _by_name(tables[0])[name].unit)
+            for name in common
+        ]
+        shifted = [c if c.name != SHAKING[2] else replace(c, values=c.values + self._shift(tables)) for c in sums]
+        residual = Column("residual", np.max([table["residual"] for table in tables], axis=0))
+        status = Column("status", _worst([table["status"] for table in tables]))
+        return Table((*ahead.values(), *columns.values(), *shifted, *own.values(), residual, status))
+
+    def _shift(self, tables: Sequence[Table]) -> NDArray[np.float64]:
+        """Return what the shaking moments [N m] change about the first ground node of the file (rows,)."""
+        whole, found = self.mechanism, np.zeros(len(tables[0]))
+        metre = (whole.dynamics.metre or 0.0) / whole.scale
+        for one, table in zip(self.begun.values(), tables, strict=True):
+            arm = metre * (one.found.statics.mechanism.origin - whole.origin)
+            found += arm.real * table["shaking.fy"] - arm.imag * table["shaking.fx"]
+        return found
+
+
+def _by_name(table: Table) -> dict[str, Column]:
+    return {column.name: column for column in table.columns}
+
+
+def _worst(words: Sequence[NDArray[Any]]) -> NDArray[Any]:
+    """Return the worst word of each row (rows,): the one with the greatest code."""
+    codes = {status.word: int(status) for status in Status}
+    kinds = sorted({str(word) for own in words for word in np.unique(own)}, key=lambda word: codes.get(word, 1))
+    ranks = [np.select([own == kind for kind in kinds], range(len(kinds))) for own in words]
+    return np.asarray(np.array(kinds)[np.max(ranks, axis=0)])
