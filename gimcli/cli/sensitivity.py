@@ -97,7 +97,7 @@ def command(
 ) -> None:  # fmt: skip
     """Find sensitivities."""
     from gimcli.cli.console import note
-    from gimcli.cli.outputs import Outputs
+    from gimcli.cli.outputs import Outputs, by_machine
     from gimcli.cli.progress import progress_bar
     from gimcli.library.sensitivity import sensitivity
     from gimcli.library.sensitivity_result import SensitivityResult
@@ -109,7 +109,7 @@ def command(
         seed=seed, distribution=distribution.value, jit=jit.value, notify=note, progress=progress_bar,
     )  # fmt: skip
     outputs.write(found)
-    outputs.finish(found, _print)
+    outputs.finish(found, by_machine(_print))
 
 
 def _names(given: list[str]) -> list[str]:

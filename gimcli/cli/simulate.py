@@ -104,7 +104,7 @@ def command(
 ) -> None:  # fmt: skip
     """Simulate."""
     from gimcli.cli.console import note, note_doubtful_loading
-    from gimcli.cli.outputs import Outputs
+    from gimcli.cli.outputs import Outputs, by_machine
     from gimcli.cli.progress import progress_bar
     from gimcli.dynamics.simulation_table import column_names
     from gimcli.library.simulate import SimulateResult, simulate
@@ -120,7 +120,7 @@ def command(
         reactions=reactions, plot=plot, jit=jit.value, notify=note, progress=progress_bar, seconds=seconds,
     )  # fmt: skip
     outputs.write(found)
-    outputs.finish(found, _print)
+    outputs.finish(found, by_machine(_print))
 
 
 def _print(result: SimulateResult) -> None:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import wraps
 from inspect import signature
 from pathlib import Path
-from typing import Any, ParamSpec, TypeVar
+from typing import Any, ParamSpec, TypeVar, cast
 
 import numpy as np
 
@@ -84,11 +84,12 @@ class MachinesResult(Result):
 
 def for_each_machine(
     machines: Callable[[Mechanism, dict[str, Any]], Sequence[Machine]] = lambda mechanism, _: mechanism.driven_machines,
+    own: Callable[[Mechanism, dict[str, Any]], dict[str, Any]] = lambda _, given: given,
 ) -> Callable[[Callable[P, R]], Callable[P, R]]:
     """Return a decorator of verbs: of several machines the verb is applied to each, which gives a MachinesResult.
 
-    `machines` returns them from the mechanism and the other arguments; of the inputs `at`, the others by name and
-    `free` each machine gets its own.
+    `machines` returns them from the mechanism and the other arguments, `own` the arguments of one of them. Of the
+    inputs `at`, the others by name and `free` each machine gets its own.
     """
 
     def decorate(verb: Callable[P, R]) -> Callable[P, R]:
@@ -96,25 +97,32 @@ def for_each_machine(
         def decorated(*args: P.args, **kwargs: P.kwargs) -> R:
             given: dict[str, Any] = dict(signature(verb).bind(*args, **kwargs).arguments)
             mechanism = given.pop("mechanism")
-            return verb(*args, **kwargs) if len(mechanism.machines) == 1 else _each(verb, mechanism, given, machines)
+            if len(mechanism.machines) == 1:
+                return verb(*args, **kwargs)
+            parts, applied = _parts(mechanism, given, machines, own), cast(Any, verb)
+            each = {one.name: applied(one.mechanism, **part) for one, part in parts}
+            return cast(R, next(iter(each.values())) if len(each) == 1 else MachinesResult(mechanism, each))
 
         return decorated
 
     return decorate
 
 
-def _each(verb: Any, mechanism: Mechanism, given: dict[str, Any], machines: Any) -> Any:
+def _parts(
+    mechanism: Mechanism, given: dict[str, Any], machines: Callable[..., Sequence[Machine]], own: Callable[..., Any]
+) -> Iterator[tuple[Machine, dict[str, Any]]]:
+    """Yield the machines, each with its own arguments of a verb."""
     at, inputs, free = given.pop("at", None), given.pop("inputs", {}), given.get("free")
     inputs_of(mechanism, at, inputs)  # refuses names that no machine has
-    values, each = {**(at or {}), **inputs}, {}
+    values = {**(at or {}), **inputs}
     for one in machines(mechanism, given):
-        own = {a.name for a in one.mechanism.actuators}
+        names = {a.name for a in one.mechanism.actuators}
+        part = dict(own(one.mechanism, given))
         if values:
-            given["at"] = {name: value for name, value in values.items() if name in own}
+            part["at"] = {name: value for name, value in values.items() if name in names}
         if free:
-            given["free"] = [name for name in names_of(free) if name in own]
-        each[one.name] = verb(one.mechanism, **given)
-    return next(iter(each.values())) if len(each) == 1 else MachinesResult(mechanism, each)
+            part["free"] = [name for name in names_of(free) if name in names]
+        yield one, part
 
 
 def loaded_machines(mechanism: Mechanism, _: object = None) -> Sequence[Machine]:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
 
-from gimcli.errors import UsageError
+from gimcli.errors import GimError, UsageError
 from gimcli.families.column_names import ColumnNames
 from gimcli.families.design_columns import DesignColumns
 from gimcli.families.design_motions import DesignMotions
@@ -19,8 +20,9 @@ from gimcli.families.motion_sensitivity import MotionNumber, motion_number
 from gimcli.families.position_quantities import PositionQuantity, PositionState, QuantityFinder
 from gimcli.families.tolerances import DEVIATIONS, SampledSpread, drawn, sampled_spread
 from gimcli.library.inputs import MOST_STEPS, inputs_of, refuse_choice, refuse_count, refuse_linked, refuse_unmoved
+from gimcli.library.machines import for_each_machine
 from gimcli.library.sensitivity_result import SensitivityResult
-from gimcli.mechanism import FloatArray, Mechanism
+from gimcli.mechanism import FloatArray, Machine, Mechanism
 from gimcli.model.dimensions import Dimension, dimension, dimensions, tolerances
 from gimcli.motion.motion import Motion, trace
 from gimcli.motion.solve import solve
@@ -41,6 +43,33 @@ BLOCK_SECONDS = 3e-4
 """Approximate time of one step of a plan, one dimension and 256 rows without compilation [s]."""
 
 
+def _machines(mechanism: Mechanism, given: dict[str, Any]) -> Sequence[Machine]:
+    """Return the machines whose quantities are found; the whole mechanism for a quantity or dimension of several."""
+    _dimensions(mechanism, _texts(given.get("by", ())))  # refuses names that no machine has
+    parts = {one: _own(one.mechanism, given) for one in mechanism.driven_machines}
+    found = [one for one, own in parts.items() if all(own.get(k) or not given.get(k) for k in ("of", "by"))]
+    known = {text for one in found for text in parts[one].get("of", ())}
+    return found if found and known >= set(_texts(given.get("of", ()))) else [mechanism.as_machine]
+
+
+def _own(mechanism: Mechanism, given: dict[str, Any]) -> dict[str, Any]:
+    """Return the arguments for a machine: its own quantities and dimensions."""
+
+    def known(find: Callable[[list[str]], Any], text: str) -> bool:
+        with suppress(GimError):
+            return bool(find([text]))
+        return False
+
+    find = {"of": lambda texts: _quantities(mechanism, texts, True), "by": lambda names: _dimensions(mechanism, names)}
+    own = {key: [text for text in _texts(given[key]) if known(find[key], text)] for key in find if key in given}
+    return {**given, **own}
+
+
+def _texts(given: str | Sequence[str]) -> list[str]:
+    return [given] if isinstance(given, str) else list(given)
+
+
+@for_each_machine(_machines, _own)
 def sensitivity(
     mechanism: Mechanism, of: str | Sequence[str] = (), *, by: str | Sequence[str] = (),
     at: Mapping[str, float | str] | None = None, steps: int = 72, samples: int | None = None, seed: int = 0,
@@ -90,8 +119,8 @@ def sensitivity(
         make_plan(mechanism)
         if whole:
             refuse_unmoved(mechanism, "add an actuator")
-    reduced, quantities = _quantities(mechanism, [of] if isinstance(of, str) else list(of), whole)
-    chosen = _dimensions(mechanism, [by] if isinstance(by, str) else list(by))
+    reduced, quantities = _quantities(mechanism, _texts(of), whole)
+    chosen = _dimensions(mechanism, _texts(by))
     with explained(mechanism):
         if whole:
             _refuse_much(len(quantities) * (len(chosen) + 1) * (steps + 1))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -20,10 +21,11 @@ from gimcli.dynamics.simulation_types import SIMULATION, Settings, Simulation
 from gimcli.errors import UsageError
 from gimcli.library.force_plots import force_vocabulary
 from gimcli.library.inputs import MOST_STEPS, refuse_choice, refuse_count, refuse_linked
+from gimcli.library.machines import for_each_machine
 from gimcli.library.places import angles, pairs, places
 from gimcli.library.plots import PlannedGraph, drawn, only_angle
 from gimcli.library.result import ByName, RowsResult
-from gimcli.mechanism import FRAME, FloatArray, Mechanism
+from gimcli.mechanism import FRAME, FloatArray, Machine, Mechanism
 from gimcli.positions.dispatch import choose, plain
 from gimcli.positions.options import JIT
 from gimcli.progress import Notify, Phases, deadline, no_phases
@@ -51,6 +53,31 @@ A_SECOND = 1500
 """Approximate number of evaluations for one second of motion."""
 
 
+def _machines(mechanism: Mechanism, given: dict[str, Any]) -> Sequence[Machine]:
+    """Return the machines with free inputs; the whole mechanism if there are none, or for a graph of several."""
+    found = [m for m in mechanism.loaded_machines if any(r.free for r in m.mechanism.dynamics.releases)]
+    known = {text for one in found for text in _own(one.mechanism, given)["plot"]}
+    return found if found and known >= set(_texts(given.get("plot", ()))) else [mechanism.as_machine]
+
+
+def _own(mechanism: Mechanism, given: dict[str, Any]) -> dict[str, Any]:
+    """Return the arguments for a machine: its own graphs."""
+
+    def known(text: str) -> bool:
+        with suppress(UsageError):
+            return bool(_planned(mechanism, [text]))
+        return False
+
+    own = {"plot": [text for text in _texts(given.get("plot", ())) if known(text)]}
+    return {**given, **own} if _has_dry_friction(mechanism) else {**given, **own, "slip": None}
+
+
+def _texts(plot: str | Sequence[str]) -> list[str]:
+    """Return the texts of graphs that are not empty."""
+    return [text for text in ([plot] if isinstance(plot, str) else plot) if text.strip()]
+
+
+@for_each_machine(_machines, _own)
 def simulate(
     mechanism: Mechanism, time: float = 5.0, *, dt: float | None = None, integrator: str = "",
     rtol: float = 1e-9, step: float = STEP, slip: float | None = None, standstills: int = 0, reactions: bool = False,
@@ -105,8 +132,7 @@ def simulate(
     _check_slip(mechanism, slip)
     refuse_choice("jit", jit, JIT)
     refuse_count("standstills", standstills, 0, MOST_STEPS)
-    texts = [plot] if isinstance(plot, str) else list(plot)
-    plans = _planned(mechanism, texts) if any(text.strip() for text in texts) else []
+    plans = _planned(mechanism, _texts(plot))
     turns = time * max((abs(r.speed) / math.tau for r in mechanism.dynamics.releases if r.free), default=0.0)
     if turns > SIMULATION.work:
         raise UsageError(f"speed: {turns:g} turns in {time:g} s are too many to follow; reduce `speed` of the input")

@@ -14,10 +14,12 @@ from gimcli.connected import connected
 from gimcli.mechanism import Machine, Mechanism
 from gimcli.model.bearers import node_of
 from gimcli.model.compile import compile_model
+from gimcli.model.dimensions import dimensions_of
 from gimcli.model.kept_assembly import in_assembly_of
 from gimcli.model.laws import Scaled
 from gimcli.model.pairs import PAIRS, fixed_nodes, measured_nodes, used_nodes
 from gimcli.model.schema import Model
+from gimcli.model.source import Where
 from gimcli.model.substitution import without_dynamics
 
 
@@ -126,7 +128,17 @@ def _part(model: Model, moving: set[str], first: bool, loaded: bool) -> Model:
     kept("friction", lambda name, _: name in named or name in model.prismatic)
     kept("nodes", lambda name, _: name in named)
     points = {*model.nodes, *model.points}
-    return model.with_value("trace", lambda old: [name for name in old if name in points])
+    model = model.with_value("trace", lambda old: [name for name in old if name in points])
+    model.formulas = {where: formula for where, formula in model.formulas.items() if _has(model, where)}
+    dimensions = dimensions_of(model)
+    kept("tolerances", lambda name, _: not dimensions.keys().isdisjoint((name, f"{name}.length")))
+    return model
+
+
+def _has(model: Model, where: Where) -> bool:
+    """Return whether a model has the part with a number."""
+    section = getattr(model, str(where[0]))
+    return not isinstance(section, dict) or where[1] in section
 
 
 def _machine(own: Any, mechanism: Mechanism, moving: set[str], first: bool, loaded: bool) -> Machine:
