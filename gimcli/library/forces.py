@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from contextlib import suppress
 from functools import cached_property
 from itertools import chain
 from typing import TYPE_CHECKING, Any
@@ -17,11 +16,11 @@ from gimcli.dynamics.force_table import force_table
 from gimcli.dynamics.forces import motion_forces
 from gimcli.dynamics.physical import require_action
 from gimcli.dynamics.rotor_columns import with_rotors
-from gimcli.errors import UsageError
 from gimcli.library.curve_marks import with_marks
 from gimcli.library.force_plots import force_vocabulary, usual_graphs, varying
 from gimcli.library.force_report import summary_report
 from gimcli.library.inputs import MOST_STEPS, refuse_count, refuse_unmoved
+from gimcli.library.machines import accepted, loaded_machines
 from gimcli.library.plots import KeptColumns, PlannedGraph, drawn, only_angle
 from gimcli.library.result import RowsResult, joined
 from gimcli.library.turned_forces import turned_names, with_turned
@@ -94,7 +93,6 @@ def forces_along(
     if len(mechanism.machines) == 1:
         return ForcesAlong(mechanism, steps, tolerance, jit, texts, notify, progress)
     from gimcli.library.machine_forces import ForcesBeside
-    from gimcli.library.machines import loaded_machines
 
     every = loaded_machines(mechanism)
     if len(every) == 1:
@@ -133,9 +131,7 @@ class ForcesAlong:
 
     def knows(self, text: str) -> bool:
         """Return whether the mechanism has the columns of a text for a graph."""
-        with suppress(UsageError):
-            return bool(self._planned([text]))
-        return False
+        return accepted(self._planned, [text])
 
     @cached_property
     def names(self) -> tuple[str, ...]:

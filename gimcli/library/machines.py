@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from functools import wraps
 from inspect import signature
 from pathlib import Path
@@ -11,6 +12,7 @@ from typing import Any, ParamSpec, TypeVar, cast
 
 import numpy as np
 
+from gimcli.errors import GimError
 from gimcli.library.inputs import inputs_of
 from gimcli.library.released import names_of, released_inputs
 from gimcli.library.result import Result, joined
@@ -20,6 +22,9 @@ from gimcli.table import Column, Table
 
 SHARED = ("steps", "samples", "duration")
 """Keys of reports whose values are the same for all machines."""
+
+SAME = ("dimensions",)
+"""Keys of reports with entries that are the same for all machines that have them."""
 
 OF_ALL = ("table", "arrays", "report", "workbook")
 """Contents of files that hold all machines; of the others each machine has a file of its own."""
@@ -35,6 +40,13 @@ class MachinesResult(Result):
     def __init__(self, mechanism: Mechanism, each: Mapping[str, Result], table: Table | None = None) -> None:
         self.mechanism, self.each, self._table = mechanism, each, table
         self.destinations = next(iter(each.values())).destinations  # type: ignore[method-assign]
+
+    def __getattr__(self, name: str) -> Any:
+        """Return dicts of the results, such as `statistics`, as one; names that several have follow that of theirs."""
+        values = {} if name.startswith("_") else {key: getattr(one, name) for key, one in vars(self)["each"].items()}
+        if not values or not all(isinstance(value, dict) for value in values.values()):
+            raise AttributeError(f"of several machines '{name}' is an attribute of each: .each[NAME].{name}")
+        return _joined(name, values)
 
     @property
     def complete(self) -> bool:
@@ -125,6 +137,14 @@ def _parts(
         yield one, part
 
 
+def accepted(find: Callable[..., Any], *args: Any) -> bool:
+    """Return whether a function accepts its arguments, without an error that the user would read."""
+    with suppress(GimError):
+        find(*args)
+        return True
+    return False
+
+
 def loaded_machines(mechanism: Mechanism, _: object = None) -> Sequence[Machine]:
     """Return the machines on which forces act; the first one if there are none."""
     every = mechanism.loaded_machines
@@ -187,9 +207,9 @@ def _joined(key: str, values: dict[str, Any]) -> Any:
             for name, ones in values.items() for one in ones or ()
         ]  # fmt: skip
     if isinstance(known[0], dict):
-        counts = Counter(k for one in known for k in one)
+        counts = Counter(k for one in known for k in one if key not in SAME)
         return {
-            k if counts[k] == 1 else f"{name}.{k}": v for name, own in values.items() for k, v in (own or {}).items()
+            k if counts[k] < 2 else f"{name}.{k}": v for name, own in values.items() for k, v in (own or {}).items()
         }  # fmt: skip
     if isinstance(known[0], str):
         return "; ".join(dict.fromkeys(one for one in known if one != "ok")) or "ok"

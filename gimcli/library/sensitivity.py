@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from gimcli.errors import GimError, UsageError
+from gimcli.errors import UsageError
 from gimcli.families.column_names import ColumnNames
 from gimcli.families.design_columns import DesignColumns
 from gimcli.families.design_motions import DesignMotions
@@ -20,7 +19,7 @@ from gimcli.families.motion_sensitivity import MotionNumber, motion_number
 from gimcli.families.position_quantities import PositionQuantity, PositionState, QuantityFinder
 from gimcli.families.tolerances import DEVIATIONS, SampledSpread, drawn, sampled_spread
 from gimcli.library.inputs import MOST_STEPS, inputs_of, refuse_choice, refuse_count, refuse_linked, refuse_unmoved
-from gimcli.library.machines import for_each_machine
+from gimcli.library.machines import accepted, for_each_machine
 from gimcli.library.sensitivity_result import SensitivityResult
 from gimcli.mechanism import FloatArray, Machine, Mechanism
 from gimcli.model.dimensions import Dimension, dimension, dimensions, tolerances
@@ -54,14 +53,8 @@ def _machines(mechanism: Mechanism, given: dict[str, Any]) -> Sequence[Machine]:
 
 def _own(mechanism: Mechanism, given: dict[str, Any]) -> dict[str, Any]:
     """Return the arguments for a machine: its own quantities and dimensions."""
-
-    def known(find: Callable[[list[str]], Any], text: str) -> bool:
-        with suppress(GimError):
-            return bool(find([text]))
-        return False
-
     find = {"of": lambda texts: _quantities(mechanism, texts, True), "by": lambda names: _dimensions(mechanism, names)}
-    own = {key: [text for text in _texts(given[key]) if known(find[key], text)] for key in find if key in given}
+    own = {key: [text for text in _texts(given[key]) if accepted(find[key], [text])] for key in find if key in given}
     return {**given, **own}
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -21,7 +20,7 @@ from gimcli.dynamics.simulation_types import SIMULATION, Settings, Simulation
 from gimcli.errors import UsageError
 from gimcli.library.force_plots import force_vocabulary
 from gimcli.library.inputs import MOST_STEPS, refuse_choice, refuse_count, refuse_linked
-from gimcli.library.machines import for_each_machine
+from gimcli.library.machines import accepted, for_each_machine
 from gimcli.library.places import angles, pairs, places
 from gimcli.library.plots import PlannedGraph, drawn, only_angle
 from gimcli.library.result import ByName, RowsResult
@@ -62,13 +61,7 @@ def _machines(mechanism: Mechanism, given: dict[str, Any]) -> Sequence[Machine]:
 
 def _own(mechanism: Mechanism, given: dict[str, Any]) -> dict[str, Any]:
     """Return the arguments for a machine: its own graphs."""
-
-    def known(text: str) -> bool:
-        with suppress(UsageError):
-            return bool(_planned(mechanism, [text]))
-        return False
-
-    own = {"plot": [text for text in _texts(given.get("plot", ())) if known(text)]}
+    own = {"plot": [text for text in _texts(given.get("plot", ())) if accepted(_planned, mechanism, [text])]}
     return {**given, **own} if _has_dry_friction(mechanism) else {**given, **own, "slip": None}
 
 

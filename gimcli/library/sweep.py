@@ -19,9 +19,11 @@ from gimcli.families.sweep_run import SweepRun
 from gimcli.families.variation import MOST_VALUES, varied
 from gimcli.library.grid import contents_hash, model_hash
 from gimcli.library.inputs import MOST_STEPS, refuse_count, refuse_linked, refuse_unmoved
+from gimcli.library.machines import accepted
 from gimcli.library.result import RowsResult, joined
 from gimcli.library.sweep_tables import SweepTables
 from gimcli.mechanism import Mechanism
+from gimcli.model.dimensions import dimension
 from gimcli.output.parts import Parts, header_of
 from gimcli.positions.dispatch import choose, plain
 from gimcli.progress import Notify, Phases, no_phases
@@ -97,8 +99,6 @@ def swept(
     resume: bool = False, notify: Notify | None = None, progress: Phases = no_phases,
 ) -> SweepUnderWay:  # fmt: skip
     """Begin a sweep with the arguments of `sweep`; its tables can be written chunk by chunk."""
-    from gimcli.model.dimensions import dimension
-
     refuse_linked(mechanism, "sweep")
     refuse_count("steps", steps, 1, MOST_STEPS)
     refuse_count("best", best, 0, MOST_VALUES)
@@ -119,6 +119,8 @@ def swept(
         full[own] = given
     table = design_table(varied(full), samples, points, seed)
     texts = (keep,) if isinstance(keep, str) else tuple(keep)
+    if len(mechanism.machines) > 1:
+        mechanism = _swept_machine(mechanism, SweepJob(mechanism, table, steps, texts, where, goal, best, tolerance))
     with explained(mechanism):
         make_plan(mechanism)
         refuse_unmoved(mechanism, "add an actuator")
@@ -133,6 +135,14 @@ def swept(
     units = {name: dimension(mechanism, name).unit for name in table.names}
     store = None if folder is None else Parts(Path(folder), _header(job), resume)
     return SweepUnderWay(SweepRun(job, store, workers, scheduler, progress("designs")), units)
+
+
+def _swept_machine(mechanism: Mechanism, job: SweepJob) -> Mechanism:
+    """Return the machine that has all dimensions and quantities; the mechanism itself if several have some of them."""
+    machines = [one.mechanism for one in mechanism.driven_machines]
+    owners = [one for one in machines if any(accepted(dimension, one, name) for name in job.table.names)]
+    whole = len(owners) != 1 or not all(accepted(dimension, owners[0], name) for name in job.table.names)
+    return mechanism if whole or not accepted(replace(job, mechanism=owners[0]).check) else owners[0]
 
 
 def _with_kernels(job: SweepJob, resumed: Path | str | None, notify: Notify | None) -> SweepJob:
