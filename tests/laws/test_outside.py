@@ -67,10 +67,10 @@ def differences(one, other, size, path=""):
     """Yield the places where two answers differ; keys and entries of new nodes do not count."""
     one, other = (getattr(part, "__dict__", part) for part in (one, other))
     if isinstance(one, dict) and isinstance(other, dict):
-        for key in one.keys() - FREE:
-            if not str(key).startswith(NEW):
+        for key in one:
+            if not str(key).startswith(NEW) and str(key).rpartition(".")[2] not in FREE:
                 yield from differences(one[key], other.get(key, "missing"), size, f"{path}/{key}")
-    elif isinstance(one, list | tuple | np.ndarray):
+    elif isinstance(one, list | tuple | np.ndarray) and isinstance(other, list | tuple | np.ndarray):
         one, other = ([x for x in part if not str(x).startswith(NEW)] for part in (one, other))
         if len(one) != len(other):
             yield f"{path}: {len(one)} and {len(other)} entries"

@@ -40,13 +40,13 @@ def written(data):
 
 def with_ground_node(data, times):
     """Return the model with a node of the ground that nothing uses, `times` the size away."""
-    if not isinstance(data.get("ground"), list):
-        return None
     data = copy.deepcopy(data)
+    if ground_of(data) is None:
+        return None
     (x, y), *_ = places = written(data).nodes.values()
     size = math.hypot(*(max(part) - min(part) for part in zip(*places, strict=True)))
     data["nodes"][NEW] = [x + 0.8 * times * size, y - 0.6 * times * size]
-    data["ground"].append(NEW)
+    ground_of(data).append(NEW)
     return data
 
 
@@ -73,22 +73,30 @@ def with_plates(data):
 def _add(data, own, guide, name, times):
     """Add a node on the line of a guide to the member of the guide; a link becomes an element."""
     data["nodes"][name] = _beyond(own.nodes, guide, times)
-    if isinstance(data.get("ground"), list) and set(guide) <= set(data["ground"]):
-        data["ground"].append(name)
+    ground = ground_of(data)
+    if ground is not None and set(guide) <= set(ground):
+        ground.append(name)
         return
     ((key, part),) = [(key, part) for key, part in own.members.items() if set(guide) <= set(part.nodes)]
-    data.get("links", {}).pop(key, None)
-    shape = getattr(part, "shape", None)
-    if getattr(part, "length", None) is not None:
-        shape = dict(zip(part.nodes, ([0.0, 0.0], [part.length, 0.0]), strict=True))
-    earlier = (data.setdefault("elements", {}).get(key) or {}) if key in data.get("elements", {}) else {}
-    earlier = earlier if isinstance(earlier, dict) else {"nodes": earlier}
-    nodes = earlier.get("nodes", part.nodes)
-    made = {"nodes": [*nodes, name]}
-    if shape:
-        shape = {**shape, **earlier.get("shape", {})}
-        made["shape"] = {**shape, name: _beyond(shape, guide, times)}
-    data["elements"][key] = made
+    if data.get("links", {}).pop(key, None) is not None:
+        length = part.length
+        shape = None if length is None else dict(zip(part.nodes, ([0.0, 0.0], [length, 0.0]), strict=True))
+        data.setdefault("elements", {})[key] = {"nodes": list(part.nodes), **({"shape": shape} if shape else {})}
+        if key in data.get("masses", {}) and not isinstance(data["masses"][key], int | float):
+            data["masses"][key].setdefault(
+                "centre", [0.5 * (length or math.dist(*map(own.nodes.get, part.nodes))), 0.0]
+            )
+    old = data["elements"][key]
+    made = data["elements"][key] = old if isinstance(old, dict) else {"nodes": old}
+    made["nodes"].append(name)
+    if "shape" in made:
+        made["shape"][name] = _beyond(made["shape"], guide, times)
+
+
+def ground_of(data):
+    """Return the list of the nodes of the ground; None if a member is held."""
+    ground = data.get("ground")
+    return ground.get("nodes") if isinstance(ground, dict) else ground if isinstance(ground, list) else None
 
 
 def _beyond(places, guide, times):
