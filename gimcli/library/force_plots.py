@@ -8,7 +8,7 @@ import numpy as np
 
 from gimcli.library.plots import Group, PlannedCurve, PlannedGraph, PlottedQuantity, Vocabulary
 from gimcli.mechanism import Mechanism
-from gimcli.output.graph import EQUAL, ORDINARY
+from gimcli.output.graph import ORDINARY
 from gimcli.table import Column
 
 TEXTS = ("status", "friction.state")
@@ -54,14 +54,13 @@ def _beginning(columns: Sequence[str], word: str) -> Group:
 
 
 def usual_graphs(mechanism: Mechanism) -> list[PlannedGraph]:
-    """Return the graphs without --plot: driving efforts over the input, and the hodograph of the shaking force."""
+    """Return the graphs without --plot: driving efforts over the input."""
     plans = []
     for rotary, title in ((True, "driving torque"), (False, "driving force")):
         own = [a.name for k, a in enumerate(mechanism.actuators) if a.rotary is rotary and k not in mechanism.geared]
         curves = tuple(PlannedCurve(PlottedQuantity(name, (f"{name}.effort",))) for name in own)
         plans += [PlannedGraph(ORDINARY, title, curves)] if own else []
-    x, y = (PlottedQuantity(f"{SHAKING} force {axis}", (f"{SHAKING}.f{axis}",)) for axis in "xy")
-    return [*plans, PlannedGraph(EQUAL, "", (PlannedCurve(y, x),))]
+    return plans
 
 
 def varying(plans: Sequence[PlannedGraph], columns: Mapping[str, Column]) -> tuple[list[PlannedGraph], list[str]]:

@@ -65,7 +65,7 @@ def forces(
         tolerance: largest accepted error of a constraint, relative to the mechanism's size; from 1e-14 to below 1.
         jit: "auto" compiles the kernels where this saves time; "on", "off". The numbers are the same.
         plot: the graphs of the picture, a text or a list, such as "effort,|A.f|,reactions" (see `gim manual graphs`);
-            by default the efforts and the hodograph of the shaking force.
+            by default the efforts.
         notify: function of a text; called with notices, such as the start of a compilation.
         progress: function of the name of a phase; returns a function of (rows done, all rows), for a progress bar.
 
@@ -256,7 +256,7 @@ class ForcesResult(RowsResult):
         }  # fmt: skip
 
     def picture(self) -> Content | None:
-        """Return the graphs, by default of the efforts and of the shaking force; None if no forces are determined."""
+        """Return the graphs, by default of the efforts; None if no forces are determined."""
         from gimcli.output.history import history_sheet
 
         if not self.found.determined:

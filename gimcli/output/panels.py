@@ -21,6 +21,9 @@ HEIGHT, LEAST_WIDTH = 1.55, 4.4
 MOST_CURVES = 12
 """Largest number of curves in a panel."""
 
+APART = 0.6
+"""Least distance of the word at a pole from other words above the axes [in]: a limit or change point is its reason."""
+
 ZERO = Pen(0.6, SOFT, layer=1)
 PLACE = Mark(size=2.2, face=PAPER, width=0.6)
 
@@ -94,12 +97,15 @@ def _shown(graph: CurveGraph) -> Sequence[Curve]:
 def _values(graph: CurveGraph) -> tuple[float, float]:
     """Return the range of the values that are shown."""
     curves, places = _shown(graph), [place for place, _ in graph.verticals]
-    beside = [np.array([_nearest(curve.x, place) for place in places]) for curve in curves if len(curve.x)]
+    beside = [np.array([_row(curve.x, place) for place in places]) for curve in curves if len(curve.x)]
     return value_window([np.asarray(c.y, dtype=np.float64) for c in curves if len(c.x)], beside)
 
 
-def _nearest(x: FloatArray, place: float) -> int:
-    return int(np.argmin(np.where(np.isfinite(x), np.abs(x - place), np.inf)))
+def _row(x: FloatArray, place: float) -> float:
+    """Return the row of an abscissa, with the fraction between it and the next one."""
+    k = int(np.argmin(np.where(np.isfinite(x), np.abs(x - place), np.inf)))
+    steps = {side: x[k + side] - x[k] for side in (-1, 1) if 0 <= k + side < len(x)}
+    return k + next((side * (place - x[k]) / step for side, step in steps.items() if (place - x[k]) * step > 0.0), 0.0)
 
 
 def _labels(graph: CurveGraph) -> tuple[str, str]:
@@ -125,7 +131,7 @@ def _draw_curves(picture: Picture, graph: CurveGraph) -> None:
         picture.mark(Mark("o", 2.0, pen.color, pen.color), *(complex(run[0]) for run in runs if len(run) == 1))
         if len(graph.curves) > 1:
             picture.legend.append((curve.name, pen))
-        _mark_cut(picture, curve.name, z, graph.up.unit)
+        _mark_cut(picture, curve.name, z, graph)
     if len(graph.curves) > MOST_CURVES:
         picture.legend.append((f"and {len(graph.curves) - MOST_CURVES} more: name the columns", Pen(0.0)))
     for index, (kind, places) in enumerate(graph.events.items()):
@@ -134,18 +140,21 @@ def _draw_curves(picture: Picture, graph: CurveGraph) -> None:
             picture.legend.append((kind, event_mark(index)))
 
 
-def _mark_cut(picture: Picture, name: str, z: ComplexArray, unit: str) -> None:
-    """State in the legend the greatest magnitude of a curve that leaves the axes, and mark where it does."""
+def _mark_cut(picture: Picture, name: str, z: ComplexArray, graph: CurveGraph) -> None:
+    """Mark where a curve leaves the axes, with the reason; state its greatest magnitude in the legend."""
     low, high = picture.frame.low.imag, picture.frame.high.imag
     with np.errstate(invalid="ignore"):
         beyond = np.isfinite(z.real) & ~np.isnan(z.imag) & ((z.imag < low) | (z.imag > high))
     if not beyond.any():
         return
     first = np.flatnonzero(beyond & ~np.append(False, beyond[:-1]))
-    edge = 0.02 * (high - low)
+    edge, above = 0.02 * (high - low), picture.frame.width / (picture.frame.high.real - picture.frame.low.real)
     picture.mark(CUT, *(complex(z[k].real, high - edge if z[k].imag > high else low + edge) for k in first))
+    for place in z.real[first]:
+        if all(abs(place - other) * above > APART for other, _ in picture.above):
+            picture.above.append((float(place), "pole"))
     most = z.imag[beyond][np.argmax(np.abs(z.imag[beyond]))]
-    picture.legend.append((f"beyond the axis: {name} {short(most)} {unit}".rstrip(), CUT))
+    picture.legend.append((f"cut at a pole: {name} up to {short(most)} {graph.up.unit}".rstrip(), CUT))
 
 
 def _places(x: FloatArray, y: FloatArray) -> ComplexArray:

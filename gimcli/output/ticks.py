@@ -27,8 +27,8 @@ PREFIXES = {"µ": -6, "m": -3, "": 0, "k": 3, "M": 6, "G": 9}
 DEGREES = (5.0, 10.0, 15.0, 30.0, 45.0, 90.0, 180.0, 360.0, 720.0, 1800.0, 3600.0)
 """Steps of the ticks of angles [deg]."""
 
-MOST = 9
-"""Largest number of ticks of an angle."""
+LEAST, MOST = 3, 9
+"""Least number of ticks, and the largest one of an angle."""
 
 
 def set_ticks(axes: Any, picture: Picture) -> None:
@@ -116,7 +116,14 @@ def _places(axis: Any, low: float, high: float, unit: str) -> FloatArray:
         if step:
             places = step * np.arange(math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9) + 1.0)
     slack = 1e-9 * (high - low)
-    return places[(places >= low - slack) & (places <= high + slack)]
+    places = places[(places >= low - slack) & (places <= high + slack)]
+    return places if len(places) >= LEAST else np.arange(math.ceil(low / (s := _finer(high - low))), high / s) * s
+
+
+def _finer(span: float) -> float:
+    """Return the largest step of 1, 2 or 5 times a power of ten with at least LEAST ticks in a span."""
+    decade = 10.0 ** math.floor(math.log10(span / LEAST))
+    return decade * max(own for own in (1.0, 2.0, 5.0) if own * decade <= span / LEAST)
 
 
 def tick_texts(values: FloatArray) -> list[str]:

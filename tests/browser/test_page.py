@@ -198,6 +198,36 @@ def test_cursor_of_a_graph_reads_the_table(browser, crank):
         assert found[1] == f"{float(rows[210][name]):.6g}"
 
 
+def test_an_axis_of_a_graph_has_its_unit_three_ticks_and_zero(browser, crank):
+    page = OpenPage(browser, crank)
+    page.script(
+        "const own = CanvasRenderingContext2D.prototype, write = own.fillText; window.written = [];"
+        "own.fillText = function (text, ...at) {"
+        " window.written.push([text, this.textAlign]); write.call(this, text, ...at); }"
+    )
+    for column, unit in (("P.vx", "mm/s"), ("P.ay", "mm/s^2"), ("rocker.angle", "deg"), ("rocker.alpha", "deg/s^2")):
+        page.script("window.written.length = 0")
+        page.set(graphs=[{"columns": [column], "over": "motor"}])
+        written = page.script("return window.written")
+        ticks = [text for text, side in written if side == "right"]
+        values = [float(row[column]) for row in read_rows(crank.with_suffix(".csv"))]
+        assert f"[{unit}]" in [text for text, _ in written]
+        assert len(ticks) >= 3
+        assert "0" in ticks or min(values) * max(values) > 0.0
+
+
+def test_a_graph_shows_a_finite_peak_whole(browser, crank):
+    """A crank-rocker has no pole: the range of every column is that of its values."""
+    page = OpenPage(browser, crank)
+    columns = page.script(
+        "return JSON.parse(document.getElementById('data').textContent).clips[0].columns.map(c => [c.name, ...c.shown])"
+    )
+    rows = read_rows(crank.with_suffix(".csv"))
+    for name, low, high in columns:
+        values = [float(row[name]) for row in rows]
+        assert (low, high) == pytest.approx((min(values), max(values)), rel=1e-5, abs=1e-5 * max(map(abs, values)))
+
+
 def test_a_graph_is_a_slider_too(browser, crank):
     page = OpenPage(browser, crank)
     left, top, width, _ = page.place(".graph canvas[role=img]")

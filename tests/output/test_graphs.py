@@ -8,11 +8,10 @@ from bundled import MODELS
 from in_process import gim
 
 import gimcli
-from gimcli.library.force_plots import usual_graphs
 from gimcli.output.figure import canvas_of
-from gimcli.output.graph import POLAR, Axis, Curve, CurveGraph, graph_of
+from gimcli.output.graph import EQUAL, POLAR, Axis, Curve, CurveGraph, graph_of
 from gimcli.output.panels import panel
-from gimcli.output.picture import Frame, Picture, Sheet
+from gimcli.output.picture import Frame, Picture
 from gimcli.output.style import CUT, VERTICAL, curve_pen
 from gimcli.output.ticks import fitted, short, tick_texts
 from gimcli.output.value_window import value_window
@@ -101,7 +100,8 @@ def test_a_spike_at_a_limit_does_not_determine_the_axis():
     assert (low, high) == (pytest.approx(1.0, rel=0.2), pytest.approx(31.6 * 1.4, rel=0.1)), "s > 0.1, and a margin"
     picture = panel(graph(y), 5.0)
     assert picture.frame.high.imag < 60.0
-    assert [name for name, key in picture.legend if key == CUT] == [f"beyond the axis: a {short(np.nanmax(y))}"]
+    assert [name for name, key in picture.legend if key == CUT] == [f"cut at a pole: a up to {short(np.nanmax(y))}"]
+    assert [word for _, word in picture.above] == ["pole"]
 
 
 def test_a_peak_of_several_rows_determines_the_axis():
@@ -117,6 +117,52 @@ def test_a_pole_between_two_rows_is_recognised():
     x = np.linspace(-1.0, 1.0, 400)
     for y in (1.0 / x, 1.0 / np.abs(x - 1e-4), np.where(np.abs(x) < 0.004, np.inf, 1.0 / np.abs(x))):
         assert value_window([y])[1] < 20.0
+
+
+DISTANCE = np.arange(200.0, 0.0, -1.0) / 200.0
+
+
+@pytest.mark.parametrize("y", [
+    211.0 + 1039.0 * np.exp(-40.0 * DISTANCE),  # a force that grows to 1250 N at a limit
+    np.exp(-(((DISTANCE - 0.05) / 0.01) ** 2)),  # a peak a few rows before it
+    1.0 - 3.0 * np.sqrt(DISTANCE), DISTANCE**0.5,  # a position
+    np.where(DISTANCE < 0.3, 900.0, np.sin(9.0 * DISTANCE)), np.where(np.arange(200) == 198, 7.0, 0.0),
+])  # fmt: skip
+def test_a_finite_peak_at_a_limit_is_shown_whole(y):
+    for values in (y, -y):
+        assert value_window([values], [np.array([200.0])]) == (values.min(), values.max())
+        assert value_window([np.append(values, np.nan)]) == (values.min(), values.max())
+
+
+@pytest.mark.parametrize("width", [0.3, 1.0, 3.0])
+def test_a_narrow_finite_peak_is_shown_whole(width):
+    """A force that passes a singular position at a distance: x / (x^2 + e^2), its magnitude and its square."""
+    x = np.arange(-100.0, 101.0) / width
+    for y in (1.0 / (x**2 + 1.0), (x / (x**2 + 1.0)), 1.0 / np.sqrt(x**2 + 1.0), np.exp(-(x**2))):
+        assert value_window([y]) == (y.min(), y.max())
+
+
+@pytest.mark.parametrize("power", [-0.5, -1.0, -1.5, -3.0])
+@pytest.mark.parametrize("background", [0.0, 1.0])
+def test_a_pole_at_a_limit_is_cut_wherever_the_rows_are(power, background):
+    for beside in (0.01, 0.3, 1.0):
+        y = background * np.cos(3.0 * DISTANCE) + (DISTANCE - (1.0 - beside) / 200.0) ** power
+        assert value_window([y], [np.array([199.0 + beside])])[1] < (0.5 if beside < 0.5 else 1.0001) * y.max()
+
+
+def test_a_pole_of_one_curve_hides_no_peak_of_another():
+    peak = 40.0 * np.exp(-(((DISTANCE - 0.5) / 0.01) ** 2))
+    assert value_window([1.0 / DISTANCE, peak], [np.array([200.0])] * 2)[1] >= peak.max()
+
+
+@pytest.mark.parametrize("span", [0.11, 1.0, 7.9, 11.0, 27.0, 95.0, 359.0])
+@pytest.mark.parametrize("unit", ["deg", "N"])
+def test_an_axis_has_three_ticks_and_zero(span, unit):
+    for low in (-0.37 * span, -0.9 * span, 3.0 * span):
+        (axes,) = axes_of(panel(graph(low + span * np.linspace(0.0, 1.0, 30), unit), 5.0))
+        places = axes.yaxis.get_majorticklocs()
+        assert len(places) >= 3
+        assert low > 0.0 or np.min(np.abs(places)) < 1e-12 * span
 
 
 def test_a_constant_with_noise_shows_all_values():
@@ -220,20 +266,18 @@ def test_a_polar_diagram_has_the_magnitude_as_radius():
     )
 
 
-def test_a_constant_shaking_force_is_a_text():
-    """A mechanism without inertia: the frame carries the load alone."""
+def test_the_hodograph_of_the_shaking_force_is_drawn_when_asked_for():
+    """A mechanism without inertia: a load of 7 N at the end of an arm of 1 m needs up to 7 N m."""
     data = {
         "units": {"length": "m"},
         "nodes": {"O": [0, 0], "A": [1, 0]}, "ground": ["O"], "links": {"crank": ["O", "A"]},
         "actuators": {"motor": {"type": "rotary", "pivot": "O", "arm": "A"}},
         "loads": {"pull": {"on": "crank", "at": [1, 0], "force": [0, -7]}},
     }  # fmt: skip
-    sheet = gimcli.forces(gimcli.load(data), 36).picture()
-    assert isinstance(sheet, Sheet)
-    assert len(sheet.pictures) == 1
-    assert "shaking.fx = 0 N" in sheet.title
-    assert "shaking.fy = -7 N" in sheet.title
-    assert len(usual_graphs(gimcli.load(data))) == 2
+    (torque,) = gimcli.forces(gimcli.load(data), 36).graphs()
+    assert (torque.up.name, max(torque.curves[0].y)) == ("driving torque", pytest.approx(7.0))
+    (asked,) = gimcli.forces(gimcli.load(data), 36, plot="hodograph:shaking").graphs()
+    assert asked.form == EQUAL
 
 
 def test_events_of_a_simulation_are_in_the_legend(tmp_path):

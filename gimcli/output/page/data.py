@@ -7,15 +7,17 @@ rounded to six digits, which float32 keeps: the page shows the digits of the tab
 from __future__ import annotations
 
 import base64
+from collections.abc import Sequence
 from itertools import groupby
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gimcli.output.animation import Animation, Clip, Section
+from gimcli.output.animation import Animation, Clip, Moment, Section
 from gimcli.output.page.scene_data import curve_anchors, scene_data, window
 from gimcli.output.scene import Scene
+from gimcli.output.value_window import value_window
 from gimcli.status import Status
 from gimcli.table import Column, Table, labelled, per_second
 
@@ -78,15 +80,17 @@ def _clip(clip: Clip, origin: complex, far: float) -> dict[str, Any]:
         "status": [[word, len(list(run))] for word, run in groupby(clip.status)],
         "events": [{"row": event.row, "kind": event.kind, "text": event.text} for event in clip.events],
         "breaks": list(clip.breaks),
-        "columns": [_column(c) for c in clip.table.columns if c.values.dtype.kind in "fiu"],
+        "columns": [_column(c, clip.events) for c in clip.table.columns if c.values.dtype.kind in "fiu"],
         "rates": rates, "without": clip.without,
         **({} if clip.scene is None else {"design": _drawn(clip.scene, origin, far)}),
     }  # fmt: skip
 
 
-def _column(column: Column) -> dict[str, Any]:
-    unit = "" if column.unit == "unit" else column.unit
-    return {"name": column.name, "unit": unit, "values": _floats(rounded(column.values))}
+def _column(column: Column, events: Sequence[Moment]) -> dict[str, Any]:
+    """Return a column, with the range that graphs show."""
+    unit, values = "" if column.unit == "unit" else column.unit, rounded(column.values)
+    shown = value_window([values], [np.array([event.row for event in events])])
+    return {"name": column.name, "unit": unit, "values": _floats(values), "shown": shown}
 
 
 def rounded(values: NDArray[Any]) -> NDArray[np.float64]:

@@ -1,7 +1,7 @@
 // A graph of chosen columns over another column, with a cursor at the present row.
 
-const EDGE = { left: 58, right: 12, top: 8, bottom: 34 };
-const REST = 0.1, PEAK = 12, BEYOND = 2; // short peaks are cut, as in output/panels.py
+const EDGE = { left: 58, right: 12, top: 22, bottom: 34 };
+const TICKS = 3; // least number of ticks of an axis
 
 class Graph {
   constructor(app, columns, over) {
@@ -90,8 +90,8 @@ class Graph {
     if (!this.x) return;
     const shows = row => !this.curves.length || this.curves.some(curve => Number.isFinite(curve.values[row]));
     const solved = this.x.values.filter((_, row) => shows(row)); // a law that is cut short ends at its limit
-    this.across = span([solved, this.app.clip.events.map(event => this.between(event.row))], 0, true);
-    this.upward = span(this.curves.map(curve => curve.values), 0.06, false);
+    this.across = span([solved, this.app.clip.events.map(event => this.between(event.row))], 0);
+    this.upward = span(this.curves.map(curve => curve.shown), 0.06); // cut at poles only: output/value_window.py
     const names = this.curves.map(curve => labelled(curve.name, curve.unit)).join(", ");
     this.canvas.setAttribute("aria-label", `Graph of ${names} over ${labelled(this.x.name, this.x.unit)}`);
     this.head();
@@ -174,7 +174,22 @@ class Graph {
     c.clip();
     this.drawEvents(c);
     this.curves.forEach((curve, k) => this.drawCurve(c, curve, curvePen(k)));
+    this.drawPoles(c);
     c.restore();
+  }
+
+  // The word "pole" where a curve leaves the axis.
+  drawPoles(c) {
+    c.fillStyle = theme.ink;
+    c.textAlign = "center";
+    for (const { values } of this.curves) {
+      const sides = Array.from(values, value => Math.sign(value - Math.min(this.upward[1], Math.max(this.upward[0], value))));
+      sides.forEach((side, row) => {
+        if (!side || sides[row - 1] === side) return;
+        const px = Math.min(this.width - EDGE.right, Math.max(EDGE.left + 34, this.px(this.x.values[row])));
+        c.fillText("pole", px - 18, side > 0 ? EDGE.top + 7 : this.height - EDGE.bottom - 7);
+      });
+    }
   }
 
   // A dotted line at each event, between the rows beside it.
@@ -210,6 +225,11 @@ class Graph {
       this.grid(c, EDGE.left, this.py(value), right, this.py(value));
       c.fillText(tickText(value, upward), EDGE.left - 5, this.py(value));
     }
+    const units = [...new Set(this.curves.map(curve => curve.unit))].filter(Boolean);
+    c.textAlign = "left";
+    if (units.length) c.fillText(`[${units.join(", ")}]`, 4, EDGE.top / 2);
+    c.strokeStyle = theme.faint;
+    if (this.upward[0] < 0 && this.upward[1] > 0) this.grid(c, EDGE.left, this.py(0), right, this.py(0));
   }
 
   grid(c, x, y, tx, ty) {
@@ -258,24 +278,24 @@ class Graph {
   }
 }
 
-// The limits of values; short peaks are cut unless `whole`.
-function span(lists, margin, whole) {
-  const values = lists.flatMap(list => Array.from(list).filter(Number.isFinite)).sort((a, b) => a - b);
+// The limits of values, with a margin.
+function span(lists, margin) {
+  const values = lists.flatMap(list => Array.from(list).filter(Number.isFinite));
   if (!values.length) return [0, 1];
-  let low = values[0], high = values[values.length - 1];
-  const first = values[Math.floor(REST * (values.length - 1))], last = values[Math.ceil((1 - REST) * (values.length - 1))];
-  const spread = last - first;
-  if (!whole && spread > 0 && PEAK * spread < high - low) {
-    low = Math.max(low, first - BEYOND * spread);
-    high = Math.min(high, last + BEYOND * spread);
-  }
+  const low = values.reduce((a, b) => Math.min(a, b)), high = values.reduce((a, b) => Math.max(a, b));
   const size = Math.max(Math.abs(low), Math.abs(high)), border = margin * (high - low);
   if (high - low <= 1e-6 * size) return [low - 0.1 * size, high + 0.1 * size];
   return high > low ? [low - border, high + border] : [low - 0.5, high + 0.5];
 }
 
-// Round numbers between two limits.
+// Round numbers between two limits, at least TICKS of them.
 function ticks(low, high, most) {
+  let found = [];
+  for (; found.length < TICKS && most < 99; most++) found = roundNumbers(low, high, most);
+  return found;
+}
+
+function roundNumbers(low, high, most) {
   const rough = (high - low) / most, decade = 10 ** Math.floor(Math.log10(rough));
   const turn = high - low > 170 && high - low < 4000 && decade >= 10 ? [1, 3, 4.5, 6, 9, 18, 36] : [1, 2, 5, 10];
   const step = decade * (turn.find(times => times * decade >= rough) || 10), found = [];
