@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 
 Progress = Callable[[int, int], None]
 """Called with the number of rows done and the total number of rows."""
@@ -25,6 +27,43 @@ def deadline(seconds: float | None) -> Callable[[], bool]:
 def never() -> bool:
     """Return that no deadline has passed."""
     return False
+
+
+class WorkLimit:
+    """The bound on a computation, in units of work and in seconds; `reached` is whether it ended there."""
+
+    def __init__(self, most: float, seconds: float | None, outer: WorkLimit | None) -> None:
+        self.most, self.late, self.outer, self.spent, self.reached = most, deadline(seconds), outer, 0, False
+
+    def spend(self, work: int) -> bool:
+        """Count work; return whether the computation shall end now."""
+        self.spent += work
+        above = self.outer is not None and self.outer.spend(work)
+        self.reached = self.reached or above or self.spent > self.most or self.late()
+        return self.reached
+
+
+WORK = 100_000
+"""Most positions of curves that a search evaluates; those of the shipped models need up to 12 000."""
+
+_LIMIT: ContextVar[WorkLimit | None] = ContextVar("limit", default=None)
+
+
+@contextmanager
+def limited(most: float = math.inf, seconds: float | None = None) -> Iterator[WorkLimit]:
+    """Bound the work of the searches within, which count it by `spend`; that of an outer call holds too."""
+    limit = WorkLimit(most, seconds, _LIMIT.get())
+    token = _LIMIT.set(limit)
+    try:
+        yield limit
+    finally:
+        _LIMIT.reset(token)
+
+
+def spend(work: int = 0) -> bool:
+    """Count work, in positions of a curve; return whether the computation shall end now, with what was found."""
+    limit = _LIMIT.get()
+    return limit is not None and limit.spend(work)
 
 
 def no_progress(done: int, of: int) -> None:

@@ -27,7 +27,7 @@ from gimcli.assemblies.start_cache import known_count
 from gimcli.canonical import principal
 from gimcli.errors import StructureError
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
-from gimcli.progress import Progress, no_progress
+from gimcli.progress import Progress, no_progress, spend
 from gimcli.structure.residual import holds, residual
 
 DIGITS = 7
@@ -67,6 +67,7 @@ class Configurations:
     groups: tuple[RootReport, ...]  # groups that have loops
     surplus: tuple[str, ...]  # redundant constraints that were left out and then checked
     unfit: int = 0  # number of roots that violate a constraint although none was left out
+    limited: bool = False  # whether the search ended at its bound on work
 
     def __len__(self) -> int:
         return len(self.z)
@@ -74,7 +75,7 @@ class Configurations:
     @property
     def level(self) -> int:
         """1: all complex roots found, 2: the real roots are proved complete, 3: two searches agree, 4: undecided."""
-        if self.unfit:
+        if self.unfit or self.limited:
             return OPEN
         return max((g.level for g in self.groups), default=REACHED)
 
@@ -186,6 +187,8 @@ class ConfigurationFinder:
     ) -> tuple[RootReport, list[_Root]]:
         found: list[_Root] = []
         for parent, own in enumerate(p):
+            if spend(1):
+                break
             loops = Loops.of(group.family, own)
             roots = solver(number, leaves.branches[parent], group, loops)
             report = _counted(report, roots)
@@ -209,7 +212,7 @@ class ConfigurationFinder:
         return Configurations(
             self.mechanism, inputs, z.T[chosen], check[chosen], leaves.radius[chosen],
             tuple(leaves.branches[k] for k in chosen), tuple(reports), self.surplus,
-            0 if self.surplus else int((~fits).sum()),
+            0 if self.surplus else int((~fits).sum()), limited=spend(),
         )  # fmt: skip
 
     def _places(self, state: LoopState, inputs: FloatArray) -> ComplexArray:

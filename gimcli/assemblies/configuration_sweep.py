@@ -19,7 +19,7 @@ from gimcli.assemblies.loops import Loops
 from gimcli.assemblies.root_paths import corrected, track
 from gimcli.assemblies.roots import AGREED, REACHED, Roots
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
-from gimcli.progress import Progress, no_progress
+from gimcli.progress import Progress, no_progress, spend
 
 SEED = 360
 
@@ -85,11 +85,14 @@ def configurations_over(
 ) -> list[Configurations]:
     """Return all configurations for each column of inputs (actuators, rows) [rad, normal frame].
 
-    Raises StructureError if the mechanism is not fully driven or over-driven.
+    At the limit of `spend` the list ends early. Raises StructureError if the mechanism is not fully driven or
+    over-driven.
     """
     follower = RootFollower(ConfigurationFinder(mechanism))
     found = []
     for row, now in enumerate(inputs.T):
         found.append(follower.row(np.ascontiguousarray(now)))
         progress(row + 1, inputs.shape[1])
+        if spend():
+            break
     return found

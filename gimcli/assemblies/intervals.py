@@ -22,6 +22,10 @@ from gimcli.assemblies.isolated_roots import BoolArray, IsolatedRoots, centred
 from gimcli.assemblies.krawczyk import Coefficients, image, local, narrow
 from gimcli.assemblies.slide_bounds import proved_reach
 from gimcli.mechanism import ComplexArray, FloatArray, IntArray
+from gimcli.progress import spend
+
+BATCH = 300
+"""Work of a batch of boxes, in positions of a curve."""
 
 
 @dataclass(frozen=True)
@@ -142,7 +146,7 @@ class _BoxSearch:
             self._work(low, high)
             if self.waiting and self.boxes >= self.constants.boxes:
                 limit = "boxes"
-            elif self.waiting and time.monotonic() - begin >= self.constants.seconds:
+            elif self.waiting and (spend(BATCH) or time.monotonic() - begin >= self.constants.seconds):
                 limit = "seconds"
         return self._result(time.monotonic() - begin, limit)
 

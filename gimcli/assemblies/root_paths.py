@@ -16,6 +16,10 @@ from gimcli.assemblies.certificate import each_of
 from gimcli.assemblies.constants import TrackingConstants
 from gimcli.assemblies.loops import LoopFamily, values, values_and_jacobian
 from gimcli.mechanism import ComplexArray, FloatArray
+from gimcli.progress import spend
+
+TOGETHER = 20
+"""Number of paths whose steps take as long as a position of a curve."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +57,7 @@ def track(
     steps = np.zeros(count, dtype=int)
     active = np.arange(count)
     with np.errstate(all="ignore"):
-        while len(active):
+        while len(active) and not spend(1 + len(active) // TOGETHER):
             now, step = w[active], np.minimum(h[active], 1.0 - t[active])
             guess, rate[active] = _predicted(family, start, change, now, t[active], step)
             there = t[active] + step

@@ -21,7 +21,7 @@ from gimcli.assemblies.pencil import candidates, pencil_of
 from gimcli.assemblies.root_paths import Tracked, corrected, track
 from gimcli.assemblies.start_cache import known_count, known_start
 from gimcli.mechanism import ComplexArray
-from gimcli.progress import Progress, no_progress
+from gimcli.progress import Progress, no_progress, spend
 
 REACHED, REALS, AGREED, OPEN = 1, 2, 3, 4
 """Levels: all complex roots found; the real roots proved complete; two searches agree; undecided."""
@@ -103,7 +103,7 @@ def _by_paths(family: LoopFamily, H: ComplexArray, count: int | None, proven: Pr
         proven = distinct(family, proven.joined(found.proven))
         if count is not None and _whole(proven, count):
             return _reached(family, proven, count)
-        if len(ends) > 1 and _same(ends[-1], ends[-2]):
+        if spend() or (len(ends) > 1 and _same(ends[-1], ends[-2])):
             break
     last = min(ends, key=lambda e: (len(e.doubtful), e.lost, -len(e.proven.w)))
     agreed = any(_same(a, b) for a, b in pairwise(ends))

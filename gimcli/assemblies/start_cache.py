@@ -17,7 +17,7 @@ from gimcli.assemblies.count import root_count
 from gimcli.assemblies.generic import Generic, generic_start
 from gimcli.assemblies.loops import LoopFamily
 from gimcli.kernels.jit import user_folder
-from gimcli.progress import Progress, no_progress
+from gimcli.progress import Progress, no_progress, spend
 
 FOLDER = "starts-1"
 """Version of the file format."""
@@ -40,11 +40,14 @@ def known_count(family: LoopFamily) -> int | None:
 def known_start(family: LoopFamily, seed: int, progress: Progress = no_progress) -> Generic:
     """Return a generic linkage with its roots, from the cache if it is there."""
     key = (family.key, seed)
-    if key not in _STARTS:
-        if len(_STARTS) >= KEPT:
-            _STARTS.clear()
-        _STARTS[key] = _start(family, seed, progress)
-    return _STARTS[key]
+    if key in _STARTS:
+        return _STARTS[key]
+    found = _start(family, seed, progress)
+    if len(_STARTS) >= KEPT:
+        _STARTS.clear()
+    if not spend():  # otherwise roots are missing
+        _STARTS[key] = found
+    return found
 
 
 @lru_cache(KEPT)
@@ -71,7 +74,8 @@ def _start(family: LoopFamily, seed: int, progress: Progress) -> Generic:
         if generic is not None:
             return generic
     generic = generic_start(family, seed, count, progress)
-    _write(path, H=generic.H, w=generic.w)
+    if not spend():
+        _write(path, H=generic.H, w=generic.w)
     return generic
 
 

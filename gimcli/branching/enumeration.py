@@ -25,7 +25,7 @@ from gimcli.continuation.curve import PositionCurve
 from gimcli.continuation.visits import Visits
 from gimcli.errors import GimError, StructureError
 from gimcli.mechanism import SPAN, ComplexArray, FloatArray, Mechanism
-from gimcli.progress import Progress, no_progress
+from gimcli.progress import Progress, no_progress, spend
 from gimcli.structure.mobility import require_driven
 
 TOLERANCE = 1e-10
@@ -105,7 +105,7 @@ def circuits(
     start = all_configurations(mechanism, search.curve.inputs(search.curve.begin()))
     places = tuple(tuple(search.places(z, search.curve.begin())) for z in start.z)
     return Circuits(
-        search.curve, tuple(search.strands), np.array(search.sampled), search.sampled[1] - search.sampled[0],
+        search.curve, tuple(search.strands), np.array(search.sampled), search.spacing,
         search.complete and not search.lost, search.lost, start, places,
     )  # fmt: skip
 
@@ -119,7 +119,7 @@ class CircuitSearch:
         self.curve, self.turning, self.constants, self.progress = curve, turning, constants, progress
         self.strands: list[Strand] = []
         self.sampled: list[float] = []
-        self.complete, self.lost, self.number = True, 0, 0
+        self.complete, self.lost, self.number, self.spacing = True, 0, 0, 0.0
 
     @property
     def mechanism(self) -> Mechanism:
@@ -136,7 +136,7 @@ class CircuitSearch:
         for turned in (1.0, -1.0):  # a linear input: its own range and that of the mirrored one
             ends = [turned * q for strand in self.strands for q in strand.interval] or [low, high]
             own = max(low, min(ends)), min(high, max(ends))
-            if 0.0 < own[1] - own[0] < self.constants.narrow * (high - low):
+            if 0.0 < own[1] - own[0] < self.constants.narrow * (high - low) and not spend():
                 self.sample(*own)
 
     def begin(self) -> None:
@@ -163,17 +163,18 @@ class CircuitSearch:
         q = low + (high - low) * (np.arange(count) + self.constants.aside) / count
         inputs = np.array([self.curve.inputs(value) for value in q.tolist()]).T
         every = configurations_over(self.mechanism, inputs, progress=lambda done, of: self._report(done, of, 0, 1))
-        self.sampled += q.tolist()
+        self.sampled += q.tolist()[: len(every)]
         self.complete &= all(found.complete for found in every)
-        left = [_Unmatched(value, self._sure(found)) for value, found in zip(q.tolist(), every, strict=True)]
+        left = [_Unmatched(value, self._sure(found)) for value, found in zip(q.tolist(), every, strict=False)]
         for strand in self.strands:
             _remove_known(strand, left)
         known = sum(len(unmatched.x) for unmatched in left)
         for unmatched in left:
-            while len(unmatched.x):
+            while len(unmatched.x) and not spend():
                 self._report(1, 1, known - sum(len(other.x) for other in left), known)
                 self._follow(unmatched, left)
         self._report(1, 1, 1, 1)
+        self.spacing, self.complete = self.spacing or float(q[1] - q[0]), self.complete and not spend()
 
     def _report(self, listed: int, of_values: int, followed: int, of_configurations: int) -> None:
         """Report the progress of a sample: half of it for finding configurations, half for following them."""

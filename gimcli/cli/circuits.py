@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gimcli.cli.arguments import METHOD, MODEL, NONE, Assembly, Json, ModelPath, Out, PngFile, Set
+from gimcli.cli.arguments import METHOD, MODEL, NONE, Assembly, Json, ModelPath, Out, PngFile, Seconds, Set
 from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
 
 if TYPE_CHECKING:
@@ -31,6 +31,7 @@ def command(
             help="Input values at which all configurations are found.",
         ),
     ] = 72,
+    seconds: Seconds = None,
     out: Out = NONE,
     png: PngFile = None,
     as_json: Json = False,
@@ -42,7 +43,8 @@ def command(
     from gimcli.library.circuits import CircuitsResult, circuits
 
     outputs = Outputs(CircuitsResult, model, out, png=png, as_json=as_json, drawing=drawing)
-    found = circuits(outputs.loaded(assembly, changes=changes), samples=samples, progress=progress_bar)
+    mechanism = outputs.loaded(assembly, changes=changes)
+    found = circuits(mechanism, samples=samples, progress=progress_bar, seconds=seconds)
     outputs.write(found)
     outputs.finish(found, by_machine(_print))
 

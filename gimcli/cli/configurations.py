@@ -22,13 +22,16 @@ ROWS = 60
 """Rows of the table; --json and -o write all configurations."""
 
 
-def solve_all(outputs: Outputs, at: dict[str, str], tolerance: float, changes: list[str]) -> None:
+def solve_all(
+    outputs: Outputs, at: dict[str, str], tolerance: float, changes: list[str], seconds: float | None
+) -> None:
     """Find every configuration, print and write it; exit with 5 if there is none."""
     from gimcli.cli.outputs import by_machine
     from gimcli.cli.progress import progress_bar
     from gimcli.library.configurations import ConfigurationsResult, configurations
 
-    found = configurations(outputs.loaded(changes=changes, every=True), at, tolerance=tolerance, progress=progress_bar)
+    mechanism = outputs.loaded(changes=changes, every=True)
+    found = configurations(mechanism, at, tolerance=tolerance, progress=progress_bar, seconds=seconds)
     outputs.write(found)
     pictures = outputs.files.of("picture")
     shown = pictures[0] if pictures and isinstance(found, ConfigurationsResult) else None
@@ -50,6 +53,8 @@ def _print(png: Path | None, result: ConfigurationsResult) -> None:
     found, drawn, places, mechanism = result.found, result.drawn, result.places, result.mechanism
     typer.echo(titled(mechanism, result.inputs))
     typer.echo(verdict(found))
+    if not len(found) and found.limited:
+        return
     if not len(found):
         from gimcli.library.unassembled import reason
 

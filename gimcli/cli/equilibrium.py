@@ -23,7 +23,6 @@ from gimcli.cli.arguments import (
     pairs,
 )
 from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
-from gimcli.status import Status
 
 if TYPE_CHECKING:
     from gimcli.dynamics.equilibria import Equilibrium
@@ -160,9 +159,7 @@ def _row(result: EquilibriumResult, k: int, one: Equilibrium) -> list[str]:
 
 def remarks(result: EquilibriumResult) -> list[str]:
     """Return what the list of equilibria does not prove, and why, as sentences."""
-    found, lines = result.found, list[str]()
-    if found.limited:
-        lines.append(Status.WORK_LIMIT.text)
+    found, lines = result.found, []
     if found.everywhere and found.history is not None and found.size:
         lines.append(f"the potential is {found.history.potential[0]:.10g} J on the whole circuit")
     if not found.conservative:

@@ -15,6 +15,7 @@ from gimcli.cli.picture_options import NO_OPTIONS, Drawing
 from gimcli.cli.progress import DRAWING, end_bars, progress_bar
 from gimcli.errors import OutputError, UsageError
 from gimcli.output import format_of, refuse_unwritable
+from gimcli.status import Status
 
 if TYPE_CHECKING:
     from gimcli.library.result import Result
@@ -203,8 +204,10 @@ class Outputs:
             end_bars()
             with redirect_stdout(sys.stderr) if self.files.stdout else nullcontext():
                 show(found)
+                if found.limited:
+                    typer.echo(f"{found.outcome}: {Status.WORK_LIMIT.text}")
                 print_written(self.written)
-        if not found.answered:
+        if found.limited or not found.answered:
             raise typer.Exit(5)
 
     def report(self) -> dict[str, Any]:

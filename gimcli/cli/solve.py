@@ -21,6 +21,7 @@ from gimcli.cli.arguments import (
     ModelPath,
     Out,
     PngFile,
+    Seconds,
     SequenceText,
     Set,
     Strategy,
@@ -80,6 +81,7 @@ def command(
     strategy: StrategyOption = Strategy.SPECTRAL,
     sequence: SequenceText = "",
     tolerance: Tolerance = 1e-10,
+    seconds: Seconds = None,
     jit: JitOption = Jit.AUTO,
     out: Out = NONE,
     csv: CsvFile = None,
@@ -104,8 +106,10 @@ def command(
         from gimcli.library.configurations import ConfigurationsResult
 
         every_one = Outputs(ConfigurationsResult, model, out, csv=csv, png=png, as_json=as_json, drawing=drawing)
-        solve_all(every_one, inputs, tolerance, changes)
+        solve_all(every_one, inputs, tolerance, changes, seconds)
         return
+    if seconds is not None:
+        raise UsageError("--seconds bounds the search for all configurations: add --all")
     if assembly and start != "drawn":
         raise UsageError("--assembly gives the initial coordinates: remove --start")
     outputs = Outputs(SolveResult, model, out, csv=csv, png=png, as_json=as_json, drawing=drawing)

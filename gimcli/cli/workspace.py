@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gimcli.cli.arguments import INPUTS, MODEL, NONE, Assembly, Jit, JitOption, Json, ModelPath, Out, Png, Set
+from gimcli.cli.arguments import INPUTS, MODEL, NONE, Assembly, Jit, JitOption, Json, ModelPath, Out, Png, Seconds, Set
 from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
 from gimcli.errors import UsageError
 
@@ -59,6 +59,7 @@ def command(
     resume: Annotated[
         bool, typer.Option("--resume", help="Resume an interrupted --grid.", rich_help_panel=GRID)
     ] = False,
+    seconds: Seconds = None,
     jit: JitOption = Jit.AUTO,
     out: Out = NONE,
     png: Png = True,
@@ -80,7 +81,7 @@ def command(
     found = workspace(
         mechanism, point, orientation=_orientations(orientation), all=every, grid=grid, jit=jit.value,
         keep=arrays[0].with_suffix(".parts") if grid and arrays else None, resume=resume, notify=note,
-        progress=progress_bar,
+        progress=progress_bar, seconds=seconds,
     )  # fmt: skip
     outputs.write(found)
     if found.grid is not None:

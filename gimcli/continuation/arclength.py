@@ -15,6 +15,7 @@ from typing import Protocol
 import numpy as np
 
 from gimcli.mechanism import FloatArray
+from gimcli.progress import spend
 
 WEAK = 1e4
 """Condition number above which steps are computed by SVD: normal equations square it and leave 8 digits."""
@@ -155,6 +156,8 @@ def walk(system: Implicit, start: CurvePoint, constants: ArclengthConstants) -> 
                 return
             there = advance(system, here, step, constants)
         yield there
+        if spend(1):
+            return
         step = grown(step, here, there, constants, constants.longest)
         here = there
 

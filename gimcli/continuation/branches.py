@@ -28,7 +28,7 @@ from gimcli.continuation.curve import PositionCurve
 from gimcli.continuation.gap_interpolation import BEYOND
 from gimcli.errors import UnassembledError
 from gimcli.mechanism import ComplexArray, FloatArray
-from gimcli.progress import Progress, no_progress
+from gimcli.progress import Progress, no_progress, spend
 from gimcli.status import Status
 from gimcli.structure.residual import holds
 
@@ -168,7 +168,7 @@ def all_circuits(
         for index, tangent in enumerate(knot.tangents):
             if knot.taken[index] is not None:
                 continue
-            if len(circuits) == most:
+            if len(circuits) == most or spend():
                 complete = False
                 break
             found = _from(first.curve, knot.met, tangent)

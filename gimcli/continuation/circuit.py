@@ -22,6 +22,7 @@ from gimcli.continuation.curve import PositionCurve
 from gimcli.continuation.gap_interpolation import lagrange
 from gimcli.errors import StructureError
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+from gimcli.progress import spend
 
 RESTS = 1e-6
 """Component of a unit tangent below which the input, or a member, is stationary."""
@@ -44,6 +45,7 @@ class CircuitConstants:
     singular: float = 1e-7  # ratio of least to greatest singular value below which a start position is singular
     closure: float = 1e-8  # distance from the start within which a circuit is closed
     longest: float = 400.0  # greatest length of a circuit
+    points: int = 10_000  # most points of a circuit in one sense
     outside: float = 10.0  # coordinate, in sizes, above which steps increase in proportion to it
     stride: float = 0.25  # ratio of such steps to the coordinate
     infinity: float = 1e6  # coordinate at which a curve counts as going to infinity
@@ -62,6 +64,7 @@ class Ended:
     LOST = "singular position that cannot be passed"
     LONG = "no end in reach"
     INFINITE = "runs to infinity"
+    WORK = "work limit"
 
 
 @dataclass(frozen=True)
@@ -182,6 +185,8 @@ class CircuitWalker:
                     return Ended.CLOSED
                 if self._leaves(index):
                     return Ended.LAW if self.curve.domain.ends else Ended.LONG
+            if spend(1) or len(self.places) > CIRCUIT.points:
+                return Ended.WORK
             if _reach(self.places[-1]) > CIRCUIT.outside:
                 if self.escaped:
                     self.infinite = self.at_infinity()

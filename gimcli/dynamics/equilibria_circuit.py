@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
 from functools import cached_property
 
@@ -30,7 +29,7 @@ from gimcli.dynamics.equilibria_freedoms import released_inputs_line
 from gimcli.dynamics.equilibria_roots import CurveRoot, curve_roots
 from gimcli.mechanism import ConstantLaw, FloatArray, Mechanism
 from gimcli.positions.inputs import InputLine
-from gimcli.progress import Progress, never, no_progress
+from gimcli.progress import Progress, no_progress
 from gimcli.status import Status
 
 NO_GAIN = 1e-9
@@ -53,14 +52,13 @@ def released_circuit(mechanism: Mechanism, released: int, inputs: FloatArray, to
 
 
 def circuit_equilibria(
-    circuit: Circuit, balance: StaticBalance, middle: float, progress: Progress = no_progress,
-    late: Callable[[], bool] = never,
-) -> Equilibria:  # fmt: skip
+    circuit: Circuit, balance: StaticBalance, middle: float, progress: Progress = no_progress
+) -> Equilibria:
     """Return all equilibria on a circuit, in its order.
 
     middle: value of the released input [rad] from which a full turn extends by half a turn to both sides.
     """
-    return _CircuitSearch(BalanceCurve(circuit, balance, late), middle, progress).run()
+    return _CircuitSearch(BalanceCurve(circuit, balance), middle, progress).run()
 
 
 class _CircuitSearch:

@@ -8,7 +8,7 @@ two neighbours also gives Q between them.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
@@ -21,7 +21,7 @@ from gimcli.continuation.circuit import CIRCUIT, Circuit
 from gimcli.dynamics.equilibria_balance import GeneralisedForces, StaticBalance
 from gimcli.dynamics.equilibria_freedoms import Freedoms
 from gimcli.mechanism import FloatArray
-from gimcli.progress import never
+from gimcli.progress import spend
 
 
 @dataclass(frozen=True)
@@ -95,16 +95,16 @@ class BalancePoint:
 class BalanceCurve:
     """The force along a circuit."""
 
-    def __init__(self, circuit: Circuit, balance: StaticBalance, late: Callable[[], bool] = never) -> None:
+    def __init__(self, circuit: Circuit, balance: StaticBalance) -> None:
         assert circuit.curve.line is not None
-        self.circuit, self.balance, self.late, self.evaluated = circuit, balance, late, 0
+        self.circuit, self.balance, self.evaluated = circuit, balance, 0
         line = circuit.curve.line
         self.freedoms = Freedoms(circuit.mechanism, line.base, line.along[:, None])
         self.count = len(circuit.places) - 1
 
     def ended(self, more: float = 1.0) -> bool:
         """Return whether the search is at its bound on work."""
-        return self.evaluated > more * BALANCE.work or self.late()
+        return self.evaluated > more * BALANCE.work or spend()
 
     # -- points ---------------------------------------------------------------------------------------
 

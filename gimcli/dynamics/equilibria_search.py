@@ -10,7 +10,7 @@ the configuration of the drawing. Source: Nocedal & Wright, Numerical Optimizati
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from itertools import islice
 
@@ -25,7 +25,7 @@ from gimcli.errors import UnassembledError
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.motion.start import settled, start_position
 from gimcli.positions.dispatch import plain
-from gimcli.progress import Progress, never, no_progress
+from gimcli.progress import Progress, no_progress, spend
 from gimcli.status import Status
 from gimcli.structure.plan import make_plan
 
@@ -101,7 +101,6 @@ class EquilibriumSearch:
         self.freedoms, self.balance, self.released = freedoms, balance, released
         self.start = self.place(start, balance.initial_angles())
         self.scale, self.stiff = self.start.size, self.start.stiffness
-        self.late: Callable[[], bool] = never
 
     def place(self, y: FloatArray, near: FloatArray) -> BalancedPlace:
         """Return the forces at a settled position; `near` are the angles of a position nearby."""
@@ -114,14 +113,11 @@ class EquilibriumSearch:
             found.angles[:, 0],
         )  # fmt: skip
 
-    def run(
-        self, starts: int, seed: int, progress: Progress = no_progress, late: Callable[[], bool] = never
-    ) -> Equilibria:
+    def run(self, starts: int, seed: int, progress: Progress = no_progress) -> Equilibria:
         """Return the equilibria found from the drawing and random starts, until `starts` of them find nothing new.
 
-        The search ends too when `late` says so, or after SEARCH.longer times as many starts.
+        The search ends too at its limit, or after SEARCH.longer times as many starts.
         """
-        self.late = late
         places = list(islice(self._starts(seed), starts))
         self.scale = max(place.size for place in places)
         self.stiff = max(place.stiffness for place in places)
@@ -131,7 +127,7 @@ class EquilibriumSearch:
         z, inputs = self.freedoms.nodes(self.start.y), self.freedoms.inputs(self.start.y)
         return Equilibria(
             tuple(listed), self.released, z, inputs, self._efforts(self.start), self.balance.conservative, everywhere,
-            self.scale, starts=tried, failed=failed, limited=late() or tried == SEARCH.longer * starts,
+            self.scale, starts=tried, failed=failed, limited=spend() or tried == SEARCH.longer * starts,
         )  # fmt: skip
 
     def _roots(self, starts: int, seed: int, progress: Progress) -> tuple[list[BalancedPlace], int, int]:
@@ -160,7 +156,7 @@ class EquilibriumSearch:
     def _starts(self, seed: int) -> Iterator[BalancedPlace]:
         yield self.start
         random = np.random.default_rng(seed)
-        while not self.late():
+        while not spend():
             yield self._walked(random)
 
     def _walked(self, random: np.random.Generator) -> BalancedPlace:

@@ -33,7 +33,7 @@ from gimcli.motion.solve import solve
 from gimcli.positions.dispatch import plain
 from gimcli.positions.newton import Run
 from gimcli.positions.options import Options
-from gimcli.progress import Progress
+from gimcli.progress import Progress, spend
 from gimcli.status import Status
 
 if TYPE_CHECKING:
@@ -162,7 +162,7 @@ class Integration:
 
     def _ends_early(self) -> bool:
         """Return whether the integration is at its bound on work."""
-        if self.reducer.tried > self.settings.work or self.settings.late():
+        if self.reducer.tried > self.settings.work or spend():
             self.status = Status.WORK_LIMIT
         return self.status is Status.WORK_LIMIT
 

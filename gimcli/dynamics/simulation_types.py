@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -11,7 +10,6 @@ import numpy as np
 from gimcli.dynamics.kinematic_history import Course
 from gimcli.kernels.reduction import POTENTIAL
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
-from gimcli.progress import never
 from gimcli.status import Status
 
 STANDSTILL, DEAD_POINT, LIMIT, SINGULAR = "standstill", "dead point", "limit", "singular position"
@@ -63,7 +61,6 @@ class Settings:
     step: float = 1e-3  # s, of rk4
     standstills: int = 0  # number of the standstill at which to end; 0: none
     slip: float = 0.0  # rad/s, slip speed of dry friction; 0: from the whole time
-    late: Callable[[], bool] = never  # whether the integration shall end now
     work: int = SIMULATION.work  # most positions
 
 

@@ -14,7 +14,7 @@ from gimcli.library.machines import driven_machines, for_each_machine
 from gimcli.library.places import coordinates
 from gimcli.library.result import Result
 from gimcli.mechanism import Mechanism
-from gimcli.progress import Phases, no_phases
+from gimcli.progress import WORK, Phases, limited, no_phases
 from gimcli.structure.drive_check import explained
 from gimcli.table import Column, Table
 
@@ -26,12 +26,14 @@ if TYPE_CHECKING:
 ROUND = 1e-12
 """A smaller input, in the file's unit, is shown as 0."""
 
-LEAST, MOST = 4, 100_000
-"""Smallest and largest number of samples of the input."""
+LEAST, USUAL, MOST = 4, 72, 100_000
+"""Smallest, usual and largest number of samples of the input."""
 
 
 @for_each_machine(driven_machines)
-def circuits(mechanism: Mechanism, *, samples: int = 72, progress: Phases = no_phases) -> CircuitsResult:
+def circuits(
+    mechanism: Mechanism, *, samples: int = USUAL, progress: Phases = no_phases, seconds: float | None = None
+) -> CircuitsResult:
     """Find the circuits of a mechanism: the configurations that are connected without disassembly.
 
     All configurations at `samples` values of the input are listed, and each is followed along its circuit.
@@ -40,6 +42,7 @@ def circuits(mechanism: Mechanism, *, samples: int = 72, progress: Phases = no_p
         mechanism: from `load` or `loads`.
         samples: number of values of the input, 4 to 100 000.
         progress: function of the name of a phase; returns a function of (done, all), for a progress bar.
+        seconds: the search ends after this time with what was found; by default it has a bound in positions only.
 
     Returns:
         A CircuitsResult: `.count`, `.complete`, and one row for each branch with the interval of every input in the
@@ -52,11 +55,10 @@ def circuits(mechanism: Mechanism, *, samples: int = 72, progress: Phases = no_p
     """
     refuse_linked(mechanism, "circuits")
     refuse_count("samples", samples, LEAST, MOST)
-    with explained(mechanism):
-        found = all_circuits(
-            mechanism, EnumerationConstants(samples=samples), progress("configurations and their circuits")
-        )
-    return CircuitsResult(mechanism, found)
+    constants = EnumerationConstants(samples=samples)
+    with explained(mechanism), limited(WORK * max(1.0, samples / USUAL), seconds) as limit:
+        found = all_circuits(mechanism, constants, progress("configurations and their circuits"))
+    return CircuitsResult(mechanism, found, limit.reached)
 
 
 class CircuitsResult(Result):
@@ -64,8 +66,8 @@ class CircuitsResult(Result):
 
     KIND = "circuits"
 
-    def __init__(self, mechanism: Mechanism, found: Circuits) -> None:
-        self.mechanism, self.found = mechanism, found
+    def __init__(self, mechanism: Mechanism, found: Circuits, limited: bool = False) -> None:
+        self.mechanism, self.found, self.limited = mechanism, found, limited
 
     @property
     def count(self) -> int:
@@ -107,7 +109,7 @@ class CircuitsResult(Result):
             for z, at in zip(mechanism.to_file(found.start.z), found.places, strict=True)
         ]
         return {
-            "circuits": found.count, "complete": found.complete, "samples": len(found.sampled),
+            "circuits": found.count, "status": self.outcome, "complete": found.complete, "samples": len(found.sampled),
             "spacing": spacing(found)[0], "lost": found.lost,
             "curves": curves, "at": inputs_at(found, found.curve.begin()), "configurations": listed,
         }  # fmt: skip

@@ -16,7 +16,7 @@ from gimcli.library.result import ByName, Result
 from gimcli.library.rounding import titled
 from gimcli.mechanism import Mechanism
 from gimcli.positions.options import Options
-from gimcli.progress import Phases, no_phases
+from gimcli.progress import WORK, Phases, limited, no_phases
 from gimcli.structure.drive_check import explained
 from gimcli.table import Column, Table, xy_columns
 
@@ -31,7 +31,7 @@ PANELS = 36
 @for_each_machine()
 def configurations(
     mechanism: Mechanism, at: Mapping[str, float | str] | None = None, *, tolerance: float = 1e-10,
-    progress: Phases = no_phases, **inputs: float,
+    progress: Phases = no_phases, seconds: float | None = None, **inputs: float,
 ) -> ConfigurationsResult:  # fmt: skip
     """List all configurations of a mechanism at given inputs, for example `configurations(m, motor=45)`.
 
@@ -40,6 +40,7 @@ def configurations(
         at: dict of inputs by name, for names that are not Python names or are names of arguments.
         tolerance: largest accepted error of a constraint, relative to the mechanism's size; from 1e-14 to below 1.
         progress: function of the name of a phase; returns a function of (done, all), for a progress bar.
+        seconds: the search ends after this time with what was found; by default it has a bound on its work only.
         inputs: inputs by name, in the file's units. Inputs that are not given have the value at the start of their law.
 
     Returns:
@@ -53,7 +54,7 @@ def configurations(
     Options.checked("auto", "spectral", tolerance, "auto")
     refuse_linked(mechanism, "configurations")
     values = inputs_of(mechanism, at, inputs)
-    with explained(mechanism):
+    with explained(mechanism), limited(WORK, seconds):
         found = all_configurations(mechanism, values, tolerance, progress("configurations"))
     own = mechanism.written
     undecided = own is not None and (own.model.open.undecided or own.model.open.coupled)
@@ -69,7 +70,7 @@ class ConfigurationsResult(Result):
     KIND = "configurations"
 
     def __init__(self, found: Configurations, drawn: int | None) -> None:
-        self.mechanism, self.found, self.drawn = found.mechanism, found, drawn
+        self.mechanism, self.found, self.drawn, self.limited = found.mechanism, found, drawn, found.limited
 
     @property
     def count(self) -> int:
@@ -129,6 +130,7 @@ class ConfigurationsResult(Result):
             return coordinates({name: self.places[name][k] for name in names})
 
         return {
+            "status": self.outcome,
             "complete": found.complete,
             "bound": found.bound,
             "configurations": [
@@ -246,6 +248,8 @@ def _reason(found: Configurations) -> str:
 def _open(found: Configurations) -> str:
     """Return the reasons why a list is not proved complete."""
     multiple, free = sum(g.doubtful for g in found.groups), [", ".join(g.nodes) for g in found.groups if g.free]
+    if found.limited:
+        return "the search ended at its bound on work"
     reasons = []
     if found.missing:
         reasons.append(f"{found.missing} complex solution{'s were' if found.missing != 1 else ' was'} not found")

@@ -22,7 +22,7 @@ from gimcli.library.released import released_inputs
 from gimcli.library.result import Result
 from gimcli.mechanism import Mechanism
 from gimcli.positions.options import Options
-from gimcli.progress import Phases, deadline, no_phases
+from gimcli.progress import Phases, limited, no_phases
 from gimcli.status import Status
 from gimcli.structure.drive_check import explained
 from gimcli.table import Column, Table, xy_columns
@@ -77,7 +77,6 @@ def equilibrium(
         StructureError: the mechanism has no actuator, or is not fully driven, over-driven or contradictory.
         UnassembledError: the start position cannot be assembled.
     """
-    late = deadline(seconds)
     refuse_linked(mechanism, "equilibrium")
     refuse_count("starts", starts, 1, MOST_STARTS)
     refuse_count("seed", seed, 0, 2**63)
@@ -86,14 +85,14 @@ def equilibrium(
     allowed = Options.checked("auto", "spectral", tolerance, "off").tolerance
     released, values = released_inputs(mechanism, free), inputs_of(mechanism, at, {})
     balance = StaticBalance(mechanism, released, time)
-    with explained(mechanism):
+    with explained(mechanism), limited(seconds=seconds):
         if len(released) == 1:
             circuit = released_circuit(mechanism, released[0], values, allowed)
             middle = _middle(mechanism, released[0], values)
-            found = circuit_equilibria(circuit, balance, middle, progress("forces along the circuit"), late)
+            found = circuit_equilibria(circuit, balance, middle, progress("forces along the circuit"))
         else:
             search = released_search(mechanism, released, values, balance, allowed)
-            found = search.run(starts, seed, progress("searching equilibria"), late)
+            found = search.run(starts, seed, progress("searching equilibria"))
     return EquilibriumResult(mechanism, found, time)
 
 
@@ -106,7 +105,7 @@ class EquilibriumResult(Result):
     KIND = "equilibrium"
 
     def __init__(self, mechanism: Mechanism, found: Equilibria, time: float) -> None:
-        self.mechanism, self.found, self.time = mechanism, found, time
+        self.mechanism, self.found, self.time, self.limited = mechanism, found, time, found.limited
 
     # -- what was found -------------------------------------------------------------------------------
 
@@ -124,14 +123,14 @@ class EquilibriumResult(Result):
     def complete(self) -> bool:
         """Whether the whole circuit of one released input was examined; a search of several is no proof."""
         found = self.found
-        return found.history is not None and not (found.cut or found.crossings) and self.answered
+        return found.history is not None and not (found.cut or found.crossings or found.limited) and self.answered
 
     @property
     def answered(self) -> bool:
         """Whether all iterations converged; of the starts with several released inputs, at least one."""
         found = self.found
         lost = found.starts > 0 and found.failed == found.starts
-        return not lost and not found.limited and all(one.status is Status.OK for one in found.found)
+        return not lost and all(one.status is Status.OK for one in found.found)
 
     @property
     def released(self) -> tuple[str, ...]:
@@ -183,7 +182,7 @@ class EquilibriumResult(Result):
             "released": list(self.released), "time": self.time, "at": self.inputs(found.start_inputs),
             "holding": {name: _finite(value) for name, value in self.holding.items()},
             "everywhere": found.everywhere, "conservative": found.conservative, "complete": self.complete,
-            "status": (Status.WORK_LIMIT if found.limited else Status.OK).word,
+            "status": self.outcome,
             "equilibria": self.equilibria,
         }  # fmt: skip
         if found.history is None:

@@ -17,6 +17,7 @@ from gimcli.library.inputs import inputs_of
 from gimcli.library.released import names_of, released_inputs
 from gimcli.library.result import Result, joined
 from gimcli.mechanism import Machine, Mechanism
+from gimcli.progress import limited
 from gimcli.structure.mobility import require_driven
 from gimcli.table import Column, Table
 
@@ -52,6 +53,11 @@ class MachinesResult(Result):
     def complete(self) -> bool:
         """Whether nothing is missing of any machine."""
         return all(one.complete for one in self.each.values())
+
+    @property
+    def limited(self) -> bool:  # type: ignore[override]
+        """Whether a search ended at its bound on work."""
+        return any(one.limited for one in self.each.values())
 
     @property
     def answered(self) -> bool:
@@ -112,7 +118,8 @@ def for_each_machine(
             if len(mechanism.machines) == 1:
                 return verb(*args, **kwargs)
             parts, applied = _parts(mechanism, given, machines, own), cast(Any, verb)
-            each = {one.name: applied(one.mechanism, **part) for one, part in parts}
+            with limited(seconds=given.get("seconds")):  # all together
+                each = {one.name: applied(one.mechanism, **part) for one, part in parts}
             return cast(R, next(iter(each.values())) if len(each) == 1 else MachinesResult(mechanism, each))
 
         return decorated

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from gimcli.errors import UsageError
 from gimcli.library.rounding import greatest, number
 from gimcli.mechanism import Mechanism
+from gimcli.status import Status
 from gimcli.table import Column, Table, labelled
 
 if TYPE_CHECKING:
@@ -45,6 +46,13 @@ class Result(Mapping[str, NDArray[Any]]):
     """The word before the suffix in the names of the usual files, such as "forces" in `model.forces.csv`."""
 
     mechanism: Mechanism
+    limited: bool = False
+    """Whether the search ended at its bound on work, or at `seconds`."""
+
+    @property
+    def outcome(self) -> str:
+        """The status word of the search: "ok" or "work-limit"."""
+        return (Status.WORK_LIMIT if self.limited else Status.OK).word
 
     @abstractmethod
     def report(self) -> dict[str, Any]:

@@ -27,7 +27,7 @@ from gimcli.library.result import ByName, RowsResult
 from gimcli.mechanism import FRAME, FloatArray, Machine, Mechanism
 from gimcli.positions.dispatch import choose, plain
 from gimcli.positions.options import JIT
-from gimcli.progress import Notify, Phases, deadline, no_phases
+from gimcli.progress import Notify, Phases, limited, no_phases
 from gimcli.rates.member_angles import counted
 from gimcli.status import Status
 from gimcli.structure.drive_check import explained
@@ -110,7 +110,7 @@ def simulate(
         ModelError: no masses are defined.
         StructureError: no input is free, or the mechanism is not fully driven or over-driven.
     """
-    late, times = deadline(seconds), _times(time, dt)
+    times = _times(time, dt)
     if not 1e-14 <= rtol <= 1e-2:
         raise UsageError(f"rtol: expected a number from 1e-14 to 1e-2, got {rtol:g}")
     if not 0.0 < step <= max(time, STEP):
@@ -134,10 +134,10 @@ def simulate(
         notify(f"dry friction is stiff: {integrator} may take long; {WITH_DRY_FRICTION} and radau do not")
     short = jit == "auto" and run is plain
     most = SIMULATION.interpreted if short else SIMULATION.work
-    settings = Settings(integrator, max(rtol, LEAST), step, standstills, slip or 0.0, late, most)
-    with explained(mechanism):
+    settings = Settings(integrator, max(rtol, LEAST), step, standstills, slip or 0.0, most)
+    with explained(mechanism), limited(seconds=seconds) as limit:
         found = simulate_times(mechanism, times, settings, run, progress("simulating"))
-        if short and found.status is Status.WORK_LIMIT and not late():
+        if short and found.status is Status.WORK_LIMIT and not limit.reached:
             run, settings = choose("on", 0.0, notify, ("move",)), replace(settings, work=SIMULATION.work)
             found = simulate_times(mechanism, times, settings, run, progress("simulating"))
     if notify is not None and not math.isnan(found.careful):

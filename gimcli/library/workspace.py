@@ -15,7 +15,7 @@ from gimcli.library.result import Result
 from gimcli.mechanism import FRAME, ComplexArray, Mechanism
 from gimcli.motion.coupler_points import carried_point
 from gimcli.positions.options import JIT
-from gimcli.progress import Notify, Phases, no_phases
+from gimcli.progress import WORK, Notify, Phases, limited, no_phases
 from gimcli.reach.boundary import Workspace, survey, task_of
 from gimcli.reach.reach import Reach, reach
 from gimcli.reach.region import HOLE, INNER, OUTER
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 def workspace(
     mechanism: Mechanism, point: str = "", *, orientation: Mapping[str, float] | None = None, all: bool = False,
     grid: int = 0, jit: str = "auto", keep: Path | str | None = None, resume: bool = False,
-    notify: Notify | None = None, progress: Phases = no_phases,
+    notify: Notify | None = None, progress: Phases = no_phases, seconds: float | None = None,
 ) -> WorkspaceResult:  # fmt: skip
     """Find the region that a node or point can reach, or its paths if one input moves it.
 
@@ -51,6 +51,7 @@ def workspace(
         resume: use the parts in `keep` of an interrupted run with the same model and options.
         notify: function of a text; called with notices, such as the start of a compilation.
         progress: function of the name of a phase; returns a function of (done, all), for a progress bar.
+        seconds: the search ends after this time with what was found; by default it has a bound in positions only.
 
     Returns:
         A WorkspaceResult: one row for each point of the curves, in the file's units; `report()` has the area.
@@ -81,12 +82,13 @@ def workspace(
     kept = None if keep is None else Kept(Path(keep), resume)
     solved = solve_grid(mechanism, name, grid, jit, kept, notify, progress("positions")) if grid else None
     found: Workspace | Reach
-    if freedoms == 1:
-        phase = "configurations and their circuits" if all else "circuit"
-        found = reach(mechanism, name, held, progress(phase), every=all)
-    else:
-        found = survey(mechanism, name, held, progress("curves"))
-    return WorkspaceResult(found, solved)
+    with limited(WORK, seconds) as limit:
+        if freedoms == 1:
+            phase = "configurations and their circuits" if all else "circuit"
+            found = reach(mechanism, name, held, progress(phase), every=all)
+        else:
+            found = survey(mechanism, name, held, progress("curves"))
+    return WorkspaceResult(found, solved, limit.reached)
 
 
 class WorkspaceResult(Result):
@@ -94,8 +96,8 @@ class WorkspaceResult(Result):
 
     KIND = "workspace"
 
-    def __init__(self, found: Workspace | Reach, grid: Grid | None) -> None:
-        self.mechanism, self.found, self.grid = found.task.mechanism, found, grid
+    def __init__(self, found: Workspace | Reach, grid: Grid | None, limited: bool = False) -> None:
+        self.mechanism, self.found, self.grid, self.limited = found.task.mechanism, found, grid, limited
 
     @property
     def complete(self) -> bool:
@@ -112,7 +114,7 @@ class WorkspaceResult(Result):
 
     def report(self) -> dict[str, Any]:
         """Return the report that --json prints."""
-        return self._report | ({"grid": self.grid.report()} if self.grid else {})
+        return self._report | {"status": self.outcome} | ({"grid": self.grid.report()} if self.grid else {})
 
     def table(self) -> Table:
         """Return one row for each point of a curve."""

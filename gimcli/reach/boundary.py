@@ -10,7 +10,7 @@ import numpy as np
 
 from gimcli.errors import UnassembledError, UsageError
 from gimcli.mechanism import FRAME, FloatArray, Mechanism
-from gimcli.progress import Progress, no_progress
+from gimcli.progress import Progress, no_progress, spend
 from gimcli.reach.arcs import PathArc
 from gimcli.reach.arrangement import arranged
 from gimcli.reach.critical_curves import CriticalCurve, CriticalPoint, CriticalWalker, split
@@ -53,6 +53,7 @@ class Workspace:
     open: tuple[Edge, ...]  # curves that could not be sorted, and reached curves with no region beside them
     missed: int  # number of reached points outside the boundary, and of curves that violate a constraint
     positions: FloatArray = field(repr=False)  # (rows, 2) reached points
+    limited: bool = False  # whether the search ended at its bound on work
 
     @property
     def single(self) -> FloatArray | None:
@@ -66,8 +67,8 @@ class Workspace:
 
         A single reached point is complete too.
         """
-        if not self.loops:
-            return self.single is not None
+        if self.limited or not self.loops:
+            return self.single is not None and not self.limited
         sorted_ = all(edge.kind == ALONE for edge in self.open)
         return all(loop.closed for loop in self.loops) and sorted_ and not self.missed
 
@@ -121,7 +122,7 @@ def survey(
             continue
         fresh = _surveyed(task, bank, progress)
         found = fresh if found is None or fresh.missed <= found.missed else found
-        if found.complete or len(found.edges) > MANY:
+        if found.complete or len(found.edges) > MANY or spend():
             break
     if found is None:
         raise UnassembledError(unreached(task))
@@ -199,14 +200,14 @@ def _surveyed(task: WorkspaceTask, bank: Bank, progress: Progress) -> Workspace:
     inner = tuple(e for e in edges if e.kind == INNER)
     unsorted = tuple(e for e in edges if e.kind in (OPEN, ALONE))
     missed = outside(around, unsorted, bank.y) + len(pieces) - len(good)
-    return Workspace(task, tuple(around), inner, unsorted, missed, bank.y)
+    return Workspace(task, tuple(around), inner, unsorted, missed, bank.y, spend())
 
 
 def _walked(task: WorkspaceTask, curve: Critical, bank: Bank) -> list[CriticalCurve]:
     """Return the curves of critical positions; seeds are tried until they give no new curve."""
     walker = CriticalWalker(task, curve)
     for seeds in bank.seeds(curve):
-        if not walker.take(seeds) and walker.found:
+        if (not walker.take(seeds) and walker.found) or spend():
             break
     return walker.found
 

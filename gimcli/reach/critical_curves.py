@@ -11,6 +11,7 @@ from gimcli.continuation import arclength
 from gimcli.continuation.arclength import CurvePoint
 from gimcli.continuation.hermite import hermite, hermite_slope
 from gimcli.mechanism import FloatArray
+from gimcli.progress import spend
 from gimcli.reach.critical_positions import Critical
 from gimcli.reach.task import SLACK, WorkspaceTask
 
@@ -83,7 +84,7 @@ class CriticalWalker:
         new: list[CriticalCurve] = []
         x = seeds[:, : self.n]
         for p in seeds[self.task.allowed(x) & np.all(np.abs(self.task.margins(x)[:, self._ends]) < SLACK, axis=1)]:
-            start = None if self._known(p[: self.n]) else self._start(p)
+            start = None if spend(1) or self._known(p[: self.n]) else self._start(p)
             branch = None if start is None else self._walked(start)
             if branch is not None:
                 new.append(branch)

@@ -11,7 +11,7 @@ import numpy as np
 from gimcli.errors import UnassembledError, UsageError
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.positions.inputs import law_inputs
-from gimcli.progress import Progress, no_progress
+from gimcli.progress import Progress, no_progress, spend
 from gimcli.reach.arcs import PathArc
 from gimcli.reach.boundary import task_of
 from gimcli.reach.circuit_paths import along_circuits
@@ -102,7 +102,7 @@ def reach(
     if not good:
         raise UnassembledError(f"{mechanism.name}: no path of '{point}' fulfils every constraint within the tolerance")
     ordered = tuple(sorted(good, key=lambda run: (not run.drawn, -run.length)))
-    return Reach(task, ordered, complete and len(good) == len(runs), start)
+    return Reach(task, ordered, complete and len(good) == len(runs) and not spend(), start)
 
 
 def _from_everywhere(task: WorkspaceTask) -> tuple[list[CriticalCurve], bool]:

@@ -122,6 +122,6 @@ def test_the_step_after_an_infinite_slope_fails():
 def test_equilibria_end_at_the_bound(monkeypatch):
     monkeypatch.setattr(equilibria_curve, "BALANCE", replace(equilibria_curve.BALANCE, work=100))
     found = gimcli.equilibrium(gimcli.load("snap_hinge"))
-    assert not found.answered
+    assert found.limited
     assert found.report()["status"] == "work-limit"
     assert gimcli.equilibrium(gimcli.load("double_pendulum"), seconds=0).report()["status"] == "work-limit"
