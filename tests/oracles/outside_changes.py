@@ -17,6 +17,8 @@ import gimcli
 FAR = 1e4
 """How many times farther than the second node of a guide the new node is."""
 
+MACHINE = "a machine at 1e3"
+
 NEW = "outside"
 """The beginning of the names of new nodes."""
 
@@ -82,10 +84,9 @@ def _add(data, own, guide, name, times):
         length = part.length
         shape = None if length is None else dict(zip(part.nodes, ([0.0, 0.0], [length, 0.0]), strict=True))
         data.setdefault("elements", {})[key] = {"nodes": list(part.nodes), **({"shape": shape} if shape else {})}
-        if key in data.get("masses", {}) and not isinstance(data["masses"][key], int | float):
-            data["masses"][key].setdefault(
-                "centre", [0.5 * (length or math.dist(*map(own.nodes.get, part.nodes))), 0.0]
-            )
+        if isinstance(data.get("masses", {}).get(key), dict):
+            whole = math.dist(*(own.nodes[n] for n in part.nodes)) if length is None else length
+            data["masses"][key].setdefault("centre", [0.5 * whole, 0.0])  # by default the mean of the nodes
     old = data["elements"][key]
     made = data["elements"][key] = old if isinstance(old, dict) else {"nodes": old}
     made["nodes"].append(name)
@@ -103,8 +104,20 @@ def _beyond(places, guide, times):
     return [a + times * (b - a) for a, b in zip(*(places[n] for n in guide), strict=True)]
 
 
+def with_machine(data, times):
+    """Return the model with an independent crank, `times` the size away, that turns once."""
+    data = with_ground_node(data, times)
+    if data is not None:
+        x, y = data["nodes"][NEW]
+        data["nodes"][f"{NEW}_end"] = [x + 1.0, y]
+        data.setdefault("links", {})[f"{NEW}_crank"] = [NEW, f"{NEW}_end"]
+        data["actuators"][f"{NEW}_motor"] = {"pivot": NEW, "arm": f"{NEW}_end", "law": {"from": 0, "by": 360}}
+    return data
+
+
 CHANGES = {
     "a ground node at 1e3": (lambda data: data, lambda data: with_ground_node(data, 1e3)),
     "a ground node at 1e6": (lambda data: data, lambda data: with_ground_node(data, 1e6)),
+    MACHINE: (lambda data: data, lambda data: with_machine(data, 1e3)),
     "guide nodes at 1e4": (with_plates, lambda data: with_guide_nodes(data, FAR)),
 }
