@@ -5,6 +5,27 @@ The numerical outcome of a solution is not an exception but a `Status` (see `gim
 
 from __future__ import annotations
 
+import errno
+
+REASONS = {
+    errno.ENOENT: "no such file or folder", errno.EACCES: "no permission", errno.EPERM: "no permission",
+    errno.EROFS: "the disk is read-only", errno.EISDIR: "it is a folder",
+    errno.ENOTDIR: "a part of the path is a file, not a folder", errno.EEXIST: "the name exists",
+    errno.ENOSPC: "the disk is full", errno.EDQUOT: "the disk is full", errno.ENAMETOOLONG: "the name is too long",
+    errno.ELOOP: "its links lead to each other", errno.EMFILE: "too many open files", errno.EIO: "the disk fails",
+    errno.EADDRINUSE: "the port is in use", errno.EADDRNOTAVAIL: "no such address",
+    errno.EPIPE: "the reader has ended",
+}  # fmt: skip
+"""Errors of the operating system, whose own texts depend on the machine."""
+
+SYNTAX = "check brackets, quotes, commas and colons here and before"
+"""What to do in a place where a text cannot be read."""
+
+
+def reason(error: OSError) -> str:
+    """Return why the operating system refuses a file or a port."""
+    return REASONS.get(error.errno or 0, f"the operating system refuses it (error {error.errno})")
+
 
 class GimError(Exception):
     """An error that the user can correct; the message states where it is, its cause and the correction."""

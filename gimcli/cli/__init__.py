@@ -30,7 +30,7 @@ from gimcli.cli.help import Command
 from gimcli.cli.plain_values import taking_plain_values
 from gimcli.cli.progress import end_bars, progress_bar
 from gimcli.cli.settings_folder import provide_settings_folder
-from gimcli.errors import GimError, UsageError
+from gimcli.errors import GimError, UsageError, reason
 
 GROUPS: dict[str, dict[str, str]] = {
     "Position and motion": {
@@ -214,7 +214,7 @@ def main() -> None:
         _print_json_error(text, error.exit_code)
         sys.exit(error.exit_code)
     except OSError as error:
-        typer.echo(f"gim: the output cannot be written: {error.strerror or error}", err=True)
+        typer.echo(f"gim: the output cannot be written: {reason(error)}", err=True)
         os._exit(6)  # closing standard output would fail once more
 
 

@@ -7,7 +7,7 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from gimcli.errors import ModelError
+from gimcli.errors import SYNTAX, ModelError
 
 MOST_CHARACTERS = 4_000_000
 _LARGEST = 1e12
@@ -83,7 +83,7 @@ def read_json(text: str, source: str) -> JsonPart:
     try:
         return JsonPart(json.loads(text.removeprefix("\ufeff"), parse_constant=_nothing, parse_int=_integer), source)
     except json.JSONDecodeError as error:
-        raise ModelError([f"{source}:{error.lineno}:{error.colno}: not readable as JSON: {error.msg}"]) from None
+        raise ModelError([f"{source}:{error.lineno}:{error.colno}: not readable as JSON: {SYNTAX}"]) from None
     except RecursionError:
         raise ModelError([f"{source}: not readable as JSON: nested too deeply"]) from None
 

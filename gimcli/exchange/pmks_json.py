@@ -10,7 +10,7 @@ import json
 import math
 from typing import Any
 
-from gimcli.errors import ModelError
+from gimcli.errors import SYNTAX, ModelError
 from gimcli.exchange.draft import Draft
 from gimcli.exchange.pmks_joints import TYPES, PmksJoint, PmksSpeed, draft_of_joints
 
@@ -47,7 +47,7 @@ def _decoded(text: str, source: str) -> Any:
     try:
         return json.loads(text)
     except json.JSONDecodeError as fault:
-        raise ModelError([f"{source}:{fault.lineno}:{fault.colno}: not a complete JSON file: {fault.msg}"]) from None
+        raise ModelError([f"{source}:{fault.lineno}:{fault.colno}: not a complete JSON file: {SYNTAX}"]) from None
     except (ValueError, RecursionError):  # a number of thousands of digits; thousands of brackets
         raise ModelError([f"{source}: not a JSON file of PMKS: nested too deeply, or a number is too long"]) from None
 

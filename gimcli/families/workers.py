@@ -93,7 +93,8 @@ def run_on_cluster(job: SweepJob, numbers: Sequence[int], scheduler: str) -> Ite
     try:
         client = distributed.Client(scheduler, timeout=ANSWER)
     except (OSError, ValueError, TimeoutError) as error:
-        raise UsageError(f"scheduler {scheduler}: no Dask scheduler answers there ({error})") from None
+        name = type(error).__name__
+        raise UsageError(f"scheduler {scheduler}: no Dask scheduler answers there ({name}); start one there") from None
     with client:
         sent = client.scatter(pickle.dumps(job), broadcast=True)
         waiting = iter(numbers)

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gimcli.errors import UsageError
+from gimcli.errors import UsageError, reason
 from gimcli.fitting.motion_quantity import ANGLE, Component, X, Y
 from gimcli.fitting.targets import FREE, GIVEN, STEP, TIMINGS, TURN, FitRange, Targets
 from gimcli.library.inputs import near, refuse_choice
@@ -72,7 +72,7 @@ def _read(path: Path) -> dict[str, FloatArray]:
             raise UsageError(f"{path}: is too large for targets; at most {MOST_BYTES // 1_000_000} MB are read")
         text = path.read_text(encoding="utf-8-sig")
     except OSError as error:
-        raise UsageError(f"{path}: cannot be read: {error.strerror}; name a CSV file of targets") from None
+        raise UsageError(f"{path}: cannot be read: {reason(error)}; name a CSV file of targets") from None
     except UnicodeDecodeError:
         raise UsageError(f"{path}: is not a text file; name a CSV file of targets") from None
     rows = [(k, row) for k, row in enumerate(csv.reader(text.splitlines()), 1) if any(cell.strip() for cell in row)]

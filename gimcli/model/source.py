@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import yaml
 
-from gimcli.errors import ModelError
+from gimcli.errors import SYNTAX, ModelError, reason
 
 Where = tuple[str | int, ...]
 Spot = tuple[int, int]  # line and column, from 1
@@ -121,7 +121,7 @@ def _text(path: Path) -> str:
     except (FileNotFoundError, ValueError):  # ValueError: a path with a null byte
         raise ModelError([f"{path}: no such file{_models_near(path)}{_files_in(path.parent)}"]) from None
     except OSError as error:
-        raise ModelError([f"{path}: cannot be read: {error.strerror}; give the path of a model file"]) from None
+        raise ModelError([f"{path}: cannot be read: {reason(error)}; give the path of a model file"]) from None
     _refuse_size(len(raw), path)
     try:
         text = raw.decode("utf-8-sig")
@@ -179,8 +179,8 @@ def _syntax(text: str, error: yaml.MarkedYAMLError) -> tuple[Spot, str]:
     row = lines[line - 1] if line <= len(lines) else ""
     if "\t" in row[: len(row) - len(row.lstrip())]:
         return (line, row.index("\t") + 1), "YAML does not allow tabs for indentation; use spaces"
-    cure = "; a blank must follow the colon" if "unexpected ':'" in str(error.problem) else ""
-    return (line, column), f"not readable as YAML: {error.problem or error.context}{cure}; correct the line"
+    cure = "; a blank must follow the colon, and keys of one level begin in one column"
+    return (line, column), f"not readable as YAML: {SYNTAX}{cure}"
 
 
 class _Anchor(NamedTuple):

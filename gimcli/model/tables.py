@@ -6,6 +6,7 @@ import csv
 import io
 from pathlib import Path
 
+from gimcli.errors import reason
 from gimcli.model.schema import LARGEST
 from gimcli.model.source import CONTROL, MOST_BYTES
 
@@ -59,7 +60,7 @@ def _text(path: Path, first: str) -> str:
         with path.open("rb") as handle:
             raw = handle.read(MOST_BYTES + 1)
     except OSError as error:
-        raise ValueError(f"cannot be read: {error.strerror}; the path starts at the model's folder") from None
+        raise ValueError(f"cannot be read: {reason(error)}; the path starts at the model's folder") from None
     if len(raw) > MOST_BYTES:
         raise ValueError(f"is too large for a table; at most {MOST_BYTES // 1_000_000} MB are read")
     try:

@@ -144,8 +144,7 @@ def _bound(where: Where, got: Any, limits: dict[str, Any]) -> str:
 
 
 def _choice(where: Where, got: Any, limits: dict[str, Any]) -> str:
-    words = str(limits.get("expected", "")).replace(" or ", ", ").split(",")
-    allowed = [word.strip(" '") for word in words]
+    allowed = [str(word) for word in value_schema(where).get("expected", ())]
     return f"expected one of {', '.join(allowed)}, got {shown(got)}{near(str(got), allowed)}"
 
 

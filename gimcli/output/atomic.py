@@ -8,7 +8,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO, BinaryIO, TextIO, cast
 
-from gimcli.errors import OutputError, UsageError
+from gimcli.errors import OutputError, UsageError, reason
 
 
 @contextmanager
@@ -82,21 +82,19 @@ def _opened(part: Path, mode: str) -> IO[str] | IO[bytes]:
 
 
 def _make_room(path: Path) -> None:
-    """Create the folder; raise OSError for a target that a rename must not replace."""
+    """Create the folder; raise OutputError for a target that a rename must not replace."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    if path.is_dir():
-        raise IsADirectoryError(21, "a folder has this name")
-    if path.exists() and not path.is_file():
-        raise OSError(22, "not a regular file")
+    if path.is_dir() or (path.exists() and not path.is_file()):
+        cause = "a folder has this name" if path.is_dir() else "not a regular file"
+        raise OutputError(f"{path}: cannot be written: {cause}; choose another path")
     if path.exists() and not os.access(path, os.W_OK):
-        raise PermissionError(13, "the file is write-protected")
+        raise OutputError(f"{path}: cannot be written: the file is write-protected; choose another name")
 
 
 def _sentence(path: Path, fault: OSError) -> str:
     """Return the message: path, cause and correction."""
-    cause = fault.strerror or str(fault)
     if isinstance(fault, (FileExistsError, NotADirectoryError)):
         return f"{path}: cannot be written: a part of '{path.parent}' is a file, not a folder; choose another folder"
     if isinstance(fault, PermissionError):
-        return f"{path}: cannot be written: {cause}; choose a folder with write permission"
-    return f"{path}: cannot be written: {cause}; choose another path"
+        return f"{path}: cannot be written: {reason(fault)}; choose a folder with write permission"
+    return f"{path}: cannot be written: {reason(fault)}; choose another path"

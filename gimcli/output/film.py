@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from gimcli.errors import OutputError
+from gimcli.errors import OutputError, reason
 from gimcli.mechanism import ComplexArray, FloatArray, IntArray
 from gimcli.output import style
 from gimcli.output.atomic import written_bytes
@@ -58,7 +58,7 @@ def write_film(animation: Animation, path: Path | str, writer: Any, rate: int, d
                         shown = (clip.name, row)
                     writer.grab_frame()
         except OSError as fault:
-            raise OutputError(f"{path}: cannot be written: {fault.strerror or fault}; choose another path") from fault
+            raise OutputError(f"{path}: cannot be written: {reason(fault)}; choose another path") from fault
         with written_bytes(path) as handle:
             handle.write(part.read_bytes())
 

@@ -19,9 +19,6 @@ IGNORED = (
 )  # fmt: skip
 """Settings of a style that have no effect: names are written as they are, not as TeX; axes are placed by `sizes`."""
 
-LONGEST = 120
-"""Largest number of letters that are shown of an error in a style file."""
-
 WIDTH = 1.5
 """The `lines.linewidth` of matplotlib for which curves have our usual widths [pt]."""
 
@@ -68,14 +65,14 @@ def read_look(style: str) -> Look:
     path = Path(style)
     if not path.is_file():
         raise UsageError(_unknown(style, list(library)))
-    errors: list[str] = []
+    errors: list[int] = []
     try:
         with _collected(errors):
             found = matplotlib.rc_params_from_file(str(path), use_default_template=False)
-    except (OSError, UnicodeDecodeError) as error:
-        raise UsageError(f"style: {style} cannot be read: {error}") from None
+    except (OSError, UnicodeDecodeError):
+        raise UsageError(f"style: {style} cannot be read; name a text file") from None
     if errors:
-        raise UsageError(f"style: {style} is not a matplotlib style file: {errors[0]}")
+        raise UsageError(f"style: {style} has a name or a value in line {errors[0]} that matplotlib does not know")
     return Look(_used(found))
 
 
@@ -94,12 +91,13 @@ def _unknown(style: str, names: list[str]) -> str:
 
 
 @contextmanager
-def _collected(texts: list[str]) -> Iterator[None]:
-    """Append matplotlib's warnings about a style file to a list, in place of printing them (context manager)."""
+def _collected(lines: list[int]) -> Iterator[None]:
+    """Append the lines of matplotlib's warnings about a style file to a list, in place of printing them."""
 
     class Collect(logging.Handler):
         def emit(self, record: logging.LogRecord) -> None:
-            texts.append(record.getMessage().strip().splitlines()[0][:LONGEST])
+            own = record.args.values() if isinstance(record.args, Mapping) else record.args or ()
+            lines.append(next((one for one in own if isinstance(one, int)), 1))
 
     logger, handler = logging.getLogger("matplotlib"), Collect()
     logger.addHandler(handler)

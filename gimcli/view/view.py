@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import errno
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from threading import Thread
 from typing import Any
 
-from gimcli.errors import UsageError
+from gimcli.errors import UsageError, reason
 from gimcli.progress import Notify, Phases, no_phases
 from gimcli.view.live_model import LiveModel
 from gimcli.view.server import USUAL_PORT, ViewServer
@@ -44,6 +43,4 @@ def bound(model: LiveModel, port: int | None) -> ViewServer:
     except OSError as error:
         if port is None:
             return ViewServer(model)
-        used = error.errno == errno.EADDRINUSE
-        cause = "the port is in use" if used else f"cannot be used: {error.strerror}"
-        raise UsageError(f"port {port}: {cause}; choose another, or 0 for any free port") from None
+        raise UsageError(f"port {port}: {reason(error)}; choose another, or 0 for any free port") from None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import re
 
 from bundled import ROOT
@@ -47,3 +48,23 @@ def test_no_file_has_words_that_the_language_avoids():
             found += [f"{place}: '{word}': write {AVOIDED[word] or 'another word'}" for word in words]
             found += [f"{place}: '{phrase}'" for phrase in PHRASES if phrase in line]
     assert not found, "\n".join(found)
+
+
+LIBRARY_TEXTS = {"strerror", "msg", "problem", "context"}
+"""Attributes of errors whose texts depend on the system and on versions of libraries."""
+
+
+def test_messages_do_not_pass_on_the_texts_of_libraries():
+    """In a handler of an error that is not ours no text has the error or its text; `reason` has the words of files."""
+    found = []
+    for path in sorted(ROOT.glob("gimcli/**/*.py")):
+        for handler in (
+            n for n in ast.walk(ast.parse(path.read_text(encoding="utf-8"))) if isinstance(n, ast.ExceptHandler)
+        ):
+            foreign = handler.type is not None and re.search(r"OSError|JSON|YAML|Unicode", ast.unparse(handler.type))
+            for text in (n for n in ast.walk(handler) if foreign and isinstance(n, ast.FormattedValue)):
+                value = text.value
+                passed = isinstance(value, ast.Name) and value.id == handler.name
+                if passed or (isinstance(value, ast.Attribute) and value.attr in LIBRARY_TEXTS):
+                    found.append(f"{path.name}:{text.lineno}: {ast.unparse(value)}")
+    assert found == []

@@ -286,7 +286,7 @@ REFUSED = {
         "5:66",
         ["go from 0 to 1", "got 1 to 1"],
     ),
-    "table missing": (law("{table: no.csv}"), "5:54", ["no.csv", "No such file", "the model's folder"]),
+    "table missing": (law("{table: no.csv}"), "5:54", ["no.csv", "no such file", "the model's folder"]),
     "table with from": (law("{from: 0, to: 1, table: good.csv}"), "5:46", ["absolute values", "remove"]),
     "table not numeric": (law("{table: words.csv}"), "5:54", ["words.csv", "line 3", "1,one"]),
     "table of three columns": (law("{table: wide.csv}"), "5:54", ["line 1", "time,value"]),

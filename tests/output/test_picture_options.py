@@ -152,14 +152,11 @@ def test_the_size_and_the_resolution_of_a_style_are_used_without_options(motion,
     assert pixels(tmp_path / "b.png") == (500, 400)
 
 
-@pytest.mark.parametrize(
-    ("name", "text"),
-    [("bad key: 1", "Bad key"), ("font.size: large", "Bad value"), ("font.size 3", "Missing colon"), ("\0", "Missing")],
-)
-def test_a_style_file_with_errors_is_refused(tmp_path, name, text):
+@pytest.mark.parametrize("name", ["bad key: 1", "font.size: large", "font.size 3", "\0"])
+def test_a_style_file_with_errors_is_refused_with_its_line(tmp_path, name):
     path = tmp_path / "my.mplstyle"
-    path.write_text(name, encoding="utf-8")
-    with pytest.raises(UsageError, match=rf"style: .*my\.mplstyle is not a matplotlib style file: {text}"):
+    path.write_text(f"font.size: 9\n\n{name}", encoding="utf-8")
+    with pytest.raises(UsageError, match=r"style: .*my\.mplstyle has a name or a value in line 3 that"):
         read_look(str(path))
 
 
