@@ -25,7 +25,7 @@ EPS = float(np.finfo(float).eps)
 NODES = 4
 """Number of positions on each side of the singular one."""
 
-STEPS = (1e-2, 3e-3, 1e-3, 3e-4)
+STEPS = (1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5)
 """Distances between the positions, in the normal frame, tried in this order."""
 
 FIT, LOOSEST = 1e-13, 1e-11

@@ -41,11 +41,11 @@ class DesignColumns:
         self._angles: dict[int, FloatArray] = {}
 
     def rows(self, name: str) -> FloatArray:
-        """Return a column, or the columns of a measure (designs, rows, columns) in the file's units."""
+        """Return a column, or the columns of a measure (designs, rows, columns), file's units; NaN if not solved."""
         if name not in self._found:
             need = self.names.needs.get(name)
             found = self._measured(name) if need is None else [self._column(name, need)]
-            self._found[name] = np.stack(found, axis=2)
+            self._found[name] = np.where(self.solved.good[:, :, None], np.stack(found, axis=2), np.nan)
         return self._found[name]
 
     def number(self, name: str) -> Any:
@@ -202,7 +202,7 @@ class DesignColumns:
             if motion is not None:
                 with np.errstate(all="ignore"):
                     found[k] = of(motion, lambda _, member, k=k: self.angle(member)[k])
-        return np.where(self.solved.good, found, np.nan)
+        return found
 
 
 class ColumnsAtRow:

@@ -17,13 +17,14 @@ from gimcli.errors import ModelError, StructureError, UsageError
 from gimcli.families.coupling_slopes import CouplingSlopes
 from gimcli.families.designs import Designs
 from gimcli.families.float_tables import FloatTables, TableMaker, listed, spans
+from gimcli.families.later_law import LaterLaw
 from gimcli.kernels import family as kernels
 from gimcli.kernels import jit, plan_steps
 from gimcli.kernels import march as marching
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.motion.assemble import Assembler
 from gimcli.motion.motion import trace
-from gimcli.motion.start import settled, start_position
+from gimcli.motion.start import moved, settled, start_position
 from gimcli.positions.block import NEW, RowBlock
 from gimcli.positions.dispatch import choose, plain
 from gimcli.positions.inputs import law_inputs, scales
@@ -33,6 +34,7 @@ from gimcli.positions.program import plan_program
 from gimcli.status import Status
 from gimcli.structure.plan import make_plan
 from gimcli.structure.residual import allowed
+from gimcli.structure.residual import residual as constraint_errors
 from gimcli.structure.steps import Plan
 
 SHARE = 256
@@ -172,10 +174,13 @@ class Family:
             found = kernels.FamilyRows(z.view(float).reshape(*z.shape, 2), residual, outcome, first, end)
             self._compiled(tables, time, values, found, reachable, threads)
             outcome[~finite | self._reversed(tables)] = kernels.CAREFUL
-        careful = np.flatnonzero((outcome == kernels.CAREFUL) & (first == 0))  # a trace begins at the first row
+        careful = np.flatnonzero((outcome == kernels.CAREFUL) & ((first == 0) | (inputs is None)))
         codes = self._codes(outcome, first, end, rows)
         for d in careful.tolist():
-            z[d], residual[d], codes[d] = self._by_itself(designs[d], rows, inputs is None)
+            if first[d]:
+                self._from_row(designs[d], int(first[d]), z[d], residual[d], codes[d])
+            else:
+                z[d], residual[d], codes[d] = self._by_itself(designs[d], rows, inputs is None)
         bad = codes != Status.OK
         z.transpose(0, 2, 1)[bad] = complex(math.nan, math.nan)
         residual[bad] = math.nan
@@ -217,7 +222,32 @@ class Family:
             motion = trace(self._on_nominal_branch(own), rows - 1, Options(tolerance=self.tolerance))
         except GimError:
             return empty, np.full(rows, math.nan), np.full(rows, int(Status.NOT_ASSEMBLED))
-        return (own.to_file(motion.z) - nominal.origin) / nominal.scale, motion.residual, motion.codes
+        return self._here(own, motion.z), motion.residual, motion.codes
+
+    def _from_row(self, design: FloatArray, row: int, z: ComplexArray, residual: FloatArray, codes: IntArray) -> None:
+        """Solve one design as a single motion from its first position in z (nodes, rows) on, and the row before it."""
+        own, last = self.mechanism.with_(dict(zip(self.names, design.tolist(), strict=True))), z.shape[1] - 1
+        inputs = law_inputs(own)(np.array([row - 1, row]) / last)
+        drawn = (self.mechanism.to_file(z[:, row]) - own.origin) / own.scale
+        actuators = (
+            replace(a, drawn=float(u), law=LaterLaw(a.law, row / last))
+            for a, u in zip(own.actuators, inputs[:, 1], strict=True)
+        )
+        own = replace(own, drawn=drawn, actuators=tuple(actuators))
+        motion = trace(own, max(last - row, 1), Options(tolerance=self.tolerance))
+        upto = last + 1 - row
+        z[:, row:] = self._here(own, motion.z[:, :upto])
+        residual[row:], codes[row:] = motion.residual[:upto], motion.codes[:upto]
+        plan, (start, end) = make_plan(own), inputs.T
+        near = Assembler(own, plan, plain, self.tolerance).assemble(start, drawn).status is not Status.NOT_ASSEMBLED
+        before = moved(own, plan, drawn, end, start, plain, self.tolerance) if near else None
+        if before is not None:  # a position so close to a limit that its branch was not determined
+            z[:, row - 1], codes[row - 1] = self._here(own, before), int(Status.OK)
+            residual[row - 1] = constraint_errors(own, before[:, None], inputs[:, :1]).total[0]
+
+    def _here(self, own: Mechanism, z: ComplexArray) -> ComplexArray:
+        """Return positions of a design in the normal frame of the nominal mechanism."""
+        return np.asarray((own.to_file(z) - self.mechanism.origin) / self.mechanism.scale)
 
     def _on_nominal_branch(self, own: Mechanism) -> Mechanism:
         """Return a design with the start position on the branch of the nominal one as its initial configuration.

@@ -31,8 +31,11 @@ from gimcli.kernels.plan_steps import (
 )
 from gimcli.mechanism import FloatArray, IntArray
 
-FINEST = 2.0**-12
-"""Least step of an approach, relative to the distance of two rows."""
+FINE = 2.0**-12
+"""Step of an approach, relative to the distance of two rows, below which it is examined for a limit."""
+
+FINEST = 2.0**-48
+"""Least step: a row may be this close to a limit."""
 
 BEYOND = 6
 """Number of attempts to find a row beyond a limit, each at twice the distance."""
@@ -355,6 +358,8 @@ def approach(
             accept(lanes, 1)
             s, h = to, min(2.0 * h, 1.0 / parts)
         else:
+            if h < 2.0 * FINE and ends(room, q, groups, at, solver):
+                return AT_LIMIT
             if h < 2.0 * FINEST:
                 break
             h *= 0.5
@@ -438,10 +443,11 @@ def family(
     for d in range(first, end):
         rows = Rows(time, inputs[d if inputs.shape[0] > 1 else 0], one.z, one.residual, one.work, one.kept, one.mark)
         room.note[1] = 0
-        row = 0
+        row, skipped = 0, False
         begun = start(room, at, nominal, tables, d, solver, rows, 0, one)
         while reachable and row + 1 < total and (begun == NO_START or (begun == CAREFUL and row > 0)):
-            row += 1  # a first position at a dead point does not determine the branch: the next row does
+            skipped = begun == CAREFUL  # a first position at a dead point does not determine the branch
+            row += 1
             begun = start(room, at, nominal, tables, d, solver, rows, row, one)
         found.first[d] = row
         found.end[d] = row
@@ -452,4 +458,5 @@ def family(
         begin_here(room.lanes, time[row])
         q, groups = program_of(nominal.q, tables, d), groups_of(nominal.groups, tables, d)
         outcome = follow(room, q, groups, at, nominal, tables.frame[d], solver, rows, row, one, found, d)
-        found.outcome[d] = judged(found, d, outcome, nominal.surplus, solver.enough)
+        outcome = judged(found, d, outcome, nominal.surplus, solver.enough)
+        found.outcome[d] = CAREFUL if skipped else outcome

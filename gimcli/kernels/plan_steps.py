@@ -24,6 +24,9 @@ HISTORY = 8
 ROWS = 512
 WIDTH = HISTORY + ROWS
 
+LEAST_STEP = 64.0 * float(np.finfo(float).eps)
+"""Added to steps, relative to the time: those of a few roundings of the time count as equal."""
+
 PLACE, ORIENT, TILT, TWO_CIRCLES, CIRCLE_AND_LINE, TWO_LINES, COUPLED = range(7)
 
 # lanes with fixed numbers: operands A..J, results, and the state of every row
@@ -425,9 +428,10 @@ def guard(w: Scratch, q: Program, at: Lanes, k: int, tolerance: float, followed:
         copy_rows(w, MEASURE, at.g + branch, 0, HISTORY)
         for r in new_rows(HISTORY, high):
             time, last = earlier(w, TIME, r, 0), earlier(w, TIME, r, 1)
+            least = LEAST_STEP * abs(time)
             leap = may_jump(
                 earlier(w, MEASURE, r, 0), earlier(w, MEASURE, r, 1), earlier(w, MEASURE, r, 2),
-                time - last, last - earlier(w, TIME, r, 2),
+                time - last + least, last - earlier(w, TIME, r, 2) + least,
             )  # fmt: skip
             w[cell(DOUBT, r)] = mark(leap, w[cell(DOUBT, r)])
         if tolerance < math.inf:

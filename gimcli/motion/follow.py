@@ -216,12 +216,16 @@ class BranchFollower(BranchState):
         """Fill the rows up to `reached`; return the next row to solve."""
         while i < len(path.time) and path.time[i] <= self.reached:
             row = self.at(float(path.time[i]))
-            if not row.error <= self.tolerance:
+            if not self._is_exact(row):
                 row = self._beside(row)
             path.z[:, i] = row.x + 1j * row.y
-            path.codes[i] = int(Status.OK if row.error <= self.tolerance else Status.SINGULAR)
+            path.codes[i] = int(Status.OK if self._is_exact(row) else Status.SINGULAR)
             i += 1
         return i
+
+    def _is_exact(self, row: Row) -> bool:
+        """Return whether a row has the tolerance, or is on an arc: then it is as exact as its input."""
+        return row.error <= self.tolerance or self.gap_at(row.time) is not None
 
     def _beside(self, row: Row) -> Row:
         """Return a row near a singular position from the curve of the motion, as its inputs do not determine it."""

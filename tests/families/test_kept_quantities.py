@@ -173,7 +173,8 @@ def test_velocities_of_all_designs_together(name):
     assert columns._velocities is not None
     for k, design in enumerate(designs.tolist()):
         t = gimcli.trace(m.with_(dict(zip(vary, design, strict=True))), 12, derivatives=1, jit="off")
-        assert columns.rows("time")[k, :, 0] == pytest.approx(t["time"])
+        time = np.where(t.status == "ok", t["time"], np.nan)
+        assert columns.rows("time")[k, :, 0] == pytest.approx(time, nan_ok=True)
         for column in names:
             size = np.nanmax(np.abs(t[column]), initial=0.0)
             assert columns.rows(column)[k, :, 0] == pytest.approx(t[column], abs=1e-9 * size, nan_ok=True)
@@ -238,3 +239,18 @@ def test_designs_that_are_solved_one_by_one_have_the_same_columns(jit):
         assert columns.rows("crank.angle")[k, :, 0] == pytest.approx(t.angle["crank"])
     assert np.isnan(columns.rows("crank.angle")[2:]).all()
     assert np.isnan(columns.at("motor", 31.0).rows("P.y")[2:]).all()
+
+
+def test_quantities_use_the_solved_rows_only():
+    """The law from 99.462 deg by 40 deg in 24 steps; the second design has 24 of the 25 rows."""
+    texts = ["max(motor)", "mean(motor)", "max(motor*2)", "max(motor+0*E.x)", "at(motor, motor=139)", "max(step)"]
+    m = gimcli.load(MODELS / "gim_fig13b.yaml")
+    got = gimcli.sweep(m, {"G.x": [45, 45.45]}, steps=24, keep=[*texts, "solved"])
+    first, second = (np.array([got[text][k] for text in texts]) for k in (0, 1))
+    start = first[0] - 40.0
+    rows = start + np.arange(25) * 40.0 / 24
+    assert got["solved"].tolist() == [25.0, 24.0]
+    assert first == pytest.approx([rows[-1], rows.mean(), 2 * rows[-1], rows[-1], 139.0, 24.0])
+    kept = rows[:-1]
+    assert second == pytest.approx([kept[-1], kept.mean(), 2 * kept[-1], kept[-1], np.nan, 23.0], nan_ok=True)
+    assert second[:2] == pytest.approx([137.796, 118.629], abs=5e-4)

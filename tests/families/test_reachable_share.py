@@ -50,7 +50,7 @@ def test_an_arc_that_begins_at_a_row():
     assert 47 <= found["solved"][0] <= 49
 
 
-def test_an_arc_ends_at_a_change_point():
-    """Lengths 2, 3, 1, 4 close from 70.5 degrees; at 180 degrees all links are on one line."""
+def test_an_arc_continues_through_a_change_point():
+    """Lengths 2, 3, 1, 4 close from 70.5 to 289.5 degrees; at 180 degrees all links are on one line."""
     (found,) = swept([(2.0, 3.0, 1.0, 4.0)], ("solved", "reachable", "min(transmission)"))
-    assert found["solved"][0] == len(range(75, 180, 5))
+    assert found["solved"][0] == len(range(75, 290, 5))
