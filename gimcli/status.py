@@ -9,17 +9,23 @@ class Status(IntEnum):
     """Outcome of the solution of one position."""
 
     OK = 0
-    LIMIT = 1
-    NOT_ASSEMBLED = 2
-    NOT_CONVERGED = 3
-    SINGULAR = 4
-    CONTRADICTORY = 5
-    JUMPED = 6
-    STALLED = 7
-    CYCLING = 8
-    DIVERGED = 9
-    JAMMED = 10
-    WORK_LIMIT = 11
+    TANGENT = 1
+    LIMIT = 2
+    NOT_ASSEMBLED = 3
+    NOT_CONVERGED = 4
+    SINGULAR = 5
+    CONTRADICTORY = 6
+    JUMPED = 7
+    STALLED = 8
+    CYCLING = 9
+    DIVERGED = 10
+    JAMMED = 11
+    WORK_LIMIT = 12
+
+    @property
+    def solved(self) -> bool:
+        """Whether the position is solved."""
+        return self <= Status.TANGENT
 
     @property
     def word(self) -> str:
@@ -39,6 +45,7 @@ class Status(IntEnum):
 
 _WORDS = {
     Status.OK: "ok",
+    Status.TANGENT: "tangent",
     Status.LIMIT: "unreachable",
     Status.NOT_ASSEMBLED: "not-assembled",
     Status.NOT_CONVERGED: "not-converged",
@@ -54,6 +61,9 @@ _WORDS = {
 
 _TEXTS = {
     Status.OK: "solved to the tolerance",
+    Status.TANGENT: "solved, but tangent, as every position near it: an error e of a length moves the nodes by about"
+    " the square root of e (1e-8 for rounding errors), and there are no velocities; change a length if this is not"
+    " meant",
     Status.LIMIT: "the motion from the start to these inputs ends at a limit: shorten the law to the"
     " reachable interval, or let the input turn back there (`gim trace --at-limit reverse`)",
     Status.NOT_ASSEMBLED: "no position was found that satisfies all constraints: correct the lengths in `links` and"

@@ -75,6 +75,8 @@ def drawn_circuit(mechanism: Mechanism, tolerance: float, curve: PositionCurve |
             z = start.row.x + 1j * start.row.y
             _refuse_contradiction(mechanism, z, curve.inputs(q), tolerance)
             return first_circuit(curve, z, q, arrival(curve, start, curve.single))
+        if start.status is Status.TANGENT:
+            raise UnassembledError(f"{mechanism.name} has no circuit that can be followed: {start.status.text}")
         if start.status is Status.SINGULAR:
             z = settled(mechanism, start)
             return first_circuit(curve, z, q)

@@ -85,7 +85,7 @@ Assembly = Annotated[
     str,
     typer.Option(
         "--assembly", metavar="K", rich_help_panel=INPUTS, callback=_given,
-        help="Configuration: number or signs of `gim solve --all`; of several machines MACHINE=K,MACHINE=K.",
+        help="Number or signs of `gim solve --all`, or MACHINE=K,...",
     ),
 ]  # fmt: skip
 Json = Annotated[bool, typer.Option("--json", help="Print the report as one JSON object.", rich_help_panel=OUTPUT)]

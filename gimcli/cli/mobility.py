@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from gimcli.cli.arguments import MODEL, NONE, Assembly, Json, ModelPath, Out, Set
+from gimcli.status import Status
 
 if TYPE_CHECKING:
     from gimcli.library.mobility import MobilityResult
@@ -39,13 +40,16 @@ def _print(result: MobilityResult) -> None:
     from gimcli.cli.console import print_table
 
     found = result.found
+    everywhere = result.start == Status.TANGENT.word
     print_table(result.mechanism.name, ("", ""), result.rows())
-    if found.stuck:
+    if everywhere:
+        typer.echo(f"The initial configuration is {Status.TANGENT.text}.")
+    elif found.stuck:
         typer.echo(
             f"The inputs do not determine the initial configuration: {result.start}. `gim singularities` lists such"
             " positions; use other initial coordinates."
         )
-    if found.singular:
+    if found.singular and not everywhere:
         typer.echo(
             f"The initial configuration is singular: {found.apparent} apparent freedoms there, {found.mobility} in"
             " nearby positions."

@@ -149,7 +149,7 @@ def _print(method: Method, found: SolveResult) -> None:
     )
     if status.value:
         typer.echo(found.reason)
-    else:
+    if status.solved:
         nodes, points = found.places()
         rows = [(k, length(mechanism, v.real), length(mechanism, v.imag)) for k, v in (nodes | points).items()]
         print_table("", ("node", *(labelled(axis, mechanism.length_unit) for axis in "xy")), rows, right=(1, 2))

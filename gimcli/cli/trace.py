@@ -130,6 +130,7 @@ def command(
 
 def _print(found: MotionTraceResult) -> None:
     from gimcli.cli.console import print_status
+    from gimcli.status import Status
 
     typer.echo(found.headline())
     for part, machine in zip(found.motion.machines, found.machines, strict=True):
@@ -138,7 +139,7 @@ def _print(found: MotionTraceResult) -> None:
         _print_machine(found, part, machine)
     print_ranges(found.mechanism, found.measured)
     print_points(found.mechanism, found.points)
-    if not found.complete:
+    if found.motion.overall is not Status.OK:
         print_status(found.motion)
 
 

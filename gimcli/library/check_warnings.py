@@ -7,6 +7,7 @@ from typing import Any
 
 from gimcli.library.rounding import at_inputs, input_value, interval, length, number
 from gimcli.mechanism import Mechanism
+from gimcli.status import Status
 from gimcli.structure.rigid_triangles import rigid_parts
 
 Where = tuple[str | int, ...]
@@ -94,7 +95,7 @@ def _drawing(mechanism: Mechanism, report: dict[str, Any]) -> Iterator[tuple[Whe
 
 
 def _limits(mechanism: Mechanism, report: dict[str, Any], moves: bool) -> Iterator[tuple[Where, str]]:
-    if report["start"] not in (None, "regular"):
+    if report["start"] not in (None, "regular", Status.TANGENT.word):
         yield (
             (),
             f"the inputs do not determine the initial configuration ({report['start']}): use other initial coordinates",

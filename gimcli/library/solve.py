@@ -79,7 +79,7 @@ def solve(
         from gimcli.gim.convergence import fit_history
 
         law = fit_history(position)
-    if velocities and not position.status.value:
+    if velocities and position.status.solved:
         from gimcli.rates.instant import instant
 
         moving = instant(mechanism, position.inputs, position.z)
@@ -100,7 +100,7 @@ class SolveResult(Result):
     @property
     def answered(self) -> bool:
         """Whether the position was found, and its velocities if they were requested."""
-        return not self.position.status.value and not (self.moving is not None and self.moving.singular)
+        return self.position.status.solved and not (self.moving is not None and self.moving.singular)
 
     @property
     def status(self) -> str:
@@ -119,7 +119,7 @@ class SolveResult(Result):
 
     @cached_property
     def reason(self) -> str:
-        """Why the position is not solved, with numbers where the mechanism cannot be assembled; else ""."""
+        """Why the position is not solved, with numbers where it cannot be assembled, or is tangent; else ""."""
         from gimcli.library.unassembled import reason
 
         found, options = self.position, self.position.options
@@ -141,7 +141,7 @@ class SolveResult(Result):
 
     @property
     def _z(self) -> Any:
-        bad = bool(self.position.status.value)
+        bad = not self.position.status.solved
         return np.full((len(self.mechanism.nodes), 1), complex(np.nan, np.nan)) if bad else self.position.z[:, None]
 
     def places(self) -> tuple[dict[str, complex], dict[str, complex]]:
@@ -158,7 +158,7 @@ class SolveResult(Result):
         """Return the report that --json prints."""
         position = self.position
         nodes, points = self.places()
-        good = position.status.value == 0
+        good = position.status.solved
         report: dict[str, Any] = {
             "status": position.status.word,
             "residual": self.residual,
@@ -167,7 +167,7 @@ class SolveResult(Result):
             "points": coordinates(points) if good else {},
             "inputs": self.inputs,
         }
-        if not good:
+        if position.status.value:
             report |= {"worst": position.worst, "reason": self.reason}
         if self.law is not None:
             law = self.law
@@ -184,7 +184,7 @@ class SolveResult(Result):
         nodes, points = self.places()
         found, unit = nodes | points, self.mechanism.length_unit
         bad = complex(np.nan, np.nan)
-        z = np.array(list(found.values()) if not self.position.status.value else [bad] * len(found))
+        z = np.array(list(found.values()) if self.position.status.solved else [bad] * len(found))
         return Table(
             (
                 Column("node", np.array(list(found))), *xy_columns("", z, unit),
@@ -208,7 +208,7 @@ class SolveResult(Result):
 
         Raises UsageError if the mechanism was not read from a file, or if other coordinates would change a dimension.
         """
-        return None if self.position.status.value else self._model
+        return self._model if self.position.status.solved else None
 
     @cached_property
     def _model(self) -> ModelText:
@@ -229,7 +229,7 @@ class SolveResult(Result):
         if self.law is not None:
             errors, fit = self.law.errors.max(axis=1), (self.law.c1, self.law.c2)
             return history_picture(errors, fit, f"{self.mechanism.name}: error per sweep", self.law.radius, 0)
-        if self.position.status.value:
+        if not self.position.status.solved:
             return None
         nodes, points = self.places()
         moving = self.moving
@@ -241,7 +241,7 @@ class SolveResult(Result):
         """Return the position in true size; None if it is not solved."""
         from gimcli.output.geometry import Geometry
 
-        if self.position.status.value:
+        if not self.position.status.solved:
             return None
         found = Geometry(self.mechanism.length_unit)
         found.add_mechanism(self.mechanism, self.mechanism.to_file(self.position.z), self.places()[1])
@@ -251,7 +251,7 @@ class SolveResult(Result):
         """Return the position as a clip of one row; None if it is not solved."""
         from gimcli.library.position_animation import position_animation
 
-        if self.position.status.value:
+        if not self.position.status.solved:
             return None
         nodes, points = self.places()
         return position_animation(self.mechanism, self.position.z, self.inputs, nodes | points, self.moving)

@@ -28,6 +28,7 @@ from gimcli.structure.drive_check import require_driven_if_doubtful
 from gimcli.structure.plan import make_plan
 from gimcli.structure.residual import allowed, holds, residual
 from gimcli.structure.steps import Plan
+from gimcli.structure.tangency import tangent_positions
 
 Notify = Callable[[str], None]
 Progress = Callable[[int, int], None]
@@ -71,13 +72,13 @@ class Motion:
 
     @property
     def solved(self) -> int:
-        """Number of rows that are ok."""
+        """Number of rows that are solved."""
         return int(self.good.sum())
 
     @cached_property
     def good(self) -> NDArray[np.bool_]:
-        """(rows,) whether the status is OK."""
-        return np.asarray(self.codes == Status.OK)
+        """(rows,) whether the position is solved."""
+        return np.asarray(self.codes <= Status.TANGENT)
 
     @cached_property
     def status(self) -> tuple[Status, ...]:
@@ -86,9 +87,9 @@ class Motion:
 
     @property
     def overall(self) -> Status:
-        """OK if all rows are, else the status of the first row that is not."""
+        """The status of the first row that is not solved; else OK, or TANGENT if a row is."""
         bad = self.codes[~self.good]
-        return Status(int(bad[0])) if len(bad) else Status.OK
+        return Status(int(bad[0] if len(bad) else np.max(self.codes)))
 
     def rows(self, chosen: IntArray) -> Motion:
         """Return the motion with only the chosen rows, and all its events."""
@@ -162,6 +163,7 @@ def stream(
     require_driven_if_doubtful(mechanism, plan, start.regular)
     follower = LawFollower(mechanism, plan, run, options.tolerance, at_limit, branch)
     swept = _Swept(mechanism, options, steps + 1, notify) if options.method == "gim" else None
+    last: tuple[ComplexArray, FloatArray] | None = None  # of a mechanism that is tangent in every position
     for first in range(0, steps + 1, rows):
         time = np.arange(first, min(first + rows, steps + 1)) / steps
         if between is not None:
@@ -171,6 +173,12 @@ def stream(
             path.parameter = np.full(len(time), math.nan)
         if first == 0:
             start = follower.begin(start, path)
+        if start.status is Status.TANGENT:
+            last = last or (start.row.x + 1j * start.row.y, path.inputs[:, 0])
+            motion = _tangent(mechanism, path, *last, options.tolerance)
+            last = motion.z[:, -1], motion.inputs[:, -1]
+            yield motion
+            continue
         if start.status is not Status.OK:
             yield _unsolved(mechanism, time, path.inputs, start)
             continue
@@ -220,6 +228,16 @@ def _unsolved(mechanism: Mechanism, time: FloatArray, values: FloatArray, start:
     worst = residual(mechanism, z[:, None], values[:, :1], names=True).worst[0]
     codes = np.full(rows, int(start.status))
     return Motion(mechanism, time, values, empty, codes, np.full(rows, math.nan), np.zeros(rows), z, worst)
+
+
+def _tangent(
+    mechanism: Mechanism, path: FollowedPath, here: ComplexArray, begin: FloatArray, tolerance: float
+) -> Motion:  # fmt: skip
+    """Return the motion of a mechanism that is tangent in every position, from a position at inputs `begin`."""
+    z = tangent_positions(mechanism, here, begin, path.inputs, tolerance)
+    error = residual(mechanism, z, path.inputs).total
+    codes = np.where(np.isfinite(error), int(Status.TANGENT), int(Status.LIMIT))
+    return Motion(mechanism, path.time, path.inputs, z, codes, error, np.zeros(len(path.time)), here)
 
 
 def _skipped(motion: Motion, options: Options) -> Motion:

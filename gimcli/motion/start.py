@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -17,6 +18,7 @@ from gimcli.positions.newton import Run
 from gimcli.status import Status
 from gimcli.structure.residual import holds
 from gimcli.structure.steps import Plan
+from gimcli.structure.tangency import tangent_position
 
 if TYPE_CHECKING:
     from gimcli.motion.motion_curve import MotionCurve
@@ -66,8 +68,16 @@ def _assembled(assembler: Assembler, leg: Leg) -> Assembly:
     drawn, inputs = mechanism.drawn[:, None], leg.inputs(np.array([at]))
     exact = holds(mechanism, drawn, inputs, DRAWN)[0]  # then it is more accurate than the assembled position
     z = mechanism.drawn if exact else settled(mechanism, found)
+    tangent = tangent_position(mechanism, z, inputs[:, 0], assembler.accuracy.tolerance)
+    if tangent is not None:
+        return on_tangency(tangent, found)
     gap = _motion_curve(leg, assembler).around(z, at, leg.sense)
     return found if gap is None else on_gap(gap, found)
+
+
+def on_tangency(z: ComplexArray, found: Assembly) -> Assembly:
+    """Return an assembly at a position (nodes,) that is tangent, as those near it."""
+    return replace(found, status=Status.TANGENT, row=replace(found.row, x=z.real.copy(), y=z.imag.copy()))
 
 
 def _forwards(found: Assembly, leg: Leg) -> Assembly:
