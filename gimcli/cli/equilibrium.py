@@ -119,6 +119,9 @@ def _print(result: EquilibriumResult) -> None:
         typer.echo(f"effort of {name}{besides} that holds the mechanism at {where}: {number(value, found.size)} {unit}")
     for sentence in remarks(result):
         typer.echo(sentence)
+    others = [f"{k + 1} --assembly {own}" for k, (own, other) in enumerate(result.assemblies) if other]
+    if others:
+        typer.echo(f"in another assembly than the initial one, at their inputs: equilibrium {', '.join(others)}")
     for k, one in enumerate(found.found):
         if one.status.value:
             typer.echo(

@@ -215,14 +215,13 @@ class Integration:
         strides = isinstance(solver, StrideSolver)
         if strides:
             solver.due(self._due)
-        failed = solver.step() is not None or not np.all(np.isfinite(solver.y))
+        failed = solver.step() is not None or not np.all(np.isfinite(solver.y)) or solver.t_old is None
         if strides:
             self.projection.greatest_kinetic = max(self.projection.greatest_kinetic, solver.greatest_kinetic)
             self.search.keep_on_inputs(solver.before)
-        elif hasattr(solver, "h_abs") and len(self.free) == 1:
+        elif not failed and hasattr(solver, "h_abs") and len(self.free) == 1:
             solver.h_abs = min(solver.h_abs, max(DOUBLE * (solver.t - solver.t_old), FREE_GROWTH * self._creep))
-        stuck = 0.0 < solver.t - solver.t_old < self._shortest and solver.status == "running"
-        if failed or stuck:
+        if failed or (0.0 < solver.t - solver.t_old < self._shortest and solver.status == "running"):
             return False
         self.steps += 0 if strides else 1
         return True

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
 
-from gimcli.assemblies import Configurations, all_configurations
-from gimcli.errors import UnassembledError, UsageError
+from gimcli.assemblies import Configurations, all_configurations, drawn_configuration
+from gimcli.assemblies.numbering import SAME
+from gimcli.errors import GimError, UnassembledError, UsageError
 from gimcli.library.inputs import inputs_of, near, refuse_linked
 from gimcli.library.rounding import titled
 from gimcli.library.sides import with_sides_of
@@ -90,6 +92,20 @@ def drawn_at(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray) -> Mecha
     gauges = (replace(g, drawn=measured(mechanism, g, z)) for g in mechanism.gauges)
     drawn = replace(mechanism, drawn=z, actuators=tuple(actuators), gauges=tuple(gauges))
     return drawn if drawn.complete is None else drawn.complete(drawn)
+
+
+def assembly_of(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray) -> tuple[int | None, bool]:
+    """Return the number of a position in the list of all configurations, and whether `solve` finds another there.
+
+    The number is None for a position that is not in the list, such as a limit of an input.
+    """
+    with suppress(GimError):  # a mechanism whose configurations cannot be listed
+        found = all_configurations(mechanism, inputs)
+        far = np.max(mechanism.apart(found.z.T, z[:, None]), axis=0)
+        if len(found) and far.min() <= SAME * mechanism.size:
+            own = int(np.argmin(far))
+            return own + 1, own != drawn_configuration(found)
+    return None, False
 
 
 def _index(found: Configurations, assembly: int | str) -> int:

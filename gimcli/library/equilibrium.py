@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from gimcli.dynamics.equilibria_balance import StaticBalance
 from gimcli.dynamics.equilibria_circuit import circuit_equilibria, released_circuit
 from gimcli.dynamics.equilibria_search import released_search
 from gimcli.errors import UsageError
+from gimcli.library.assembled import assembly_of
 from gimcli.library.inputs import in_file_units, inputs_of, refuse_count, refuse_linked
 from gimcli.library.machines import for_each_machine, released_machines
 from gimcli.library.places import coordinates
@@ -132,6 +134,11 @@ class EquilibriumResult(Result):
         lost = found.starts > 0 and found.failed == found.starts
         return not lost and all(one.status is Status.OK for one in found.found)
 
+    @cached_property
+    def assemblies(self) -> list[tuple[int | None, bool]]:
+        """The numbers of the equilibria in the lists of `solve --all`, and whether they need `--assembly` there."""
+        return [assembly_of(self.mechanism, one.z, one.inputs) for one in self.found.found]
+
     @property
     def released(self) -> tuple[str, ...]:
         """The names of the released inputs."""
@@ -199,7 +206,8 @@ class EquilibriumResult(Result):
             "number": number + 1, "inputs": self.inputs(one.inputs), "potential": one.potential,
             "stability": one.stability, "negative": one.negative, "multiplicity": one.multiplicity,
             "stiffness": None if one.stiffness is None else one.stiffness.tolist(), "residual": one.residual,
-            "status": one.status.word, "pushes": [self._push(push) for push in one.pushes],
+            "status": one.status.word, "assembly": self.assemblies[number][0],
+            "pushes": [self._push(push) for push in one.pushes],
             "nodes": coordinates(dict(zip(self.mechanism.nodes, z, strict=True))),
         }  # fmt: skip
 

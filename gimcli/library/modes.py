@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gimcli.assemblies import all_configurations
 from gimcli.dynamics.modes import Mode, natural_modes
 from gimcli.dynamics.physical import require_masses
 from gimcli.dynamics.reducer import release_of
 from gimcli.dynamics.settling import settled
 from gimcli.dynamics.small_motions import Linearised, linearised
-from gimcli.errors import UsageError
+from gimcli.errors import GimError, UsageError
 from gimcli.library.inputs import in_file_units, inputs_of
 from gimcli.library.machines import for_each_machine, released_machines
 from gimcli.library.mode_shapes import ModeShape, mode_shape
@@ -35,6 +37,9 @@ if TYPE_CHECKING:
 
 BALANCED = 1e-5
 """Greatest remaining effort, relative to the forces that act, of a position that is taken as an equilibrium."""
+
+ALMOST = 1e-3
+"""The same of another assembly that a message names: inputs are printed with few digits."""
 
 KINDS = {
     "vibration": ("vibration", "vibrations"), "decay": ("decaying mode", "decaying modes"),
@@ -91,7 +96,7 @@ def modes(
         return ModesResult(mechanism, released, end.found.inputs, end.status, end.found, time)
     found = linearised(mechanism, position.z, values, released, time)
     if np.max(found.unbalance) > BALANCED:
-        raise UsageError(_refusal(found))
+        raise UsageError(_refusal(found, time))
     return ModesResult(mechanism, released, values, Status.OK, found, time)
 
 
@@ -106,14 +111,28 @@ def _start(
     return followed(mechanism, values)
 
 
-def _refusal(found: Linearised) -> str:
+def _refusal(found: Linearised, time: float) -> str:
     """Return the message for a position that is no equilibrium, with what remains."""
     mechanism = found.mechanism
     where = titled(mechanism, in_file_units(mechanism, found.inputs, ROUND))
-    return (
-        f"{where}: not in equilibrium: {remaining(found)}; give a position of `gim equilibrium` with --at, or go to an"
-        " equilibrium first with --settle"
+    others = [str(k) for k in _balanced(found, time)]
+    remedy = (
+        f"assembly {' and '.join(others)} of `gim solve --all` is in equilibrium at these inputs: add --assembly"
+        f" {others[0]}"
+        if others
+        else "give a position of `gim equilibrium` with --at, or go to an equilibrium first with --settle"
     )
+    return f"{where}: not in equilibrium: {remaining(found)}; {remedy}"
+
+
+def _balanced(found: Linearised, time: float) -> Iterator[int]:
+    """Yield the numbers of the assemblies at the same inputs that are in equilibrium."""
+    with suppress(GimError):  # a mechanism whose configurations cannot be listed
+        for k, z in enumerate(all_configurations(found.mechanism, found.inputs).z):
+            with suppress(GimError):  # a singular position
+                other = linearised(found.mechanism, z, found.inputs, found.released, time)
+                if np.max(other.unbalance) <= ALMOST < np.max(found.unbalance):
+                    yield k + 1
 
 
 def remaining(found: Linearised) -> str:

@@ -142,12 +142,12 @@ def _promising(rows: RateRows, f: FloatArray, own: list[Bracket], least: bool) -
     In motions that repeat, only the first ones of many are kept.
     """
     kept: list[tuple[float, Bracket]] = []
+    most = {sense: float(np.nanmax(sense * f)) for sense in (1.0, -1.0)} if own else {}
     for bracket in own if least else [b for b in own if b.sense > 0.0]:
         k, m = np.searchsorted(rows.time, bracket.ends)
         rise = (bracket.ends[1] - bracket.ends[0]) * rows.mechanism.duration * max(map(abs, bracket.slopes))
-        most = float(np.nanmax(bracket.sense * f))
         highest = max(bracket.sense * f[[k, m]]) + rise
-        if highest >= most:
+        if highest >= most[bracket.sense]:
             kept.append((highest, bracket))
     near = SEARCH.same * _span(f)
     return [

@@ -387,3 +387,19 @@ def test_each_mode_has_a_panel_and_a_clip(tmp_path):
     assert len(found.animation().clips) == 3
     found.save(tmp_path / "m.svg", tmp_path / "m.html", tmp_path / "m.csv")
     assert (tmp_path / "m.svg").stat().st_size > 10_000
+
+
+# -- equilibria on other branches -------------------------------------------------------------------
+
+
+def test_the_assembly_of_an_equilibrium_is_named():
+    """The list names it, the refusal of `modes` names it, and there the frequency is that of its stiffness."""
+    mechanism = gimcli.load("hatch")
+    second = gimcli.equilibrium(mechanism).report()["equilibria"][1]
+    assert second["assembly"] == 2
+    with pytest.raises(UsageError, match="assembly 2 .* add --assembly 2"):
+        gimcli.modes(mechanism, at=second["inputs"])
+    there = gimcli.modes(gimcli.assembled(mechanism, 2, second["inputs"]), at=second["inputs"])
+    assert there.found.stiffness[0, 0] == pytest.approx(second["stiffness"][0][0], rel=1e-6)
+    printed = gim("equilibrium", "hatch").text
+    assert "equilibrium 2 --assembly 2, 3 --assembly 2" in " ".join(printed.split())
