@@ -125,7 +125,7 @@ def simulate(
     _check_slip(mechanism, slip)
     refuse_choice("jit", jit, JIT)
     refuse_count("standstills", standstills, 0, MOST_STEPS)
-    plans = _planned(mechanism, _texts(plot))
+    plans = _planned(mechanism, _texts(plot)) if _texts(plot) else []
     turns = time * max((abs(r.speed) / math.tau for r in mechanism.dynamics.releases if r.free), default=0.0)
     if turns > SIMULATION.work:
         raise UsageError(f"speed: {turns:g} turns in {time:g} s are too many to follow; reduce `speed` of the input")
