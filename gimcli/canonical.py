@@ -52,6 +52,11 @@ def ranks(value: NDArray[np.float64], same: float) -> NDArray[np.int64]:
     return found
 
 
+def first_least(value: NDArray[np.float64], same: float) -> int:
+    """Return the index of the least value (count,), the first of those that are equal up to `same`."""
+    return int(ranks(value, same).argmin())
+
+
 def first_greatest(value: NDArray[np.float64]) -> int:
     """Return the index of the greatest finite value (count,), the first of those that are equal; 0 if there is none."""
     import numpy as np

@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from gimcli.canonical import first_greatest
 from gimcli.errors import UsageError
 from gimcli.recording import nominal, scalar
 
@@ -92,7 +93,7 @@ class Member:
     @cached_property
     def base(self) -> int:
         """Index of the node farthest from the first one, among the first `near` nodes."""
-        return int(np.argmax(np.abs(self.shape[: self.near] - self.shape[0])))
+        return first_greatest(np.abs(self.shape[: self.near] - self.shape[0]))
 
     @cached_property
     def ends(self) -> tuple[int, int, complex]:

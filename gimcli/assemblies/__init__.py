@@ -8,6 +8,7 @@ from gimcli.assemblies.assemblies import ConfigurationFinder, Configurations
 from gimcli.assemblies.configuration_sweep import configurations_over
 from gimcli.assemblies.constants import FITS
 from gimcli.assemblies.numbering import SAME, in_order
+from gimcli.canonical import first_least
 from gimcli.errors import GimError
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.progress import Progress, no_progress
@@ -46,6 +47,6 @@ def drawn_configuration(found: Configurations) -> int | None:
     except GimError:
         return None
     far = np.max(found.mechanism.apart(found.z.T, position.z[:, None]), axis=0)
-    nearest = int(np.argmin(far))
+    nearest = first_least(far, SAME * found.mechanism.size)
     near = far[nearest] <= SAME * found.mechanism.size
     return nearest if position.status is Status.OK and near else None

@@ -10,7 +10,7 @@ import numpy as np
 
 from gimcli.branching.resampling import lengths
 from gimcli.branching.singular_positions import drawn_circuit
-from gimcli.canonical import ROUNDING, whole_turns
+from gimcli.canonical import ROUNDING, first_greatest, whole_turns
 from gimcli.continuation.circuit import Circuit
 from gimcli.continuation.curve import PositionCurve
 from gimcli.dynamic_data import TIME
@@ -215,11 +215,11 @@ class _CircuitSearch:
         for at in path:
             if at.rate * path[0].rate <= RESTING**2 or abs(at.rate) <= RESTING:
                 return None, at
-        k = max(range(len(path)), key=lambda k: abs(path[k].effort))
+        k = first_greatest(np.abs([at.effort for at in path]))
         best = path[k]
         for one, other in ((path[k - 1], best), (best, path[k + 1])) if 0 < k < len(path) - 1 else ():
             found = self._extreme(one, other)
-            if found is not None and abs(found.effort) >= abs(best.effort):
+            if found is not None and abs(found.effort) > (1.0 + ROUNDING) * abs(best.effort):
                 best = found
         return best.effort, best
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from gimcli.canonical import first_greatest
 from gimcli.dynamics.bearing_loads import BearingLoad, BearingLoads
 from gimcli.dynamics.extreme_rows import EQUAL, ExtremeRows, RowExtreme, refined
 from gimcli.dynamics.forces import Forces
@@ -62,7 +63,8 @@ class Statistic:
     @property
     def peak(self) -> Extremum:
         """The value with the greatest magnitude."""
-        return max((self.greatest, self.least), key=lambda one: abs(one.value))
+        ends = (self.greatest, self.least)
+        return ends[first_greatest(np.abs([one.value for one in ends]))]
 
 
 @dataclass(frozen=True)

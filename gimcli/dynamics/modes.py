@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from gimcli.canonical import ranks
 from gimcli.dynamics.small_motions import Linearised
 from gimcli.errors import ModelError
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray
@@ -24,6 +25,9 @@ ZERO = 1e-9
 
 MASSLESS = 1e-13
 """Least eigenvalue of M, scaled to a diagonal of 1, below which a direction of motion has no mass."""
+
+SAME, MIXED = 1e-9, 1e-6
+"""Difference of equal frequencies, relative to the greatest; part of a column of their shapes that is not rounding."""
 
 REAL = 1e-7
 """An eigenvalue is real if its imaginary part is less than this fraction: a double one is known to half the digits."""
@@ -107,11 +111,28 @@ def _conservative(found: Linearised, root: FloatArray) -> tuple[Mode, ...]:
     stiffness = root @ found.stiffness @ root.T
     values, vectors = np.linalg.eigh(0.5 * (stiffness + stiffness.T))
     modes = []
-    for value, vector in zip(values, (root.T @ vectors).T, strict=True):
+    for value, vector in zip(values, _separated(values, (root.T @ vectors).T), strict=True):
         kind = RIGID if _is_rigid(found, vector) else VIBRATION if value > 0.0 else UNSTABLE
         rate = {RIGID: 0j, VIBRATION: complex(0.0, math.sqrt(abs(value))), UNSTABLE: complex(math.sqrt(abs(value)))}
         modes.append(_mode(found, kind, rate[kind], vector))
     return tuple(modes)
+
+
+def _separated(values: FloatArray, shapes: FloatArray) -> FloatArray:
+    """Return shapes (k, k); those of one frequency, of which any combination is a mode, are in echelon form."""
+    found, same = shapes.copy(), ranks(values, SAME * float(np.max(np.abs(values))))
+    for rank in np.flatnonzero(np.bincount(same) > 1):
+        rows, column = shapes[same == rank], 0
+        least = MIXED * np.max(np.abs(rows), axis=0)
+        for k in range(len(rows)):
+            while column < len(shapes) - 1 and not np.max(np.abs(rows[k:, column])) > least[column]:
+                column += 1
+            i = k + int(np.argmax(np.abs(rows[k:, column])))
+            rows[[k, i]] = rows[[i, k]]
+            rows[k] /= rows[k, column]
+            rows -= np.outer(np.where(np.arange(len(rows)) == k, 0.0, rows[:, column]), rows[k])
+        found[same == rank] = rows
+    return found
 
 
 def _is_rigid(found: Linearised, shape: FloatArray) -> bool:
@@ -137,7 +158,9 @@ def _damped(found: Linearised, root: FloatArray) -> tuple[Mode, ...]:
         elif value.imag > 0.0:
             grows = value.real > REAL * abs(value)
             modes.append(_mode(found, UNSTABLE if grows else VIBRATION, value, shapes[j]))
-    return tuple(sorted(modes, key=lambda m: (m.kind != UNSTABLE, m.kind != RIGID, abs(m.eigenvalue))))
+    rank = ranks(np.array([abs(mode.eigenvalue) for mode in modes]), SAME * float(np.max(np.abs(values)))).tolist()
+    keys = [(m.kind != UNSTABLE, m.kind != RIGID, own, m.lead) for m, own in zip(modes, rank, strict=True)]
+    return tuple(modes[k] for k in sorted(range(len(modes)), key=keys.__getitem__))
 
 
 def _rigid_shapes(found: Linearised, root: FloatArray) -> list[FloatArray]:

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from gimcli.canonical import first_greatest
 from gimcli.measures.extremes import Extreme, Extremes, Quantity, RateRows, extremes
 from gimcli.measures.motion_quantities import AngularSpeed, Flatness, Speed, Travel, rotation
 from gimcli.measures.transmission import TransmissionJoint, dyad_joints
@@ -243,7 +244,7 @@ class _Summarizer:
 
     def _time_ratio(self, found: Extremes) -> float:
         u = law_inputs(self.mechanism)(np.array([found.least.time, found.greatest.time]))
-        moving = int(np.argmax(np.ptp(self.motion.inputs, axis=1)))
+        moving = first_greatest(np.ptp(self.motion.inputs, axis=1))
         away = abs(float(u[moving, 1] - u[moving, 0])) % TURN
         return max(away, TURN - away) / min(away, TURN - away)
 

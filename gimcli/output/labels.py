@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from gimcli.canonical import first_least
 from gimcli.mechanism import ComplexArray, FloatArray
 from gimcli.output.picture import Picture, Text
 from gimcli.output.style import FONT, INK, LEADER, PAPER
@@ -32,6 +33,9 @@ TURNS = np.exp(1j * np.radians(np.arange(30.0, 390.0, 22.5)))
 
 DENSITY = 2.0
 """Spacing of the samples of a line [pt]."""
+
+SAME = 1e-6
+"""Difference of costs below which offers are equal."""
 
 HIDDEN, OUTSIDE, LEADING, DISTANCE, TURN = 1000.0, 300.0, 25.0, 0.9, 0.03
 """Cost of an overlap with another text, of crossing the border, of a leader, of a point of distance, of a direction."""
@@ -135,12 +139,12 @@ def _settled(requests: Sequence[_Request], costs: Sequence[FloatArray], taken: F
     """Return the offer of each request: the cheapest one; texts that overlap give way until none changes."""
     boxes = [_boxes(one.offers, one.half) for one in requests]
     costs = [cost + HIDDEN * _overlaps(own, taken) for cost, own in zip(costs, boxes, strict=True)]
-    chosen = [int(np.argmin(cost)) for cost in costs]
+    chosen = [first_least(cost, SAME) for cost in costs]
     for _ in range(SWEEPS):
         before = list(chosen)
         for k, cost in enumerate(costs):
             others = np.array([boxes[j][chosen[j]] for j in range(len(requests)) if j != k]).reshape(-1, 4)
-            chosen[k] = int(np.argmin(cost + HIDDEN * _overlaps(boxes[k], others)))
+            chosen[k] = first_least(cost + HIDDEN * _overlaps(boxes[k], others), SAME)
         if chosen == before:
             break
     return chosen

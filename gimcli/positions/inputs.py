@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gimcli.canonical import beside
+from gimcli.canonical import beside, first_greatest
 from gimcli.mechanism import FloatArray, Mechanism
 
 Inputs = Callable[[FloatArray], FloatArray]
@@ -49,8 +49,8 @@ def line_through(mechanism: Mechanism, values: FloatArray) -> InputLine | None:
     if not len(reach):
         return None
     own = reach[list(mechanism.drivers)]
-    main = mechanism.drivers[int(np.argmax(own))] if own.any() else int(np.argmax(reach))
-    far = int(np.argmax(np.abs(change[main])))
+    main = mechanism.drivers[first_greatest(own)] if own.any() else first_greatest(reach)
+    far = first_greatest(np.abs(change[main]))
     if not reach[main] > 0.0:
         return None
     along = change[:, far] / change[main, far]

@@ -10,6 +10,7 @@ import numpy as np
 from gimcli.assemblies import all_configurations
 from gimcli.assemblies.assemblies import ConfigurationFinder
 from gimcli.branching.singular_positions import drawn_circuit
+from gimcli.canonical import first_least
 from gimcli.continuation.branches import SAME, all_circuits
 from gimcli.continuation.circuit import Circuit, Ended
 from gimcli.continuation.curve import PositionCurve
@@ -20,7 +21,7 @@ from gimcli.positions.inputs import nearest_turns
 from gimcli.progress import Progress, no_progress
 from gimcli.reach.circuit_paths import every_circuit, input_line, within
 from gimcli.reach.critical_curves import CriticalCurve, spacing
-from gimcli.reach.task import SLACK, TOLERANCE, WorkspaceTask, unreached
+from gimcli.reach.task import SETTLED, SLACK, TOLERANCE, WorkspaceTask, unreached
 
 LOOPS = 4
 """Loops of a coupled group up to which its assemblies are counted: more loops can take seconds."""
@@ -76,7 +77,7 @@ def initial_paths(task: WorkspaceTask, progress: Progress = no_progress) -> Init
     parts = [(circuit, part) for circuit in circuits for part in within(task, circuit)]
     if not parts:
         raise UnassembledError(f"{unreached(task)}, or search all assemblies with --all")
-    initial = int(np.argmin([np.min(np.linalg.norm(part.x - begin, axis=1)) for _, part in parts]))
+    initial = first_least(np.array([np.min(np.linalg.norm(part.x - begin, axis=1)) for _, part in parts]), SETTLED)
     kept = _connected(task, parts, initial)
     curves = [parts[k][1] for k in kept]
     complete = complete and all(_followed(task, *parts[k]) for k in kept)

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from gimcli.canonical import first_least, ranks
 from gimcli.errors import UnassembledError, UsageError
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.positions.inputs import law_inputs
@@ -19,7 +20,7 @@ from gimcli.reach.critical_curves import CriticalCurve, CriticalPoint, CriticalW
 from gimcli.reach.critical_positions import CriticalPath, Stratum
 from gimcli.reach.initial_paths import StartAssemblies, initial_paths
 from gimcli.reach.sampling import Bank
-from gimcli.reach.task import FULL, WorkspaceTask, unreached
+from gimcli.reach.task import FULL, SETTLED, WorkspaceTask, unreached
 
 NOTHING = 1e-13
 """Velocity below which it is rounding."""
@@ -101,7 +102,8 @@ def reach(
     good = [run for run in runs if bool(task.fulfilled(run.x).all())]
     if not good:
         raise UnassembledError(f"{mechanism.name}: no path of '{point}' fulfils every constraint within the tolerance")
-    ordered = tuple(sorted(good, key=lambda run: (not run.drawn, -run.length)))
+    order = ranks(np.array([-run.length for run in good]), SETTLED)
+    ordered = tuple(good[k] for k in np.lexsort((order, np.array([not run.drawn for run in good]))))
     return Reach(task, ordered, complete and len(good) == len(runs) and not spend(), start)
 
 
@@ -114,7 +116,7 @@ def _from_everywhere(task: WorkspaceTask) -> tuple[list[CriticalCurve], bool]:
 def _initial_branch(task: WorkspaceTask, branches: list[CriticalCurve]) -> int:
     """Return the number of the branch nearest to the initial position."""
     drawn = task.coordinates(task.system.coordinates(task.mechanism.drawn))
-    return int(np.argmin([np.min(np.linalg.norm(branch.x - drawn, axis=1)) for branch in branches]))
+    return first_least(np.array([np.min(np.linalg.norm(b.x - drawn, axis=1)) for b in branches]), SETTLED)
 
 
 def _run(task: WorkspaceTask, branch: CriticalCurve, drawn: bool) -> ReachedPath:

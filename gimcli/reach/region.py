@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from gimcli.canonical import ranks
 from gimcli.mechanism import ComplexArray, FloatArray, IntArray
 from gimcli.reach.arcs import Cut, PathArc, PathIndex
 from gimcli.reach.sampling import Bank
@@ -167,7 +168,10 @@ def loops(edges: Sequence[Edge]) -> list[Loop]:
             chain.append(following)
         if not closed or sum(e.arc.length for e in chain) > REGION.joined:  # shorter chains are corners
             found.append(Loop(tuple(chain), closed))
-    return [_named(loop) for loop in sorted(found, key=lambda loop: -loop.area)]
+    corners = np.array([np.min([np.min(e.points(1), axis=0) for e in loop.edges], axis=0) for loop in found])
+    keys = [ranks(side, REGION.joined) for side in corners.reshape(-1, 2).T[::-1]]
+    order = np.lexsort((*keys, ranks(np.array([-loop.area for loop in found]), REGION.joined)))
+    return [_named(found[k]) for k in order]
 
 
 def _named(loop: Loop) -> Loop:

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from gimcli.canonical import first_greatest, first_least
 from gimcli.errors import StructureError
 from gimcli.mechanism import ANGLE, FRAME, HEIGHT, ComplexArray, FloatArray, Input, Mechanism
 from gimcli.structure.coupled_rows import CoupledRow
@@ -179,7 +180,7 @@ def full_pivoting(table: FloatArray, tolerance: float = RANK) -> tuple[int, list
     rows = list(range(a.shape[0]))
     rank, first = 0, 0.0
     for k in range(min(a.shape)):
-        at = np.unravel_index(np.argmax(np.abs(a[k:, k:])), a[k:, k:].shape)
+        at = np.unravel_index(first_greatest(np.abs(a[k:, k:]).ravel()), a[k:, k:].shape)
         i, j = int(at[0]) + k, int(at[1]) + k
         first = first or abs(a[i, j])
         if not abs(a[i, j]) > tolerance * max(first, 1e-300):
@@ -319,9 +320,9 @@ def _guide(mechanism: Mechanism, one: Input) -> str:
     """Return the names of the two nodes on the line of a travel."""
     member = mechanism.members[one.guide]
     rays = (member.shape - one.point) * np.conj(one.normal)
-    first = int(np.argmin(np.abs(rays)))
-    slopes = [np.inf if k == first else abs(ray.imag) / abs(ray) for k, ray in enumerate(rays)]
-    return ", ".join(mechanism.nodes[member.nodes[k]] for k in (first, int(np.argmin(slopes))))
+    first = first_least(np.abs(rays), RANK * mechanism.size)
+    slopes = np.array([9.0 if k == first else abs(ray.imag) / abs(ray) for k, ray in enumerate(rays)])
+    return ", ".join(mechanism.nodes[member.nodes[k]] for k in (first, first_least(slopes, RANK)))
 
 
 def _cure(mechanism: Mechanism, found: Mobility) -> str:

@@ -7,7 +7,7 @@ import pytest
 from fences import compare, is_near
 
 from gimcli import equilibrium, loads
-from gimcli.canonical import ROUNDING, beside, first_greatest, phase, principal, ranks
+from gimcli.canonical import ROUNDING, beside, first_greatest, first_least, phase, principal, ranks
 
 NOISE = [0.0, 4e-16, -4e-16, 1e-13, -1e-13, 1e-11, -1e-11]
 
@@ -67,3 +67,27 @@ def test_samples_of_the_manual_are_compared_by_numbers():
             compare(one, other)
     assert is_near("1.5e-03", "1.6e-03")
     assert not is_near("1.5e-03", "1.7e-03")
+
+
+@pytest.mark.parametrize("noise", [1e-13, -1e-13])
+def test_modes_of_one_frequency_have_one_form(noise):
+    """Two equal pendulums on one sliding base that is held have shapes in which one moves and the other rests."""
+    from gimcli.dynamics.modes import _separated
+
+    turn = np.array([[0.8, 0.6, 0.0], [-0.6, 0.8, 0.0], [0.0, 0.0, 1.0]])
+    values = np.array([4.0, 4.0 + 10.0 * noise, 9.0])
+    np.testing.assert_allclose(_separated(values, turn + noise), np.eye(3), atol=1e-9)
+    assert np.array_equal(_separated(np.array([1.0, 4.0, 9.0]), turn), turn)
+
+
+def test_the_peak_of_equal_ends_is_the_greatest():
+    from gimcli.dynamics.force_statistics import Extremum, Statistic
+
+    for noise in (1e-13, -1e-13):
+        low, high = Extremum(-7.0 * (1.0 + noise), 0.2, {}), Extremum(7.0, 0.6, {})
+        assert Statistic("N", 0.0, 5.0, low, high, 1.0).peak is high
+
+
+def test_the_least_of_equal_values_is_the_first():
+    for noise in (1e-13, -1e-13):
+        assert first_least(np.array([3.0, 1e-16, noise, 2.0]), 1e-9) == 1
