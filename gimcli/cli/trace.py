@@ -192,23 +192,28 @@ def _print_events(found: MotionTraceResult, events: list[dict[str, Any]], what: 
 
 
 def _print_other_side(motion: Motion, stops: list[dict[str, Any]]) -> None:
-    """Print which of the values that were not reached the circuit has a whole number of turns away."""
+    """Print which of the values that were not reached the circuit has, some of them a number of whole turns away."""
     import numpy as np
 
-    from gimcli.library.rounding import interval
+    from gimcli.library.rounding import input_value, interval
     from gimcli.rates.member_angles import full_turn
 
-    mechanism, turn = motion.mechanism, full_turn(motion.mechanism)
-    if not stops or len(mechanism.actuators) != 1 or not mechanism.actuators[0].rotary or motion.good.all():
+    mechanism = motion.mechanism
+    if not stops or len(mechanism.actuators) != 1 or motion.good.all():
         return
-    name, values = mechanism.actuators[0].name, mechanism.value_to_file(0, motion.inputs[0])
+    actuator, values = mechanism.actuators[0], mechanism.value_to_file(0, motion.inputs[0])
+    turn, own = full_turn(mechanism) if actuator.rotary else np.inf, values[~motion.good]
     for low, high in stops[-1]["interval"].values():
-        own = values[~motion.good]
-        moved = own - turn * np.ceil((own - high) / turn)
-        also = moved[(moved >= low) & (np.abs(moved - own) > turn / 2.0)]
+        within = (own >= low) & (own <= high)
+        moved = np.where(within, own, own - np.where(within, 0.0, turn) * np.ceil((own - high) / turn))
+        also = moved[~within & (moved >= low)]
         if len(also):
-            part = interval(mechanism, name, float(also.min()), float(also.max()), 0.0)
-            typer.echo(f"the circuit has these angles as {part}, whole turns away (--circuit)")
+            part = interval(mechanism, actuator.name, float(also.min()), float(also.max()), 0.0)
+            end = input_value(mechanism, actuator.name, float(also[np.argmax(np.abs(also - values[0]))]))
+            typer.echo(f"the circuit reaches these angles from the other side, as {part}: write `to: {end}` in the law")
+        if within.any():
+            part = interval(mechanism, actuator.name, float(own[within].min()), float(own[within].max()), 0.0)
+            typer.echo(f"the law returns into the range of the circuit, {part}: --at-limit skip solves these rows too")
 
 
 def _print_reach(motion: Motion, reached: dict[str, list[list[float]]]) -> None:
@@ -219,8 +224,8 @@ def _print_reach(motion: Motion, reached: dict[str, list[list[float]]]) -> None:
         return
     ends = law_inputs(motion.mechanism)(motion.time[[0, -1]])
     for k, actuator in enumerate(motion.mechanism.actuators):
-        law = motion.mechanism.value_to_file(k, ends[k])
-        whole = interval(motion.mechanism, actuator.name, *law)
+        first, last = motion.mechanism.value_to_file(k, ends[k])
+        whole = interval(motion.mechanism, actuator.name, first, last, 0.0)
         for start, end in reached[actuator.name]:
-            part = interval(motion.mechanism, actuator.name, start, end)
+            part = interval(motion.mechanism, actuator.name, start, end, 0.0)
             typer.echo(f"{actuator.name} reaches {part}; its law is {whole}")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from gimcli.library.rounding import at_inputs, input_value, interval, length, number
+from gimcli.library.rounding import at_inputs, interval, length, number
 from gimcli.mechanism import Mechanism
 from gimcli.status import Status
 from gimcli.structure.rigid_triangles import rigid_parts
@@ -37,11 +37,7 @@ def short_table_warnings(mechanism: Mechanism) -> Iterator[tuple[Where, str]]:
     from gimcli.dynamics.load_tables import short_tables
 
     for load, actuator, own, law in short_tables(mechanism):
-        covers, runs = (interval(mechanism, actuator, *span) for span in (own, law))
-        if covers == "full turn":
-            covers, runs = (
-                f"{input_value(mechanism, actuator, a)} to {input_value(mechanism, actuator, b)}" for a, b in (own, law)
-            )
+        covers, runs = (interval(mechanism, actuator, low, high, 0.0) for low, high in (own, law))
         text = f"the table of load {load} covers {actuator} = {covers}, its law runs over {runs}"
         yield ("loads", load), f"{text}: outside the load keeps the factor of the nearest row; add rows"
 

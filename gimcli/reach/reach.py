@@ -140,7 +140,7 @@ def _interval(task: WorkspaceTask, k: int, values: list[FloatArray], closed: boo
     ends = np.cumsum([len(v) for v in values])
     low, high = float(u.min()), float(u.max())
     shift = _shift(task, k, low, high) if rotary else 0.0
-    if rotary and high - low >= FULL:
+    if rotary and closed and abs(float(u[-1] - u[0])) >= 0.5 * FULL:  # the curve makes turns
         begin = float(law_inputs(task.mechanism)(np.zeros(1))[k, 0])
         return Interval(k, begin, begin + 2.0 * math.pi, True)
     folds = [_fold(u, int(end)) for end in ends[: None if closed else -1]]

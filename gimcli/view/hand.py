@@ -97,7 +97,7 @@ def answer(mechanism: Mechanism, wanted: FloatArray, found: DraggedPosition) -> 
     reason = ""
     if found.status is Status.LIMIT:
         asked = at_inputs(mechanism, in_file_units(mechanism, wanted))
-        reason = f"{asked} cannot be reached without disassembly; the limit is at {at_inputs(mechanism, inputs)}"
+        reason = f"the motion to {asked} ends at a limit, {at_inputs(mechanism, inputs)}"
     elif found.status is not Status.OK:
         reason = found.status.plain_text
     return {

@@ -132,8 +132,8 @@ def test_an_input_stops_at_its_limit_and_names_are_inert(browser, tmp_path):
     with running(tmp_path / "m.yaml", steps=36) as client:
         page = LivePage(browser, client)
         page.drag(70, kind="number", event="change")
-        page.until("document.querySelector('#live .reason').textContent.includes('cannot be reached')")
-        assert "the limit is at <img src=x onerror=alert(1)> = 51.889 deg" in page.text("#live .reason")
+        page.until("document.querySelector('#live .reason').textContent.includes('ends at a limit')")
+        assert "ends at a limit, <img src=x onerror=alert(1)> = 51.889 deg" in page.text("#live .reason")
         assert page.read() == pytest.approx(51.889, abs=1e-3)
         assert page.text("#live label") == "<img src=x onerror=alert(1)>"
         page.drag(40)

@@ -182,7 +182,7 @@ def test_an_input_beyond_its_limit_is_answered_with_the_limit(tmp_path):
         found = client.solve(m=90.0)
         assert found["status"] == "unreachable"
         assert found["inputs"]["m"] == pytest.approx(high)
-        assert found["reason"] == "m = 90 deg cannot be reached without disassembly; the limit is at m = 51.889 deg"
+        assert found["reason"] == "the motion to m = 90 deg ends at a limit, m = 51.889 deg"
         assert client.solve(m=50.0)["status"] == "ok"
 
 
