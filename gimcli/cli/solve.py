@@ -137,15 +137,10 @@ def _print(method: Method, found: SolveResult) -> None:
     position, law = found.position, found.law
     mechanism, status = position.mechanism, position.status
     typer.echo(titled(mechanism, found.inputs))
-    residual, tolerance = position.residual, position.options.tolerance if position.options else math.inf
+    residual = position.residual
     typer.echo(
         f"{status.word}; length error {_error(residual.lengths[0])} (eq. 1),"
         f" angle error {_error(residual.angles[0])} rad (eq. 2); {_iterations(position.sweeps, method)}"
-        + (
-            f"; estimated position error {position.error:.1e} of the size"
-            if position.error**2 <= tolerance and not status.value
-            else ""
-        )
     )
     if status.value:
         typer.echo(found.reason)

@@ -42,8 +42,8 @@ def _of_machines(mechanism: Mechanism, inputs: FloatArray, options: Options) -> 
     ]  # fmt: skip
     worst = max(found, key=lambda one: (one.status, one.residual.total[0]))
     z = whole_positions(mechanism, [one.z for one in found])
-    sweeps, error = sum(one.sweeps for one in found), max(one.error for one in found)
-    return Position(mechanism, inputs, z, worst.status, worst.residual, sweeps, error, None, options)
+    sweeps = sum(one.sweeps for one in found)
+    return Position(mechanism, inputs, z, worst.status, worst.residual, sweeps, None, options)
 
 
 def _checked(mechanism: Mechanism, inputs: FloatArray, found: Assembly, options: Options) -> Position:
@@ -52,7 +52,7 @@ def _checked(mechanism: Mechanism, inputs: FloatArray, found: Assembly, options:
     status = found.status
     if status is Status.OK and not _holds(mechanism, z, inputs, options, check):
         status = Status.CONTRADICTORY if found.surplus else Status.NOT_CONVERGED
-    return Position(mechanism, inputs, z, status, check, int(found.work), found.error / mechanism.size, None, options)
+    return Position(mechanism, inputs, z, status, check, int(found.work), None, options)
 
 
 def _by_sweeps(
@@ -68,9 +68,7 @@ def _by_sweeps(
     status = done.status
     if done.good and not _holds(mechanism, done.z, inputs, options, check):
         status = Status.CONTRADICTORY if sweeper.plan.surplus > 0 else Status.JUMPED
-    return Position(
-        mechanism, inputs, done.z, status, check, done.sweeps, float("nan"), done.history if history else None, options
-    )
+    return Position(mechanism, inputs, done.z, status, check, done.sweeps, done.history if history else None, options)
 
 
 def _holds(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray, options: Options, check: Residual) -> bool:

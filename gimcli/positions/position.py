@@ -20,7 +20,6 @@ class Position:
     status: Status
     residual: Residual  # one row
     sweeps: int  # number of sweeps or iterations
-    error: float  # estimated error of the nodes, relative to the size
     history: FloatArray | None = field(default=None, repr=False)  # (sweeps + 1, 2) errors after each sweep
     options: Options | None = None
 
