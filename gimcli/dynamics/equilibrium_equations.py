@@ -38,7 +38,8 @@ def directions(statics: Statics, z: ComplexArray) -> ComplexArray:
         vector = reaction.vector
         result[k] = vector.z * (z[vector.v] - z[vector.u] if vector.u >= 0 else 1.0)
         if reaction.kind == ALONG:
-            result[k] /= np.abs(result[k])
+            with np.errstate(divide="ignore", invalid="ignore"):  # rows without a position become NaN
+                result[k] /= np.abs(result[k])
     return result
 
 

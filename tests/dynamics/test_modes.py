@@ -397,7 +397,7 @@ def test_the_assembly_of_an_equilibrium_is_named():
     mechanism = gimcli.load("hatch")
     second = gimcli.equilibrium(mechanism).report()["equilibria"][1]
     assert second["assembly"] == 2
-    with pytest.raises(UsageError, match="assembly 2 .* add --assembly 2"):
+    with pytest.raises(UsageError, match=r"assembly 2 .* add --assembly 2"):
         gimcli.modes(mechanism, at=second["inputs"])
     there = gimcli.modes(gimcli.assembled(mechanism, 2, second["inputs"]), at=second["inputs"])
     assert there.found.stiffness[0, 0] == pytest.approx(second["stiffness"][0][0], rel=1e-6)
