@@ -118,7 +118,8 @@ def _part(model: Model, moving: set[str], first: bool, loaded: bool) -> Model:
     named = used_nodes(model.with_value("ground", lambda old: old.with_value("nodes", lambda _: [])))
     guides = [n for section in PAIRS for pair in getattr(model, section).values() for n in pair.guide]
     named = {*named, *guides, *(n for actuator in model.actuators.values() for n in measured_nodes(actuator))}
-    named |= {n for part in (*model.springs.values(), *model.dampers.values()) for n in measured_nodes(part)}
+    springs = [measured_nodes(part) for part in (*whole.springs.values(), *whole.dampers.values())]
+    named |= {n for nodes in springs if belongs(nodes) for n in nodes if loaded or n in fixed}
     named |= {n for name in (*model.masses, *(load.on for load in model.loads.values())) for n in _borne(model, name)}
     named |= {n for gear in model.gears.values() for n in gear.pivots}
     if held is None:
