@@ -247,6 +247,6 @@ def test_the_example_of_the_readme_runs_and_its_error_is_the_printed_one(tmp_pat
 @pytest.mark.parametrize("model", ["crank_rocker", "double_butterfly", "parallelogram", "platform_3rrr"])
 def test_solve_prints_errors_that_it_has_computed_only(model):
     """An estimate of the position error is rarely within a factor of 10 of the true one."""
-    output = CliRunner().invoke(app, ["solve", model]).output
+    output = gim("solve", MODELS / f"{model}.yaml")
     assert "length error" in output
     assert "estimated" not in output
