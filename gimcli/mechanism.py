@@ -93,7 +93,8 @@ class Member:
     @cached_property
     def base(self) -> int:
         """Index of the node farthest from the first one, among the first `near` nodes."""
-        return first_greatest(np.abs(self.shape[: self.near] - self.shape[0]))
+        spans = [nominal(abs(z - self.shape[0])) for z in self.shape[: self.near]]
+        return first_greatest(np.array(spans, dtype=float))
 
     @cached_property
     def ends(self) -> tuple[int, int, complex]:
@@ -297,7 +298,10 @@ class Mechanism:
     def as_machine(self) -> Machine:
         """The mechanism as one machine."""
         inputs = "+".join(self.actuators[k].name for k in self.drivers)
-        return Machine(inputs, self, tuple(range(len(self.nodes))), tuple(range(len(self.actuators))))
+        moving = sorted(name for k, name in enumerate(self.nodes) if k not in self.members[FRAME].nodes)
+        return Machine(
+            inputs or ", ".join(moving), self, tuple(range(len(self.nodes))), tuple(range(len(self.actuators)))
+        )
 
     @cached_property
     def slides(self) -> tuple[PairRow, ...]:

@@ -87,7 +87,7 @@ class PositionCurve:
         length = float(np.linalg.norm(np.abs(np.diff(values, axis=1)).sum(axis=1)))
         self.span = length if length > 0.0 else 1.0
         time = np.linspace(0.0, 1.0, 65)
-        bent = max(float(np.max(np.abs(a.law(time, 2)))) for a in self.mechanism.actuators)
+        bent = max((float(np.max(np.abs(a.law(time, 2)))) for a in self.mechanism.actuators), default=0.0)
         if bent > EVEN * self.span:
             self.domain = Domain(0.0, self.span)
 

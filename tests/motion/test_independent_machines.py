@@ -225,6 +225,22 @@ def test_a_strut_beside_a_crank_disturbs_no_command():
     assert gimcli.check(mechanism).report()["mobility"] == 1
     assert gimcli.circuits(mechanism).count == 1
     assert gimcli.singularities(mechanism).events == []
+    assert {"m.status", "B.status"} <= set(gimcli.trace(mechanism, steps=2))
+
+
+@pytest.mark.parametrize("height", [1e-3, 1e-7])
+def test_a_flat_strut_beside_a_crank_ends_no_command_with_a_traceback(height):
+    mechanism = gimcli.load({
+        "nodes": {"O": [10, 0], "A": [11, 0], "G": [0, 0], "H": [2, 0], "B": [1, height]}, "ground": ["O", "G", "H"],
+        "links": {"crank": ["O", "A"], "left": ["G", "B"], "right": ["H", "B"]}, "units": {"length": "m"},
+        "actuators": {"m": {"pivot": "O", "arm": "A"}}, "masses": {"A": 1}, "gravity": [0, -10],
+    })  # fmt: skip
+    found = gimcli.trace(mechanism, steps=8)
+    assert set(found["m.status"]) == {"ok"}
+    assert np.hypot(found["A.x"] - 10.0, found["A.y"]) == pytest.approx(np.ones(9), rel=1e-12)
+    gimcli.tradeoff(mechanism, steps=4, seconds=1.0)
+    gimcli.sensitivity(mechanism, steps=4)
+    assert gimcli.forces(mechanism, steps=4).complete is (height > 1e-6)
 
 
 def test_pictures_are_one_file_for_each_machine(tmp_path):
