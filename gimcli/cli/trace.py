@@ -202,7 +202,8 @@ def _print_other_side(motion: Motion, stops: list[dict[str, Any]]) -> None:
     if not stops or len(mechanism.actuators) != 1 or motion.good.all():
         return
     actuator, values = mechanism.actuators[0], mechanism.value_to_file(0, motion.inputs[0])
-    turn, own = full_turn(mechanism) if actuator.rotary else np.inf, values[~motion.good]
+    turn = full_turn(mechanism) if actuator.rotary else np.finfo(float).max  # no value is one turn away
+    own = values[~motion.good]
     for low, high in stops[-1]["interval"].values():
         within = (own >= low) & (own <= high)
         moved = np.where(within, own, own - np.where(within, 0.0, turn) * np.ceil((own - high) / turn))
