@@ -126,8 +126,8 @@ class DesignMotions:
             solved = self.family.solve(before.designs, inputs=inputs, **self.options)
         z, codes, residual = solved.z.copy(), solved.codes.copy(), solved.residual.copy()
         for d, k in zip(chosen.tolist(), row.tolist(), strict=True):
-            done = self.compiled and codes[d, k] == Status.OK
-            own = None if done or before.codes[d, k - 1] != Status.OK else self.alone(d)
+            done = self.compiled and codes[d, k] <= Status.TANGENT
+            own = None if done or before.codes[d, k - 1] > Status.TANGENT else self.alone(d)
             if own is not None:
                 motion = next(self.again(own)(between=lambda _, d=d: time[d]))
                 z[d] = (own.to_file(motion.z) - self.mechanism.origin) / self.mechanism.scale

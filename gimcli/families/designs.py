@@ -26,8 +26,8 @@ class Designs:
 
     @cached_property
     def good(self) -> NDArray[np.bool_]:
-        """(designs, rows) whether the status is OK."""
-        return np.asarray(self.codes == Status.OK)
+        """(designs, rows) whether the row is solved."""
+        return np.asarray(self.codes <= Status.TANGENT)
 
     @cached_property
     def solved(self) -> IntArray:

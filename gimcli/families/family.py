@@ -181,7 +181,7 @@ class Family:
                 self._from_row(designs[d], int(first[d]), z[d], residual[d], codes[d])
             else:
                 z[d], residual[d], codes[d] = self._by_itself(designs[d], rows, inputs is None)
-        bad = codes != Status.OK
+        bad = codes > Status.TANGENT
         z.transpose(0, 2, 1)[bad] = complex(math.nan, math.nan)
         residual[bad] = math.nan
         return Designs(designs, time, values, z, codes, residual, len(careful))

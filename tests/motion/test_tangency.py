@@ -69,3 +69,10 @@ links: {crank: [O, A], rod: {nodes: [A, B], length: 2}, rocker: {nodes: [B, C], 
 actuators: {motor: {pivot: O, arm: A, law: {from: 180, to: 90}}}
 """
     assert set(gimcli.trace(gimcli.loads(limit), steps=4)["status"]) == {"ok"}
+
+
+def test_sweeps_have_the_rows_that_are_tangent():
+    got = gimcli.sweep(gimcli.loads(RAILS), {"lift.to": [0.7, 0.8]}, steps=12, keep=["solved", "max(B.y)"])
+    assert got["solved"].tolist() == [13.0, 13.0]
+    assert got["max(B.y)"] == pytest.approx([0.7, 0.8], abs=1e-8)
+    assert list(got.status) == ["tangent", "tangent"]
