@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -144,7 +145,7 @@ def _bound(where: Where, got: Any, limits: dict[str, Any]) -> str:
 
 
 def _choice(where: Where, got: Any, limits: dict[str, Any]) -> str:
-    allowed = [str(word) for word in value_schema(where).get("expected", ())]
+    allowed = re.findall("'([^']*)'", limits["expected"])
     return f"expected one of {', '.join(allowed)}, got {shown(got)}{near(str(got), allowed)}"
 
 

@@ -20,6 +20,7 @@ from gimcli.measures.sweeping_area import swept_area, union_area
 from gimcli.mechanism import Member
 from gimcli.motion.motion import Motion, stream, trace
 from gimcli.rates.path_derivatives import PathDerivatives, input_path
+from gimcli.status import Status
 
 TRANSLATING = ("parallelogram", "parallelogram_third_crank", "scotch_yoke", "swing", "rack_lift", "double_pendulum")
 """Models without three members whose centres are all at a finite distance."""
@@ -703,14 +704,14 @@ def test_unsolved_rows_add_no_area():
     derivatives = derivatives_of("crank_rocker", 8)
     gap = derivatives.motion
     z, codes = gap.z.copy(), gap.codes.copy()
-    z[:, 4:], codes[4:] = np.nan, 1
+    z[:, 4:], codes[4:] = np.nan, int(Status.LIMIT)
     cut = PathDerivatives(Motion(gap.mechanism, gap.time, gap.inputs, z, codes, gap.residual, gap.work, gap.start))
     (measure,) = measures_of(cut.mechanism, "area:crank")
     signed = measure.values(cut)[0]
     assert np.isnan(signed[4:]).all()
     assert measure.whole(cut)["signed"] == pytest.approx(3 / 8 * math.pi * 1600)
     assert measure.whole(cut)["area"] == pytest.approx(3 / 8 * math.pi * 1600, rel=1e-4)
-    nothing = PathDerivatives(replace(cut.motion, z=np.full_like(z, np.nan), codes=np.ones_like(codes)))
+    nothing = PathDerivatives(replace(cut.motion, z=np.full_like(z, np.nan), codes=np.full_like(codes, int(Status.LIMIT))))
     assert measure.whole(nothing)["area"] == 0.0
 
 

@@ -179,8 +179,11 @@ class Subject:
                 self.expect(self.apart(z, begin) < NEAR, "trace and solve begin differently")
 
     def listed(self, begin, report):
-        """Check that all configurations satisfy every constraint, and that the drawn one is listed."""
-        found = [{n: complex(*z) for n, z in one["nodes"].items()} for one in report["configurations"]]
+        """Check that all configurations satisfy every constraint, and that the drawn one is listed.
+
+        Those of an independent machine have its own nodes; the others are where they begin.
+        """
+        found = [begin | {n: complex(*z) for n, z in one["nodes"].items()} for one in report["configurations"]]
         for z in found:
             worst, name = self.definition.worst(z, report["inputs"])
             self.expect(worst <= self.definition.allowed, f"solve --all: {name} off by {worst:.2g}")
