@@ -711,7 +711,8 @@ def test_unsolved_rows_add_no_area():
     assert np.isnan(signed[4:]).all()
     assert measure.whole(cut)["signed"] == pytest.approx(3 / 8 * math.pi * 1600)
     assert measure.whole(cut)["area"] == pytest.approx(3 / 8 * math.pi * 1600, rel=1e-4)
-    nothing = PathDerivatives(replace(cut.motion, z=np.full_like(z, np.nan), codes=np.full_like(codes, int(Status.LIMIT))))
+    codes[:] = int(Status.LIMIT)
+    nothing = PathDerivatives(replace(cut.motion, z=np.full_like(z, np.nan), codes=codes))
     assert measure.whole(nothing)["area"] == 0.0
 
 
