@@ -199,7 +199,7 @@ class SweepResult(RowsResult):
     @property
     def solved(self) -> int:
         """The number of designs of which all rows are solved."""
-        return self.counts.get(Status.OK.word, 0)
+        return int(sum(self.found.counts[: Status.TANGENT + 1]))
 
     @property
     def complete(self) -> bool:

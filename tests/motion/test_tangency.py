@@ -76,3 +76,4 @@ def test_sweeps_have_the_rows_that_are_tangent():
     assert got["solved"].tolist() == [13.0, 13.0]
     assert got["max(B.y)"] == pytest.approx([0.7, 0.8], abs=1e-8)
     assert list(got.status) == ["tangent", "tangent"]
+    assert got.solved == 2
