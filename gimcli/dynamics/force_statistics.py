@@ -62,8 +62,8 @@ class Statistic:
 
     @property
     def peak(self) -> Extremum:
-        """The value with the greatest magnitude."""
-        ends = (self.greatest, self.least)
+        """The value with the greatest magnitude, the first one of two that are equal."""
+        ends = sorted((self.greatest, self.least), key=lambda one: one.time)
         return ends[first_greatest(np.abs([one.value for one in ends]))]
 
 
