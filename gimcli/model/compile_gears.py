@@ -13,11 +13,11 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 from gimcli.coupling_data import CROSSED, EXTERNAL, INTERNAL, NO_PIVOT, RACK, GearPair
-from gimcli.errors import ModelError
 from gimcli.mechanism import ANGLE, FRAME, HEIGHT, Coupling, Input, PairRow
 from gimcli.model import schema
 from gimcli.model.compile_geometry import GeometryCompiler
 from gimcli.model.linear_relations import Relation, Relations
+from gimcli.model.source import PlacedError
 from gimcli.model.structural_rank import structural_rank
 from gimcli.recording import nominal, phase, scalar
 
@@ -64,7 +64,7 @@ class GearCompiler:
         for gear in self.gears:
             first, second = self._quantities(gear)
             if not every.add(second.minus(first, gear.ratio)) and every.contradicted:
-                raise ModelError([self._contradiction(gear)])
+                raise PlacedError(("gears", gear.name), self._contradiction(gear))
         while open_ones := [gear for gear in self.gears if not self._known(gear, known)]:
             candidates = [c for gear in open_ones for c in self._candidates(gear) if not known.determines(c.row)]
             candidates.sort(key=lambda c: any(c.gear.name == one.name for one in self.actuators))  # each gear in turn
@@ -165,7 +165,7 @@ class GearCompiler:
             others = [c for c in own if c.second is not candidate.second]
             if candidate in own and others and structural_rank(members, [*rows, self._input(candidate)]) > rank:
                 return candidate, others[0]
-        raise ModelError([self._undriven(gears[0])])
+        raise PlacedError(("gears", gears[0].name), self._undriven(gears[0]))
 
     def _known(self, gear: GearPair, known: Relations) -> bool:
         return all(known.determines(row) for row in self._quantities(gear))

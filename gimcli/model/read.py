@@ -16,7 +16,7 @@ from gimcli.mechanism import Mechanism
 from gimcli.model.check import checked
 from gimcli.model.compile import compile_model
 from gimcli.model.files import files_read
-from gimcli.model.source import DEEPEST, Source, read_source, read_yaml
+from gimcli.model.source import DEEPEST, PlacedError, Source, read_source, read_yaml
 from gimcli.model.written import Written
 
 NAME = "mechanism"
@@ -70,7 +70,11 @@ def _mechanism(source: Source, folder: Path, name: str, path: Path | None = None
     source.folder = folder
     model = checked(source)
     model.name = model.name or name
-    compiled, files = compile_model(model, folder), files_read(model, path, folder)
+    try:
+        compiled, files = compile_model(model, folder), files_read(model, path, folder)
+    except PlacedError as error:
+        source.fault(error.where, str(error), key=True)
+        raise source.error() from None
     return replace(compiled, files=files, path=path, written=Written(model, source))
 
 

@@ -183,6 +183,14 @@ def _syntax(text: str, error: yaml.MarkedYAMLError) -> tuple[Spot, str]:
     return (line, column), f"not readable as YAML: {SYNTAX}{cure}"
 
 
+class PlacedError(ModelError):
+    """An error found when the model is compiled; `where` is the path of its key in the file."""
+
+    def __init__(self, where: Where, text: str) -> None:
+        self.where = where
+        super().__init__([text])
+
+
 class _Anchor(NamedTuple):
     data: Any
     parts: int

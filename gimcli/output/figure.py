@@ -16,6 +16,9 @@ from gimcli.output.printed import Printed
 from gimcli.output.sizes import borders, cut, height_below, legend_shape, resolution, title_height, whole_height
 from gimcli.output.style import Mark
 
+ROUNDING = 1e-9
+"""Part that is added to the size: some versions of matplotlib cut 349.9999 pixels to 349."""
+
 NARROWEST = 4.8
 """Least width of a figure [in], unless a size is given."""
 
@@ -43,6 +46,7 @@ def canvas_of(canvas: Any, content: Content | Printed) -> Any:
 def _figure(printed: Printed) -> Any:
     figure = figure_of(printed)
     figure.set_dpi(printed.dpi or resolution(figure.get_figwidth()))
+    figure.set_size_inches(figure.get_size_inches() * (1.0 + ROUNDING))
     return figure
 
 

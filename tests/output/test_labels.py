@@ -47,7 +47,7 @@ def assert_names_are_clear(picture, places):
     leaders = [[on_paper(z) for z in path] for path in picture.strokes.get(LEADER, ())]
     for name, box in boxes.items():
         at = on_paper(places[name])
-        led = any(np.hypot(*(start - at)) < 5.0 and distance(box, end) < 3.0 for start, end in leaders)
+        led = any(np.hypot(*(start - at)) < 5.0 and distance(box, end) < 4.5 for start, end in leaders)
         assert led or distance(box, at) <= NEAR, name
     frame = picture.frame
     low, high = on_paper(frame.low), on_paper(frame.high)

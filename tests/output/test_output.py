@@ -315,7 +315,7 @@ def test_a_motion_is_drawn(tmp_path, kind, suffix):
     if suffix == ".png":
         width, height = size_of(path)
         assert 1000 <= width < 1100
-        assert 450 < height < 1300
+        assert 450 < height < 1350
 
 
 @pytest.mark.parametrize("kind", KINDS)
