@@ -1,5 +1,7 @@
 """Positions of mechanisms whose inputs follow others, against closed forms of geared five-bars and gear trains."""
 
+import json
+
 import numpy as np
 import pytest
 from coupled_models import PLANETARY, apex, five_bar, with_gears
@@ -199,3 +201,5 @@ def test_a_gear_between_two_driven_cranks_locks():
     data["gears"] = {"mesh": {"members": ["crank", "other"], "pivots": ["O", "Q"], "ratio": 1}}
     with pytest.raises(GimError, match="'mesh' contradicts the other gears and actuators"):
         gimcli.load(data)
+    with pytest.raises(GimError, match=r"<text>:1:\d+: gears: 'mesh' contradicts"):
+        gimcli.loads(json.dumps(data))
