@@ -80,12 +80,14 @@ def test_modes_of_one_frequency_have_one_form(noise):
     assert np.array_equal(_separated(np.array([1.0, 4.0, 9.0]), turn), turn)
 
 
-def test_the_peak_of_equal_ends_is_the_greatest():
+def test_the_peak_of_equal_ends_is_the_first():
     from gimcli.dynamics.force_statistics import Extremum, Statistic
 
     for noise in (1e-13, -1e-13):
         low, high = Extremum(-7.0 * (1.0 + noise), 0.2, {}), Extremum(7.0, 0.6, {})
-        assert Statistic("N", 0.0, 5.0, low, high, 1.0).peak is high
+        assert Statistic("N", 0.0, 5.0, low, high, 1.0).peak is low
+        later = Extremum(low.value, 0.8, {})
+        assert Statistic("N", 0.0, 5.0, later, high, 1.0).peak is high
 
 
 def test_the_least_of_equal_values_is_the_first():
