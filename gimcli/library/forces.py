@@ -81,7 +81,7 @@ def forces(
         StructureError: the mechanism has no actuator, or is not fully driven, over-driven or contradictory.
     """
     found = forces_along(mechanism, steps, tolerance, jit, plot, notify, progress)
-    return found.result(joined(found.tables()))  # type: ignore[return-value]
+    return found.result(joined(found.tables()))  # type: ignore[return-value]  # of machines: has the same
 
 
 def forces_along(

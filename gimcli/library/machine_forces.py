@@ -119,6 +119,7 @@ def _by_name(table: Table) -> dict[str, Column]:
 def _worst(words: Sequence[NDArray[Any]]) -> NDArray[Any]:
     """Return the worst word of each row (rows,): the one with the greatest code."""
     codes = {status.word: int(status) for status in Status}
-    kinds = sorted({str(word) for own in words for word in np.unique(own)}, key=lambda word: codes.get(word, 1))
+    found = {str(word) for own in words for word in np.unique(own)}
+    kinds = sorted(found, key=lambda word: codes.get(word, int(Status.LIMIT)))  # words of friction have no code
     ranks = [np.select([own == kind for kind in kinds], range(len(kinds))) for own in words]
     return np.asarray(np.array(kinds)[np.max(ranks, axis=0)])

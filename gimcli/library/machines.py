@@ -40,6 +40,7 @@ class MachinesResult(Result):
 
     def __init__(self, mechanism: Mechanism, each: Mapping[str, Result], table: Table | None = None) -> None:
         self.mechanism, self.each, self._table = mechanism, each, table
+        self.limited = any(one.limited for one in each.values())
         self.destinations = next(iter(each.values())).destinations  # type: ignore[method-assign]
 
     def __getattr__(self, name: str) -> Any:
@@ -53,11 +54,6 @@ class MachinesResult(Result):
     def complete(self) -> bool:
         """Whether nothing is missing of any machine."""
         return all(one.complete for one in self.each.values())
-
-    @property
-    def limited(self) -> bool:  # type: ignore[override]
-        """Whether a search ended at its bound on work."""
-        return any(one.limited for one in self.each.values())
 
     @property
     def answered(self) -> bool:
