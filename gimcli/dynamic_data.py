@@ -25,15 +25,12 @@ class LoadCurve(Protocol):
     @property
     def at(self) -> NDArray[np.float64]:
         """The abscissas of the table; the factor is constant outside."""
-        ...
 
     def __call__(self, at: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the values at times or inputs `at`."""
-        ...
 
     def slope(self, at: float) -> float:
         """Return the derivative at a time or an input; 0 outside of the table."""
-        ...
 
 
 @dataclass(frozen=True)

@@ -44,11 +44,9 @@ class InputLaw(Protocol):
 
     def __call__(self, time: FloatArray, order: int = 0) -> FloatArray:
         """Return the value (`order` 0) or its derivative of that order with respect to the normalised time."""
-        ...
 
     def stops(self) -> FloatArray:
         """Return the times at which the law may stop or reverse; it is monotonic between them."""
-        ...
 
 
 @dataclass(frozen=True)

@@ -39,20 +39,16 @@ class Stream(Protocol[Kind]):
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the columns."""
-        ...
 
     @property
     def expected(self) -> int | None:
         """Number of rows; None if it is not known before the end."""
-        ...
 
     def tables(self) -> Iterator[Table]:
         """Yield the table of each part."""
-        ...
 
     def result(self, table: Table | None) -> Kind:
         """Return the result, after the last table."""
-        ...
 
 
 def stem_of(model: str) -> str:

@@ -28,11 +28,9 @@ class BodyCoordinates(Protocol):
 
     def weights(self, length: float) -> FloatArray:
         """Return the weights (unknowns,) of the corrections in the stopping test."""
-        ...
 
     def start(self, z: ComplexArray) -> FloatArray:
         """Return the unknowns at a position z (nodes,)."""
-        ...
 
 
 class AbsoluteCoordinates:

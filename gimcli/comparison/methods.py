@@ -85,7 +85,6 @@ class Solver(Protocol):
 
     def solve(self, tolerance: float) -> Outcome:
         """Solve the motion to a tolerance."""
-        ...
 
 
 @dataclass(frozen=True)

@@ -46,23 +46,19 @@ class Coordinates(Protocol):
     @property
     def unknowns(self) -> int:
         """Number of unknowns."""
-        ...
 
     @property
     def equations(self) -> int:
         """Number of equations."""
-        ...
 
     @property
     def mechanism(self) -> Mechanism:
         """The mechanism."""
-        ...
 
     def follow(
         self, inputs: FloatArray, start: ComplexArray, stop: Stop, run: Run
     ) -> tuple[ComplexArray, FloatArray, FloatArray]:
         """Solve inputs (actuators, rows) from a position (nodes,); return z, iterations and 1 for converged rows."""
-        ...
 
 
 COORDINATES: dict[str, Callable[[Mechanism], Coordinates]] = {

@@ -30,11 +30,9 @@ class Implicit(Protocol):
 
     def residual(self, p: FloatArray) -> FloatArray:
         """Return G (m,) at p (n + 1,)."""
-        ...
 
     def jacobian(self, p: FloatArray) -> FloatArray:
         """Return G_p (m, n + 1)."""
-        ...
 
 
 @dataclass(frozen=True)

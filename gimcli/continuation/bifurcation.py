@@ -28,7 +28,6 @@ class SecondOrder(Implicit, Protocol):
 
     def jacobian_along(self, p: FloatArray, v: FloatArray) -> FloatArray:
         """Return the derivative of the Jacobian (m, n + 1) along v (n + 1,)."""
-        ...
 
 
 @dataclass(frozen=True)

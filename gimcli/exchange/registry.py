@@ -15,7 +15,6 @@ class Reader(Protocol):
 
     def recognises(self, text: str) -> bool:
         """Return whether a text is probably in this format, be it damaged or not."""
-        ...
 
     def read(self, text: str, source: str) -> Draft:
         """Return the mechanism of a text; `source` names the file in messages.
@@ -23,7 +22,6 @@ class Reader(Protocol):
         Raises ModelError for a damaged text, and for a part that the mechanism's motion depends on but that models of
         gim cannot express.
         """
-        ...
 
 
 class Writer(Protocol):
@@ -31,7 +29,6 @@ class Writer(Protocol):
 
     def write(self, pose: DrawnPose) -> str:
         """Return the text of a mechanism; append to `pose.left_out` what the format cannot express."""
-        ...
 
 
 class ForeignFormat(NamedTuple):

@@ -52,15 +52,12 @@ class Values(Protocol):
 
     def rows(self, name: str) -> FloatArray:
         """Return a column, or the columns of a measure (designs, rows, columns)."""
-        ...
 
     def number(self, name: str) -> Any:
         """Return a number or a text of each design (designs,)."""
-        ...
 
     def at(self, actuator: str, value: float) -> Values:
         """Return the values at one position: where an input first has a value [file's unit]."""
-        ...
 
 
 class QuantityNames(Protocol):
@@ -68,23 +65,18 @@ class QuantityNames(Protocol):
 
     def kind(self, name: str) -> str:
         """Return "rows" for a column, "number" or "text" for one value of a design, "" for an unknown name."""
-        ...
 
     def unit(self, name: str) -> str:
         """Return the unit of a name."""
-        ...
 
     def columns(self, name: str) -> int:
         """Return the number of columns of a name."""
-        ...
 
     def unknown(self, name: str) -> UsageError:
         """Return the error for an unknown name."""
-        ...
 
     def check_input(self, name: str, value: float) -> None:
         """Raise UsageError if a name is not an actuator, or if its law does not have the value."""
-        ...
 
 
 @dataclass(frozen=True)

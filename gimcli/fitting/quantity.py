@@ -23,8 +23,6 @@ class FittedQuantity(Protocol):
 
     def values(self, designs: FloatArray, inputs: FloatArray) -> FloatArray:
         """Return the values (designs, rows, components); NaN where a position cannot be assembled."""
-        ...
 
     def rates(self, designs: FloatArray, inputs: FloatArray) -> QuantityRates:
         """Return the values and their derivatives."""
-        ...

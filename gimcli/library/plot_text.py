@@ -51,11 +51,9 @@ class Names(Protocol):
 
     def has(self, name: str) -> bool:
         """Return whether a text is a name."""
-        ...
 
     def unknown(self, name: str, rest: str) -> UsageError:
         """Return the error for a name that is not known; `rest` is the text from it to the end of the curve."""
-        ...
 
 
 def graphs_of(text: str, names: Names) -> list[GraphText]:

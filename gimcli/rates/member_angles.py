@@ -31,7 +31,6 @@ class Angles(Protocol):
 
     def __call__(self, motion: Motion, member: int) -> FloatArray:
         """Return the directions of a member (rows,) in the file's angle unit, full turns counted; NaN if not solved."""
-        ...
 
 
 class Again(Protocol):
@@ -39,7 +38,6 @@ class Again(Protocol):
 
     def __call__(self, *, between: Callable[[FloatArray], FloatArray]) -> Iterator[Motion]:
         """Return the pieces; `between` adds times between consecutive times."""
-        ...
 
 
 def direction(mechanism: Mechanism, member: int, z: ComplexArray) -> FloatArray:
