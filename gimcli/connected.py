@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable
-from collections.abc import Set as AbstractSet
+from collections.abc import Hashable, Iterable, Set as AbstractSet
 from typing import TypeVar
 
 Element = TypeVar("Element", bound=Hashable)

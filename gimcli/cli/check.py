@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from gimcli.cli.arguments import MODEL, NONE, Assembly, Json, ModelPath, Out, Set
+from gimcli.cli.console import print_more, print_table
+from gimcli.cli.progress import progress_bar
 from gimcli.errors import UsageError
 
 if TYPE_CHECKING:
@@ -35,7 +37,6 @@ def command(
 ) -> None:
     """Check a model."""
     from gimcli.cli.outputs import Outputs
-    from gimcli.cli.progress import progress_bar
     from gimcli.library.check import CheckResult, check
 
     if long and (out or as_json):
@@ -52,8 +53,6 @@ def command(
 
 
 def _print(result: CheckResult) -> None:
-    from gimcli.cli.console import print_more, print_table
-
     typer.echo(f"{result.mechanism.name}\n")
     for section in result.sections():
         print_table(section.heading, section.head, section.rows)

@@ -7,7 +7,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from gimcli.cli.arguments import METHOD, MODEL, NONE, Assembly, Json, ModelPath, Out, PngFile, Seconds, Set
+from gimcli.cli.console import how_it_ends, print_table
 from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
+from gimcli.cli.progress import progress_bar
+from gimcli.library.rounding import at_inputs, intervals
 
 if TYPE_CHECKING:
     from gimcli.library.circuits import CircuitsResult
@@ -39,7 +42,6 @@ def command(
 ) -> None:  # fmt: skip
     """Find the circuits and list them."""
     from gimcli.cli.outputs import Outputs, by_machine
-    from gimcli.cli.progress import progress_bar
     from gimcli.library.circuits import CircuitsResult, circuits
 
     outputs = Outputs(CircuitsResult, model, out, png=png, as_json=as_json, drawing=drawing)
@@ -51,9 +53,7 @@ def command(
 
 def _print(result: CircuitsResult) -> None:
     from gimcli.assemblies import drawn_configuration
-    from gimcli.cli.console import how_it_ends, print_table
     from gimcli.library.circuits import curve_label, inputs_at, span, verdict
-    from gimcli.library.rounding import at_inputs, intervals
     from gimcli.structure.rigid_triangles import triangle_hints
 
     found, mechanism = result.found, result.mechanism

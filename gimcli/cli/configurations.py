@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
+
+from gimcli.cli.console import print_more, print_table, print_turns, room
+from gimcli.cli.progress import end_bars, progress_bar
+from gimcli.library.rounding import length, titled
 
 if TYPE_CHECKING:
     from gimcli.cli.outputs import Outputs
@@ -27,7 +32,6 @@ def solve_all(
 ) -> None:
     """Find every configuration, print and write it; exit with 5 if there is none."""
     from gimcli.cli.outputs import by_machine
-    from gimcli.cli.progress import progress_bar
     from gimcli.library.configurations import ConfigurationsResult, configurations
 
     mechanism = outputs.loaded(changes=changes, every=True)
@@ -39,12 +43,7 @@ def solve_all(
 
 
 def _print(png: Path | None, result: ConfigurationsResult) -> None:
-    import math
-
-    from gimcli.cli.console import print_more, print_table, print_turns, room
-    from gimcli.cli.progress import end_bars
     from gimcli.library.configurations import verdict
-    from gimcli.library.rounding import length, titled
     from gimcli.status import Status
     from gimcli.structure.rigid_triangles import triangle_hints
     from gimcli.table import labelled

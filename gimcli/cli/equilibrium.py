@@ -22,7 +22,10 @@ from gimcli.cli.arguments import (
     Tolerance,
     pairs,
 )
+from gimcli.cli.console import print_more, print_table
 from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
+from gimcli.cli.progress import progress_bar
+from gimcli.library.rounding import at_inputs, greatest, input_value, number
 
 if TYPE_CHECKING:
     from gimcli.dynamics.equilibria import Equilibrium
@@ -76,7 +79,6 @@ def command(
 ) -> None:  # fmt: skip
     """Find the equilibria."""
     from gimcli.cli.outputs import Outputs, by_machine
-    from gimcli.cli.progress import progress_bar
     from gimcli.library.equilibrium import EquilibriumResult, equilibrium
 
     outputs = Outputs(EquilibriumResult, model, out, png=png, as_json=as_json, drawing=drawing)
@@ -91,8 +93,6 @@ def command(
 
 
 def _print(result: EquilibriumResult) -> None:
-    from gimcli.cli.console import print_more, print_table
-    from gimcli.library.rounding import at_inputs, number
     from gimcli.table import labelled
 
     mechanism, found = result.mechanism, result.found
@@ -142,8 +142,6 @@ def _heads(result: EquilibriumResult) -> list[str]:
 
 
 def _row(result: EquilibriumResult, k: int, one: Equilibrium) -> list[str]:
-    from gimcli.library.rounding import greatest, input_value, number
-
     mechanism, found = result.mechanism, result.found
     inputs = result.inputs(one.inputs)
     energy = greatest(other.potential for other in found.found)

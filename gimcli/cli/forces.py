@@ -25,8 +25,10 @@ from gimcli.cli.arguments import (
     Tolerance,
     pairs,
 )
+from gimcli.cli.console import note, note_doubtful_loading, print_status
 from gimcli.cli.measures import PlotsOnly, refuse_unseen
 from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
+from gimcli.cli.progress import progress_bar
 from gimcli.errors import UsageError
 
 if TYPE_CHECKING:
@@ -86,9 +88,7 @@ def command(
         return
     if time is not None:
         raise UsageError("--time is the time of the loads in one position: add --at ACTUATOR=VALUE")
-    from gimcli.cli.console import note, note_doubtful_loading
     from gimcli.cli.outputs import Outputs, by_machine
-    from gimcli.cli.progress import progress_bar
     from gimcli.library.forces import ForcesResult, forces_along
 
     outputs = Outputs(ForcesResult, model, out, writes=True, picture=png, as_json=as_json, drawing=drawing)
@@ -143,8 +143,6 @@ def _print(full: bool, result: ForcesResult) -> None:
 
 
 def _print_missing(found: ForceMotion, steps: int) -> None:
-    from gimcli.cli.console import print_status
-
     if found.summary.solved < steps + 1:
         print_status(found.summary.motion)
     elif found.determined < steps + 1:

@@ -6,6 +6,9 @@ from typing import TYPE_CHECKING
 
 import typer
 
+from gimcli.cli.console import print_table
+from gimcli.library.rounding import greatest, number
+
 if TYPE_CHECKING:
     from gimcli.dynamics.efficiency import FrictionSummary
 
@@ -32,9 +35,6 @@ def print_friction(found: FrictionSummary) -> None:
 
 def _print_works(found: FrictionSummary) -> None:
     """Print the works and the lost energies, and the efficiency."""
-    from gimcli.cli.console import print_table
-    from gimcli.library.rounding import greatest, number
-
     if not found.complete:
         typer.echo("efficiency: not determined, because some rows have no forces")
         return

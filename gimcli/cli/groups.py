@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from gimcli.cli.arguments import MODEL, NONE, Json, ModelPath, Out, PngFile, Set
+from gimcli.cli.console import print_table
 from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
 
 HELP = (
@@ -23,7 +24,6 @@ def command(
     drawing: Drawing = NO_OPTIONS,
 ) -> None:
     """Print the groups in the order of formation."""
-    from gimcli.cli.console import print_table
     from gimcli.cli.outputs import Outputs, by_machine
     from gimcli.library.groups import GroupsResult, groups
 

@@ -7,15 +7,16 @@ from typing import TYPE_CHECKING
 
 import typer
 
+from gimcli.cli.console import print_table
+from gimcli.library.rounding import greatest, number
+
 if TYPE_CHECKING:
     from gimcli.library.holding_forces import HoldingResult
 
 
 def print_holding(result: HoldingResult) -> None:
     """Print efforts, reactions and the shaking force of one position."""
-    from gimcli.cli.console import print_table
     from gimcli.cli.force_tables import print_open
-    from gimcli.library.rounding import greatest, number
 
     values = result.values()
     size = greatest(abs(value) for value, _ in values.values())

@@ -8,6 +8,9 @@ import sys
 
 import typer
 
+from gimcli.cli.progress import end_bars
+from gimcli.manual.pages import manual_text, page_names, summary
+
 HELP = "Without a name it lists the pages; the name of a command shows the section on it."
 EXAMPLES = ("gim manual tutorial", "gim manual trace")
 WIDEST = 100
@@ -16,9 +19,6 @@ WIDEST = 100
 
 def command(page: str = typer.Argument("", metavar="PAGE", help="A page or a command.", show_default=False)) -> None:
     """List the pages or show one."""
-    from gimcli.cli.progress import end_bars
-    from gimcli.manual.pages import manual_text
-
     end_bars()
     if not page:
         _list()
@@ -31,8 +31,6 @@ def command(page: str = typer.Argument("", metavar="PAGE", help="A page or a com
 
 
 def _list() -> None:
-    from gimcli.manual.pages import page_names, summary
-
     names = page_names()
     width = max(map(len, names))
     for name in names:

@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from gimcli.cli.arguments import OUTPUT
+from gimcli.cli.console import print_aligned, print_more, print_table
 from gimcli.errors import UsageError
+from gimcli.library.rounding import greatest, length, number
 
 if TYPE_CHECKING:
     from gimcli.mechanism import Mechanism
@@ -42,7 +44,6 @@ def refuse_unseen(plot: list[str], draws: bool) -> None:
 
 def print_measures() -> None:
     """Print the kinds of measures and end."""
-    from gimcli.cli.console import print_table
     from gimcli.measures import help_lines
 
     print_table("Measures", ("measure", "result"), help_lines())
@@ -51,9 +52,6 @@ def print_measures() -> None:
 
 def print_ranges(mechanism: Mechanism, report: dict[str, Any]) -> None:
     """Print the measures' ranges."""
-    from gimcli.cli.console import print_table
-    from gimcli.library.rounding import greatest, number
-
     size = mechanism.size * mechanism.scale
     rows = []
     for spec, found in report.get("measures", {}).items():
@@ -75,9 +73,6 @@ def print_ranges(mechanism: Mechanism, report: dict[str, Any]) -> None:
 
 def print_points(mechanism: Mechanism, points: dict[str, dict[str, Any]]) -> None:
     """Print the ranges of the traced points, and whether their curves are closed."""
-    from gimcli.cli.console import print_aligned, print_more
-    from gimcli.library.rounding import length
-
     unit = "" if mechanism.length_unit == "unit" else f" [{mechanism.length_unit}]"
     rows = []
     for name, one in points.items():

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from gimcli.cli.arguments import MODEL, NONE, Assembly, Json, ModelPath, Out, Set
+from gimcli.cli.console import print_table
 from gimcli.status import Status
 
 if TYPE_CHECKING:
@@ -37,8 +38,6 @@ def command(
 
 
 def _print(result: MobilityResult) -> None:
-    from gimcli.cli.console import print_table
-
     found = result.found
     everywhere = result.start == Status.TANGENT.word
     print_table(result.mechanism.name, ("", ""), result.rows())

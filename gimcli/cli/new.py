@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from gimcli.cli.arguments import INPUTS, OUTPUT
+from gimcli.cli.console import note, print_json, print_written
+from gimcli.cli.progress import end_bars
 from gimcli.errors import UsageError
-
-if TYPE_CHECKING:
-    from gimcli.library.shipped_models import ShippedModel
+from gimcli.library.shipped_models import ShippedModel, shipped_model, shipped_models
 
 HELP = (
     "The model is written to standard output with all its comments, or with -o to a file, with the tables that it"
@@ -40,8 +40,6 @@ def command(
     ] = False,
 ) -> None:  # fmt: skip
     """Write a shipped model, or list all."""
-    from gimcli.library.shipped_models import shipped_model
-
     to_file = out not in ("", "-")
     if name and listed:
         raise UsageError(f"new {name} --list: give a name, or --list")
@@ -56,9 +54,6 @@ def command(
 
 
 def _write(model: ShippedModel, out: str, force: bool, as_json: bool) -> None:
-    from gimcli.cli.console import note, print_json, print_written
-    from gimcli.cli.progress import end_bars
-
     files = model.write(out, force) if out else ()
     end_bars()
     if as_json:
@@ -73,10 +68,6 @@ def _write(model: ShippedModel, out: str, force: bool, as_json: bool) -> None:
 
 
 def _list(as_json: bool) -> None:
-    from gimcli.cli.console import print_json
-    from gimcli.cli.progress import end_bars
-    from gimcli.library.shipped_models import shipped_models
-
     models = shipped_models()
     end_bars()
     if as_json:

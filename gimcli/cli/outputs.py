@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 import typer
 
 from gimcli.cli.arguments import NONE, changed
+from gimcli.cli.console import note, print_json, print_written, printable
 from gimcli.cli.picture_options import NO_OPTIONS, Drawing
 from gimcli.cli.progress import DRAWING, end_bars, progress_bar
 from gimcli.errors import OutputError, UsageError
-from gimcli.output import format_of, refuse_unwritable
+from gimcli.output import CsvStream, format_of, refuse_unwritable
 from gimcli.status import Status
 
 if TYPE_CHECKING:
@@ -67,8 +68,6 @@ def read(model: str) -> Mechanism:
 
     mechanism = load_undecided(model)
     if mechanism.left_out:
-        from gimcli.cli.console import note, printable
-
         for sentence in mechanism.left_out:
             note(printable(f"{mechanism.name}: {sentence}"))
     return mechanism
@@ -145,8 +144,6 @@ class Outputs:
     def write(self, result: Result) -> None:
         """Write the result's files, and its table to standard output if asked."""
         if self.files.stdout:
-            from gimcli.output import CsvStream
-
             table = result.table()
             with CsvStream(sys.stdout, table.names) as rows:
                 rows.append(table)
@@ -155,7 +152,6 @@ class Outputs:
     def stream(self, under_way: Stream[Found]) -> Found:
         """Write the rows of a result while it is computed; all files appear when the result is complete."""
         from gimcli.library.result import joined
-        from gimcli.output import CsvStream
 
         streamed = tuple(path for path in self.files.files if format_of(path).stream is not None)
         others = tuple(path for path in self.files.files if path not in streamed)
@@ -192,8 +188,6 @@ class Outputs:
 
     def finish(self, found: Found, show: Callable[[Found], None]) -> None:
         """Print the report, or its JSON object; exit with 5 if a part is missing."""
-        from gimcli.cli.console import print_json, print_written
-
         if self.as_json:
             print_json({**found.report(), **self.report()})
         else:

@@ -95,8 +95,7 @@ def _started() -> Any:
     import atexit
 
     from rich.console import Console
-    from rich.progress import BarColumn, SpinnerColumn, TextColumn, TimeElapsedColumn
-    from rich.progress import Progress as Bar
+    from rich.progress import BarColumn, Progress as Bar, SpinnerColumn, TextColumn, TimeElapsedColumn
 
     atexit.register(end_bars)
     part = TextColumn("{task.fields[part]}")

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from gimcli.cli.arguments import INPUTS, MODEL, NONE, Assembly, Jit, JitOption, Json, ModelPath, Out, Png, Set, Steps
+from gimcli.cli.console import note, note_doubtful_loading, print_table
 from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
+from gimcli.cli.progress import progress_bar
+from gimcli.library.rounding import greatest, input_value, number
 
 if TYPE_CHECKING:
     from gimcli.dynamics.flywheel import Flywheel
@@ -51,9 +55,7 @@ def command(
     drawing: Drawing = NO_OPTIONS,
 ) -> None:
     """Reduce a mechanism to one input."""
-    from gimcli.cli.console import note, note_doubtful_loading
     from gimcli.cli.outputs import Outputs, by_machine
-    from gimcli.cli.progress import progress_bar
     from gimcli.library.reduce import ReduceResult, reduce
 
     outputs = Outputs(ReduceResult, model, out, writes=True, picture=png, as_json=as_json, drawing=drawing)
@@ -79,8 +81,6 @@ def _print_extremes(found: ReduceResult) -> None:
     import numpy as np
 
     from gimcli.canonical import first_greatest
-    from gimcli.cli.console import print_table
-    from gimcli.library.rounding import greatest, input_value, number
     from gimcli.table import labelled
 
     table, name = found.table(), found.report()["input"]
@@ -97,10 +97,6 @@ def _print_extremes(found: ReduceResult) -> None:
 
 
 def _print_wheel(wheel: Flywheel) -> None:
-    import math
-
-    from gimcli.library.rounding import number
-
     rpm = wheel.speed * 30.0 / math.pi
     without = (
         f"without a flywheel the fluctuation is {number(wheel.without)}"

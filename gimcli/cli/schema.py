@@ -6,6 +6,8 @@ import json
 
 import typer
 
+from gimcli.cli.progress import end_bars
+
 HELP = (
     "Editors complete and check model files with it: save it as gim.schema.json and write in the first line of the"
     " model file `# yaml-language-server: $schema=gim.schema.json`."
@@ -15,7 +17,6 @@ EXAMPLES = ("gim schema > gim.schema.json",)
 
 def command() -> None:
     """Print the schema."""
-    from gimcli.cli.progress import end_bars
     from gimcli.model.json_schema import json_schema
 
     end_bars()

@@ -23,6 +23,7 @@ from gimcli.cli.arguments import (
     Tolerance,
     pairs,
 )
+from gimcli.cli.console import print_table
 from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
 
 if TYPE_CHECKING:
@@ -71,8 +72,6 @@ def _print(explain: bool, found: SequenceResult) -> None:
 
 
 def _print_group(number: int, group: SequenceGroupReport, explain: bool) -> None:
-    from gimcli.cli.console import print_table
-
     predicted = "no convergence" if group.predicted_sweeps is None else f"{group.predicted_sweeps:.0f}"
     observed = "no convergence" if group.observed_sweeps is None else str(group.observed_sweeps)
     title = f"{number}. {group.kind} {' '.join(group.nodes)}"

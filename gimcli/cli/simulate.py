@@ -21,9 +21,12 @@ from gimcli.cli.arguments import (
     Seconds,
     Set,
 )
+from gimcli.cli.console import note, note_doubtful_loading, print_more, print_table
 from gimcli.cli.measures import PlotsOnly, refuse_unseen
 from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
+from gimcli.cli.progress import end_bars, progress_bar
 from gimcli.dynamics.integrators import INTEGRATORS, USUAL, WITH_DRY_FRICTION
+from gimcli.library.rounding import greatest, input_value, number
 
 if TYPE_CHECKING:
     from gimcli.library.simulate import SimulateResult
@@ -103,9 +106,7 @@ def command(
     drawing: Drawing = NO_OPTIONS,
 ) -> None:  # fmt: skip
     """Simulate."""
-    from gimcli.cli.console import note, note_doubtful_loading
     from gimcli.cli.outputs import Outputs, by_machine
-    from gimcli.cli.progress import progress_bar
     from gimcli.dynamics.simulation_table import column_names
     from gimcli.library.simulate import SimulateResult, simulate
     from gimcli.output import refuse_repeated
@@ -125,8 +126,6 @@ def command(
 
 def _print(result: SimulateResult) -> None:
     from gimcli.cli.force_tables import print_open
-    from gimcli.cli.progress import end_bars
-    from gimcli.library.rounding import number
 
     end_bars()
     found = result.found
@@ -152,9 +151,6 @@ def _kind(event: dict[str, Any]) -> str:
 
 
 def _print_events(result: SimulateResult) -> None:
-    from gimcli.cli.console import print_more, print_table
-    from gimcli.library.rounding import greatest, input_value, number
-
     events, mechanism = result.events, result.mechanism
     if not events:
         return

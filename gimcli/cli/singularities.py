@@ -7,7 +7,10 @@ from typing import TYPE_CHECKING
 import typer
 
 from gimcli.cli.arguments import MODEL, NONE, Assembly, Json, ModelPath, Out, PngFile, Set
+from gimcli.cli.console import how_it_ends, print_table
 from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
+from gimcli.cli.progress import end_bars, progress_bar
+from gimcli.library.rounding import input_value, intervals
 
 if TYPE_CHECKING:
     from gimcli.branching.singular_positions import Found
@@ -36,7 +39,6 @@ def command(
 ) -> None:
     """Follow the circuits and list the singular positions."""
     from gimcli.cli.outputs import Outputs, by_machine
-    from gimcli.cli.progress import progress_bar
     from gimcli.library.singularities import SingularitiesResult, singularities
 
     outputs = Outputs(SingularitiesResult, model, out, png=png, as_json=as_json, drawing=drawing)
@@ -47,9 +49,6 @@ def command(
 
 def _print(result: SingularitiesResult) -> None:
     from gimcli.branching.singularities import STATIONARY
-    from gimcli.cli.console import how_it_ends, print_table
-    from gimcli.cli.progress import end_bars
-    from gimcli.library.rounding import input_value, intervals
     from gimcli.table import labelled
 
     end_bars()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import partial
 from typing import TYPE_CHECKING, Annotated
 
@@ -29,9 +30,12 @@ from gimcli.cli.arguments import (
     Tolerance,
     pairs,
 )
+from gimcli.cli.console import note, print_table
 from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
+from gimcli.cli.progress import end_bars
 from gimcli.cli.velocities import print_velocities
 from gimcli.errors import UsageError
+from gimcli.library.rounding import length, titled
 
 if TYPE_CHECKING:
     from gimcli.library.solve import SolveResult
@@ -90,7 +94,6 @@ def command(
     drawing: Drawing = NO_OPTIONS,
 ) -> None:  # fmt: skip
     """Solve one position, or all."""
-    from gimcli.cli.console import note
     from gimcli.cli.outputs import Outputs
     from gimcli.library.solve import SolveResult, solve
 
@@ -126,11 +129,6 @@ def command(
 
 
 def _print(method: Method, found: SolveResult) -> None:
-    import math
-
-    from gimcli.cli.console import print_table
-    from gimcli.cli.progress import end_bars
-    from gimcli.library.rounding import length, titled
     from gimcli.table import labelled
 
     end_bars()

@@ -26,6 +26,7 @@ from gimcli.cli.arguments import (
     StrategyOption,
     Tolerance,
 )
+from gimcli.cli.console import how_it_ends, note, print_more, print_status
 from gimcli.cli.measures import (
     QUANTITIES,
     MeasureOption,
@@ -36,6 +37,8 @@ from gimcli.cli.measures import (
     refuse_unseen,
 )
 from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
+from gimcli.cli.progress import progress_bar
+from gimcli.library.rounding import at_inputs, input_value, interval, intervals
 
 if TYPE_CHECKING:
     from gimcli.library.circuit_trace import CircuitTraceResult
@@ -111,9 +114,7 @@ def command(
     """Trace a motion."""
     if "help" in measure:
         print_measures()
-    from gimcli.cli.console import note
     from gimcli.cli.outputs import Outputs, by_machine
-    from gimcli.cli.progress import progress_bar
     from gimcli.library.trace import MotionTraceResult, traced
 
     outputs = Outputs(MotionTraceResult, model, out, writes=True, picture=png, as_json=as_json, drawing=drawing)
@@ -129,7 +130,6 @@ def command(
 
 
 def _print(found: MotionTraceResult) -> None:
-    from gimcli.cli.console import print_status
     from gimcli.status import Status
 
     typer.echo(found.headline())
@@ -145,8 +145,6 @@ def _print(found: MotionTraceResult) -> None:
 
 def _print_machine(found: MotionTraceResult, motion: Motion, machine: dict[str, Any]) -> None:
     """Print what is reachable, and the events, of a machine."""
-    from gimcli.library.rounding import interval
-
     events = machine["events"]
     _print_reach(motion, machine["reachable"])
     stops = [e for e in events if e["kind"] == "limit"]
@@ -167,9 +165,6 @@ def _print_machine(found: MotionTraceResult, motion: Motion, machine: dict[str, 
 
 
 def _print_circuits(found: CircuitTraceResult) -> None:
-    from gimcli.cli.console import how_it_ends
-    from gimcli.library.rounding import at_inputs, intervals
-
     typer.echo(found.headline())
     for one in found.circuits:
         how = how_it_ends(one["closed"], one["ended"], one["turns"])
@@ -183,9 +178,6 @@ def _print_circuits(found: CircuitTraceResult) -> None:
 
 
 def _print_events(found: MotionTraceResult, events: list[dict[str, Any]], what: str) -> None:
-    from gimcli.cli.console import print_more
-    from gimcli.library.rounding import at_inputs
-
     for event in events[:EVENTS]:
         typer.echo(f"{what} at {at_inputs(found.mechanism, event['at'])}")
     print_more(len(events), EVENTS)
@@ -195,7 +187,6 @@ def _print_other_side(motion: Motion, stops: list[dict[str, Any]]) -> None:
     """Print which of the values that were not reached the circuit has, some of them a number of whole turns away."""
     import numpy as np
 
-    from gimcli.library.rounding import input_value, interval
     from gimcli.rates.member_angles import full_turn
 
     mechanism = motion.mechanism
@@ -218,7 +209,6 @@ def _print_other_side(motion: Motion, stops: list[dict[str, Any]]) -> None:
 
 
 def _print_reach(motion: Motion, reached: dict[str, list[list[float]]]) -> None:
-    from gimcli.library.rounding import interval
     from gimcli.positions.inputs import law_inputs
 
     if motion.limit is None:

@@ -7,8 +7,11 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from gimcli.cli.arguments import METHOD, MODEL, NONE, Assembly, Jit, JitOption, Json, ModelPath, Out, Png, Set, Steps
+from gimcli.cli.console import note, print_status, print_table
 from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
+from gimcli.cli.progress import progress_bar
 from gimcli.errors import UsageError
+from gimcli.library.rounding import number
 
 if TYPE_CHECKING:
     from gimcli.comparison.tradeoff import Entry
@@ -48,9 +51,7 @@ def command(
     drawing: Drawing = NO_OPTIONS,
 ) -> None:  # fmt: skip
     """Compare methods."""
-    from gimcli.cli.console import note
     from gimcli.cli.outputs import Outputs, by_machine
-    from gimcli.cli.progress import progress_bar
     from gimcli.library.tradeoff import TradeoffResult, tradeoff
 
     chosen = _tolerances(tolerances)
@@ -80,7 +81,6 @@ def _tolerances(text: str) -> list[float]:
 
 
 def _print(result: TradeoffResult) -> None:
-    from gimcli.cli.console import print_status, print_table
     from gimcli.comparison.tradeoff import advise
 
     head = (
@@ -112,8 +112,6 @@ def _print(result: TradeoffResult) -> None:
 
 
 def _row(e: Entry, name: str) -> tuple[str, ...]:
-    from gimcli.library.rounding import number
-
     unknowns = " + ".join(map(str, e.unknowns))
     if not e.solved:
         return (name, unknowns, number(e.tolerance), *["-"] * 6, f"{e.solved}/{e.rows}", e.reason)

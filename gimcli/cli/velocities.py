@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import typer
+
+from gimcli.cli.console import print_table
+from gimcli.library.rounding import greatest, number
 
 if TYPE_CHECKING:
     from gimcli.rates.instant import Instant
@@ -14,11 +18,7 @@ SINGULAR = "singular: velocities are not determined in this position; choose an 
 
 def print_velocities(found: Instant) -> None:
     """Print the tables of points and members."""
-    import math
-
-    from gimcli.cli.console import print_table
     from gimcli.library.inputs import leaders
-    from gimcli.library.rounding import greatest, number
     from gimcli.library.solve import input_rates
     from gimcli.table import per_second
 
@@ -50,6 +50,4 @@ def print_velocities(found: Instant) -> None:
 
 
 def _cells(v: complex, size: float) -> tuple[str, str, str]:
-    from gimcli.library.rounding import number
-
     return number(v.real, size), number(v.imag, size), number(abs(v), size)

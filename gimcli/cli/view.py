@@ -10,7 +10,9 @@ from typing import Annotated
 import typer
 
 from gimcli.cli.arguments import MODEL, NONE, Assembly, ModelPath, Set, Steps, assignments
+from gimcli.cli.console import note, printable
 from gimcli.cli.measures import QUANTITIES, MeasureOption, PlotOption, print_measures
+from gimcli.cli.progress import end_bars, progress_bar
 from gimcli.errors import UsageError
 
 SERVER = "Server"
@@ -68,8 +70,6 @@ def command(
 def _serve(
     model: str, changes: list[str], assembly: str, port: int | None, settings: dict[str, object], browser: bool
 ) -> None:
-    from gimcli.cli.console import note, printable
-    from gimcli.cli.progress import end_bars, progress_bar
     from gimcli.library.load import is_address
     from gimcli.view.view import served
 

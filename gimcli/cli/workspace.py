@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from gimcli.cli.arguments import INPUTS, MODEL, NONE, Assembly, Jit, JitOption, Json, ModelPath, Out, Png, Seconds, Set
+from gimcli.cli.console import note, print_table
 from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
+from gimcli.cli.progress import progress_bar
 from gimcli.errors import UsageError
+from gimcli.library.rounding import at_inputs, interval, length, number
 
 if TYPE_CHECKING:
     from gimcli.mechanism import Mechanism
@@ -67,9 +71,7 @@ def command(
     drawing: Drawing = NO_OPTIONS,
 ) -> None:  # fmt: skip
     """Find a workspace."""
-    from gimcli.cli.console import note
     from gimcli.cli.outputs import Outputs
-    from gimcli.cli.progress import progress_bar
     from gimcli.library.workspace import WorkspaceResult, workspace
 
     more = [".npz"] if grid else []
@@ -91,8 +93,6 @@ def command(
 
 def _orientations(given: list[str]) -> dict[str, float]:
     """Return the given directions [file's angle unit] by member."""
-    import math
-
     held: dict[str, float] = {}
     for text in given:
         name, equals, number = text.partition("=")
@@ -122,8 +122,6 @@ def _print_report(mechanism: Mechanism, report: dict[str, Any]) -> None:
 
 
 def _print_region(mechanism: Mechanism, report: dict[str, Any]) -> None:
-    from gimcli.cli.console import print_table
-    from gimcli.library.rounding import at_inputs, length, number
     from gimcli.table import labelled
 
     unit = "" if mechanism.length_unit == "unit" else f" {mechanism.length_unit}"
@@ -159,8 +157,6 @@ def _print_region(mechanism: Mechanism, report: dict[str, Any]) -> None:
 
 
 def _print_paths(mechanism: Mechanism, report: dict[str, Any]) -> None:
-    from gimcli.cli.console import print_table
-    from gimcli.library.rounding import interval, length
     from gimcli.table import labelled
 
     rows = []
@@ -191,8 +187,6 @@ def _print_paths(mechanism: Mechanism, report: dict[str, Any]) -> None:
 
 def _left_out(mechanism: Mechanism, found: dict[str, Any]) -> str:
     """Return in words how many assemblies at the start of the law are on other paths."""
-    from gimcli.library.rounding import at_inputs
-
     count, left, where = found["count"], found["left_out"], at_inputs(mechanism, found["at"])
     if count is None:
         return "other assemblies were not counted and are left out: --all has them"

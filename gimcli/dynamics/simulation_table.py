@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from gimcli.dynamics.forces import Forces
+from gimcli.dynamics.forces import Forces, inverse_dynamics
 from gimcli.dynamics.simulation_types import Event, Simulation
+from gimcli.dynamics.statics import statics
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.motion.coupler_points import carried_point
 from gimcli.status import Status
@@ -81,9 +82,6 @@ def event_report(mechanism: Mechanism, event: Event) -> dict[str, Any]:
 
 def reactions(found: Simulation) -> Forces:
     """Return the reactions along a simulation; the efforts of the free inputs are computed from the motion."""
-    from gimcli.dynamics.forces import inverse_dynamics
-    from gimcli.dynamics.statics import statics
-
     forces = inverse_dynamics(statics(found.mechanism), found.course())
     if found.friction is None:
         return forces
@@ -95,9 +93,7 @@ def reactions(found: Simulation) -> Forces:
 def reaction_names(mechanism: Mechanism) -> list[str]:
     """Return the names of the columns of reactions; no simulation is needed for them."""
     from gimcli.dynamics.force_table import reaction_columns
-    from gimcli.dynamics.forces import inverse_dynamics
     from gimcli.dynamics.kinematic_history import Course
-    from gimcli.dynamics.statics import statics
 
     nodes = np.zeros((3, len(mechanism.nodes), 1), dtype=complex)
     nodes[0, :, 0] = mechanism.drawn

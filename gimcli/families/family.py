@@ -13,14 +13,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gimcli.errors import ModelError, StructureError, UsageError
+from gimcli.errors import GimError, ModelError, StructureError, UsageError
 from gimcli.families.coupling_slopes import CouplingSlopes
 from gimcli.families.designs import Designs
 from gimcli.families.float_tables import FloatTables, TableMaker, listed, spans
 from gimcli.families.later_law import LaterLaw
-from gimcli.kernels import family as kernels
-from gimcli.kernels import jit, plan_steps
-from gimcli.kernels import march as marching
+from gimcli.kernels import family as kernels, jit, march as marching, plan_steps
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.motion.assemble import Assembler
 from gimcli.motion.motion import trace
@@ -33,8 +31,7 @@ from gimcli.positions.options import Options
 from gimcli.positions.program import plan_program
 from gimcli.status import Status
 from gimcli.structure.plan import make_plan
-from gimcli.structure.residual import allowed
-from gimcli.structure.residual import residual as constraint_errors
+from gimcli.structure.residual import allowed, residual as constraint_errors
 from gimcli.structure.steps import Plan
 
 SHARE = 256
@@ -210,8 +207,6 @@ class Family:
 
     def _by_itself(self, design: FloatArray, rows: int, law: bool) -> tuple[ComplexArray, FloatArray, IntArray]:
         """Solve one design as a single motion; return z (nodes, rows), residual (rows,) and codes (rows,)."""
-        from gimcli.errors import GimError
-
         nominal = self.mechanism
         empty = np.full((len(nominal.nodes), rows), complex(math.nan, math.nan))
         failed = np.full(rows, int(Status.NOT_CONVERGED))

@@ -18,8 +18,7 @@ from gimcli.canonical import phase, principal
 from gimcli.errors import UsageError
 from gimcli.families.float_tables import FloatTables, spans
 from gimcli.measures import naming
-from gimcli.measures.transmission import KIND as TRANSMISSION
-from gimcli.measures.transmission import ForceLine, Transmission
+from gimcli.measures.transmission import KIND as TRANSMISSION, ForceLine, Transmission
 from gimcli.mechanism import FRAME, HEIGHT, ComplexArray, FloatArray, Mechanism
 from gimcli.positions.program import plan_program
 from gimcli.structure.checks import checks

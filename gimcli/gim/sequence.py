@@ -14,6 +14,7 @@ from itertools import islice
 
 import numpy as np
 
+from gimcli.errors import StructureError
 from gimcli.gim.rules import Walk
 from gimcli.mechanism import ANGLE, FRAME, SPAN, ComplexArray, FloatArray, Mechanism
 from gimcli.structure.closed_form_order import Layout
@@ -202,8 +203,6 @@ class SequenceSearch:
                 best, more = self._restart(best, nodes, settled, chosen, mine)
                 tried += more
         if best is None or classic is None:
-            from gimcli.errors import StructureError
-
             names = ", ".join(self.mechanism.nodes[n] for n in nodes)
             raise StructureError(f"no sequence moves nodes {names} twice each; use --method auto or newton")
         radius, moves = best

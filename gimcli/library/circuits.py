@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gimcli.branching.enumeration import Circuits, EnumerationConstants, Strand
-from gimcli.branching.enumeration import circuits as all_circuits
+from gimcli.branching.enumeration import Circuits, EnumerationConstants, Strand, circuits as all_circuits
 from gimcli.continuation.curve import LONGEST
 from gimcli.library.inputs import in_file_units, interval_of, refuse_count, refuse_linked
 from gimcli.library.machines import driven_machines, for_each_machine
 from gimcli.library.places import coordinates
 from gimcli.library.result import Result
+from gimcli.library.rounding import at_inputs, intervals
 from gimcli.mechanism import Mechanism
 from gimcli.progress import WORK, Phases, limited, no_phases
 from gimcli.structure.drive_check import explained
@@ -151,7 +151,6 @@ class CircuitsResult(Result):
     def animation(self) -> Animation | None:
         """Return the circuits, one clip for each curve; None if there is no circuit."""
         from gimcli.library.circuit_animation import ShownCircuit, SingularPlace, circuits_animation
-        from gimcli.library.rounding import at_inputs, intervals
 
         found, mechanism, shown = self.found, self.mechanism, []
         for k, strand in enumerate(found.strands):

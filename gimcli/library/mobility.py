@@ -9,8 +9,7 @@ import numpy as np
 from gimcli.errors import UnassembledError
 from gimcli.library.result import Result
 from gimcli.mechanism import Mechanism
-from gimcli.structure.mobility import Mobility, assembled, of_machines
-from gimcli.structure.mobility import mobility as mobility_at
+from gimcli.structure.mobility import Mobility, assembled, mobility as mobility_at, of_machines
 from gimcli.table import Column, Table
 
 REGULAR = "regular"

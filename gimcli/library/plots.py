@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 
 from gimcli.errors import UsageError
-from gimcli.library.plot_text import HODOGRAPH, CurveText, GraphText, Operand, graphs_of
-from gimcli.library.plot_text import POLAR as POLAR_WORD
+from gimcli.library.plot_text import HODOGRAPH, POLAR as POLAR_WORD, CurveText, GraphText, Operand, graphs_of
 from gimcli.measures.naming import guess
 from gimcli.mechanism import FloatArray, IntArray, Mechanism
 from gimcli.output.graph import EQUAL, ORDINARY, POLAR, Axis, Curve, CurveGraph

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING
 
-from gimcli.mechanism import Mechanism
+if TYPE_CHECKING:
+    from gimcli.mechanism import Mechanism
 
 DIGITS, LEAST = 6, 4
 """Digits of a number as large as the size that it is relative to, and the fewest of any number."""

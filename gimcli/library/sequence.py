@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gimcli.gim.report import SequenceGroupReport
-from gimcli.gim.report import report as report_groups
+from gimcli.gim.report import SequenceGroupReport, report as report_groups
 from gimcli.library.inputs import inputs_of
 from gimcli.library.machines import for_each_machine
 from gimcli.library.result import Result

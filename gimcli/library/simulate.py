@@ -14,8 +14,14 @@ from gimcli.dynamics.force_table import open_reactions
 from gimcli.dynamics.forces import Forces
 from gimcli.dynamics.integrators import CAREFUL, INTEGRATORS, WITH_DRY_FRICTION
 from gimcli.dynamics.simulation import simulate as simulate_times
-from gimcli.dynamics.simulation_table import ENERGIES, column_names, event_report, reaction_names, simulation_table
-from gimcli.dynamics.simulation_table import reactions as find_reactions
+from gimcli.dynamics.simulation_table import (
+    ENERGIES,
+    column_names,
+    event_report,
+    reaction_names,
+    reactions as find_reactions,
+    simulation_table,
+)
 from gimcli.dynamics.simulation_types import SIMULATION, Settings, Simulation
 from gimcli.errors import UsageError
 from gimcli.library.force_plots import force_vocabulary
@@ -25,6 +31,7 @@ from gimcli.library.places import angles, pairs, places
 from gimcli.library.plots import PlannedGraph, drawn, only_angle
 from gimcli.library.result import ByName, RowsResult
 from gimcli.mechanism import FRAME, FloatArray, Machine, Mechanism
+from gimcli.output.graph import Axis, Curve, CurveGraph
 from gimcli.positions.dispatch import choose, plain
 from gimcli.positions.options import JIT
 from gimcli.progress import Notify, Phases, limited, no_phases
@@ -36,7 +43,6 @@ from gimcli.table import per_second
 if TYPE_CHECKING:
     from gimcli.output.animation import Animation
     from gimcli.output.geometry import Geometry
-    from gimcli.output.graph import CurveGraph
     from gimcli.output.picture import Content
 
 ROWS = 200
@@ -277,8 +283,6 @@ class SimulateResult(RowsResult):
 
     def _usual_graphs(self) -> list[CurveGraph]:
         """Return graphs of inputs, speeds and energies over the time, with the events."""
-        from gimcli.output.graph import Axis, Curve, CurveGraph
-
         found, mechanism, graphs = self.found, self.mechanism, list[CurveGraph]()
         over = Axis("time", "s")
         for rotary, unit in ((True, mechanism.angle_unit), (False, mechanism.length_unit)):

@@ -12,6 +12,7 @@ from gimcli.library.inputs import in_file_units, interval_of, refuse_linked
 from gimcli.library.machines import driven_machines, for_each_machine
 from gimcli.library.places import coordinates
 from gimcli.library.result import Result
+from gimcli.library.rounding import at_inputs, intervals
 from gimcli.mechanism import Mechanism
 from gimcli.progress import Phases, no_phases
 from gimcli.structure.drive_check import explained
@@ -157,7 +158,6 @@ class SingularitiesResult(Result):
     def animation(self) -> Animation | None:
         """Return the branches with all singular and stationary positions as events."""
         from gimcli.library.circuit_animation import ShownCircuit, circuits_animation
-        from gimcli.library.rounding import intervals
 
         circuits, shown = self.found.branches.circuits, []
         for number, (circuit, reach) in enumerate(zip(circuits, self.found.reach, strict=True)):
@@ -171,7 +171,6 @@ class SingularitiesResult(Result):
     def _place(self, circuit: Circuit, number: int, one: Found) -> SingularPlace:
         """Return a singular position as a mark on a circuit; stationary members are named."""
         from gimcli.library.circuit_animation import SingularPlace, part_of
-        from gimcli.library.rounding import at_inputs
 
         kind = one.what.kind
         words = f"{', '.join(one.what.about)} stationary" if kind == STATIONARY else kind

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gimcli.comparison.tradeoff import TOLERANCES, Tradeoff, advise, tradeoff_table
-from gimcli.comparison.tradeoff import tradeoff as compare
+from gimcli.comparison.tradeoff import TOLERANCES, Tradeoff, advise, tradeoff as compare, tradeoff_table
 from gimcli.errors import UsageError
 from gimcli.library.inputs import MOST_STEPS, refuse_choice, refuse_count, refuse_linked, refuse_unmoved
 from gimcli.library.machines import for_each_machine

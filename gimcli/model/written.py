@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 from gimcli.mechanism import Machine, Mechanism
 from gimcli.model.schema import Model
 from gimcli.model.source import Source, Where
+from gimcli.recording import FUNCTIONS, Recording
 
 if TYPE_CHECKING:
     from gimcli.model.dimensions import Dimension
-    from gimcli.recording import Recording
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,6 @@ class Written:
         """
         from gimcli.model.compile import compile_model
         from gimcli.model.substitution import without_dynamics
-        from gimcli.recording import FUNCTIONS, Recording
 
         recording = Recording()
         changes = {name: recording.variable(self.dimension(name).value) for name in names}

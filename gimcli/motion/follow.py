@@ -22,6 +22,7 @@ from gimcli.motion.singular_crossing import SingularCrossing
 from gimcli.positions.block import NEW
 from gimcli.positions.inputs import Inputs
 from gimcli.positions.newton import Run
+from gimcli.positions.program import Marcher
 from gimcli.positions.row import Row
 from gimcli.status import Status
 from gimcli.structure.steps import Plan
@@ -29,7 +30,6 @@ from gimcli.structure.steps import Plan
 if TYPE_CHECKING:
     from gimcli.continuation.arc import ArcPassage, Gap
     from gimcli.motion.motion_curve import MotionCurve
-    from gimcli.positions.program import Marcher
 
 Stop = tuple[float, tuple[float, ...]]
 """Time and inputs (actuators,) at a limit."""
@@ -197,8 +197,6 @@ class BranchFollower(BranchState):
 
     @cached_property
     def _marcher(self) -> Marcher:
-        from gimcli.positions.program import Marcher
-
         return Marcher(self.program, self.accuracy)
 
     def _march(self, path: FollowedPath, i: int) -> tuple[int, bool]:

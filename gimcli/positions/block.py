@@ -11,8 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from gimcli.kernels import loci, newton
-from gimcli.kernels import plan_steps as kernels
+from gimcli.kernels import loci, newton, plan_steps as kernels
 from gimcli.kernels.circular import cos_sin
 from gimcli.kernels.plan_steps import MEASURE, NOISE, SQUARE
 from gimcli.mechanism import FloatArray

@@ -10,9 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from gimcli.kernels import jit, newton
-from gimcli.kernels import march as marching
-from gimcli.kernels import plan_steps as kernels
+from gimcli.kernels import jit, march as marching, newton, plan_steps as kernels
 from gimcli.kernels.circular import cos_sin
 from gimcli.kernels.lanes import aligned
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism

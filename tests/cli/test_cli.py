@@ -10,8 +10,7 @@ from importlib import import_module
 import processes
 import pytest
 from bundled import FEWEST, MODELS, README
-from in_process import SERVERS, ran
-from in_process import printed as gim
+from in_process import SERVERS, printed as gim, ran
 
 from gimcli.cli import COMMANDS, GROUPS
 

@@ -11,8 +11,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from bundled import MODELS, run_model
-from in_process import printed as gim
-from in_process import refused
+from in_process import printed as gim, refused
 
 from gimcli import load
 from gimcli.measures import KINDS

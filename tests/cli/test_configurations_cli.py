@@ -6,8 +6,7 @@ import struct
 import numpy as np
 import pytest
 from bundled import MODELS
-from in_process import printed as gim
-from in_process import read_rows
+from in_process import printed as gim, read_rows
 
 
 def listed(name, *options):

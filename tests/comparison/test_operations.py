@@ -12,8 +12,7 @@ from gimcli.comparison.joint import JointCoordinates
 from gimcli.comparison.natural import NaturalCoordinates
 from gimcli.gim import sweeps
 from gimcli.gim.sweeper import Sweeper
-from gimcli.kernels import bodies, linear, loci, points, sweep
-from gimcli.kernels import newton as kernel
+from gimcli.kernels import bodies, linear, loci, newton as kernel, points, sweep
 from gimcli.kernels.linear import lu_solve, qr_solve
 from gimcli.positions.dispatch import plain
 from gimcli.positions.newton import Packed

@@ -16,8 +16,7 @@ from gimcli.errors import StructureError
 from gimcli.gim import sweeps
 from gimcli.gim.sequence_switching import SwitchingState, off_branch
 from gimcli.gim.sweeper import Sweeper
-from gimcli.kernels import jit
-from gimcli.kernels import sweep as kernels
+from gimcli.kernels import jit, sweep as kernels
 from gimcli.motion.motion import trace
 from gimcli.positions.dispatch import plain
 from gimcli.positions.options import Options

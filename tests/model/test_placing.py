@@ -15,8 +15,7 @@ import numpy as np
 import pytest
 import yaml
 from bundled import MODELS
-from in_process import printed
-from in_process import refused as printed_error
+from in_process import printed, refused as printed_error
 
 import gimcli
 from gimcli.errors import ModelError, UsageError

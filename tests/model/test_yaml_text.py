@@ -7,8 +7,7 @@ from typing import Any
 
 import pytest
 import yaml
-from hypothesis import example, given, settings
-from hypothesis import strategies as st
+from hypothesis import example, given, settings, strategies as st
 
 from gimcli.model.source import read_yaml
 from gimcli.model.yaml_text import WIDTH, yaml_text

@@ -14,8 +14,7 @@ from PIL import Image
 
 import gimcli
 from gimcli.errors import OutputError
-from gimcli.output import film as film_module
-from gimcli.output import style
+from gimcli.output import film as film_module, style
 from gimcli.output.animation import Animation, Clip
 from gimcli.output.film import Frames, frame_rows, pieces
 from gimcli.output.printed import PictureOptions

@@ -14,8 +14,7 @@ from in_process import gim
 
 import gimcli
 from gimcli.errors import OutputError
-from gimcli.output import FORMATS
-from gimcli.output import xlsx as module
+from gimcli.output import FORMATS, xlsx as module
 from gimcli.output.workbook import Workbook, kind_of
 from gimcli.output.xlsx import write_xlsx
 from gimcli.table import Column, Table
