@@ -1,4 +1,4 @@
-"""Connected sets: what shares no element with the others."""
+"""Elements by what they share: connected sets, and groups with the same key."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ from collections.abc import Hashable, Iterable, Set as AbstractSet
 from typing import TypeVar
 
 Element = TypeVar("Element", bound=Hashable)
+Key = TypeVar("Key", bound=Hashable)
+Value = TypeVar("Value")
 
 
 def connected(ties: Iterable[Iterable[Element]], fixed: AbstractSet[Element]) -> list[set[Element]]:
@@ -16,4 +18,12 @@ def connected(ties: Iterable[Iterable[Element]], fixed: AbstractSet[Element]) ->
         if tied:
             joined = [group for group in groups if not group.isdisjoint(tied)]
             groups = [*(group for group in groups if group.isdisjoint(tied)), tied.union(*joined)]
+    return groups
+
+
+def grouped(pairs: Iterable[tuple[Key, Value]]) -> dict[Key, list[Value]]:
+    """Return the values of each key, both in the order in which they come."""
+    groups: dict[Key, list[Value]] = {}
+    for key, value in pairs:
+        groups.setdefault(key, []).append(value)
     return groups

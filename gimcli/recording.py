@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import cmath
 import math
+import operator
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -50,6 +51,19 @@ def _power_slope(a: Any, b: Any, da: Any, db: Any) -> Any:
     return slope if np.ndim(db) == 0 and db == 0.0 else slope + np.power(a, b) * np.log(a) * db
 
 
+def _operator(name: str) -> tuple[Callable[[Recorded, Any], Any], Callable[[Recorded, Any], Any]]:
+    """Return an operator that records an operation, and the one with the operands exchanged."""
+    return (
+        lambda self, other: self.recording.apply(name, self, other),
+        lambda self, other: self.recording.apply(name, other, self),
+    )
+
+
+def _comparison(compare: Callable[[Any, Any], bool]) -> Callable[[Any, Any], bool]:
+    """Return an operator that compares nominal values."""
+    return lambda self, other: bool(compare(self.value, nominal(other)))
+
+
 class Recorded:
     """A number with its nominal value and its place in a recording."""
 
@@ -58,35 +72,11 @@ class Recorded:
     def __init__(self, recording: Recording, place: int, value: Any) -> None:
         self.recording, self.place, self.value = recording, place, value
 
-    def __add__(self, other: Any) -> Any:
-        return self.recording.apply("add", self, other)
-
-    def __radd__(self, other: Any) -> Any:
-        return self.recording.apply("add", other, self)
-
-    def __sub__(self, other: Any) -> Any:
-        return self.recording.apply("subtract", self, other)
-
-    def __rsub__(self, other: Any) -> Any:
-        return self.recording.apply("subtract", other, self)
-
-    def __mul__(self, other: Any) -> Any:
-        return self.recording.apply("multiply", self, other)
-
-    def __rmul__(self, other: Any) -> Any:
-        return self.recording.apply("multiply", other, self)
-
-    def __truediv__(self, other: Any) -> Any:
-        return self.recording.apply("divide", self, other)
-
-    def __rtruediv__(self, other: Any) -> Any:
-        return self.recording.apply("divide", other, self)
-
-    def __pow__(self, other: Any) -> Any:
-        return self.recording.apply("power", self, other)
-
-    def __rpow__(self, other: Any) -> Any:
-        return self.recording.apply("power", other, self)
+    __add__, __radd__ = _operator("add")
+    __sub__, __rsub__ = _operator("subtract")
+    __mul__, __rmul__ = _operator("multiply")
+    __truediv__, __rtruediv__ = _operator("divide")
+    __pow__, __rpow__ = _operator("power")
 
     def __neg__(self) -> Any:
         return self.recording.apply("multiply", -1.0, self)
@@ -111,20 +101,9 @@ class Recorded:
         """The imaginary part."""
         return self.recording.apply("imag", self) if isinstance(self.value, complex) else 0.0
 
-    def __eq__(self, other: object) -> bool:
-        return bool(self.value == nominal(other))
-
-    def __lt__(self, other: Any) -> bool:
-        return bool(self.value < nominal(other))
-
-    def __le__(self, other: Any) -> bool:
-        return bool(self.value <= nominal(other))
-
-    def __gt__(self, other: Any) -> bool:
-        return bool(self.value > nominal(other))
-
-    def __ge__(self, other: Any) -> bool:
-        return bool(self.value >= nominal(other))
+    __eq__ = _comparison(operator.eq)
+    __lt__, __le__ = _comparison(operator.lt), _comparison(operator.le)
+    __gt__, __ge__ = _comparison(operator.gt), _comparison(operator.ge)
 
     def __hash__(self) -> int:
         return hash(self.value)

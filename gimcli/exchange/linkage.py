@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import re
 
+from gimcli.connected import grouped
 from gimcli.errors import ModelError
 from gimcli.exchange.draft import GROUND, Draft, DraftGear, free_name
 from gimcli.exchange.linkage_gears import GearTrains, anchored, carrier, pivots
@@ -185,10 +186,7 @@ class _Linkage:
         return sum(not c.drawn or c.anchor or len(c.links) > 1 for c in self._connectors(links[0])) > 1
 
     def _add_bodies(self) -> None:
-        fastened: dict[int, list[PinPart]] = {}
-        for connector in self._mechanism():
-            if connector.fastened is not None:
-                fastened.setdefault(connector.fastened, []).append(connector)
+        fastened = grouped((connector.fastened, connector) for connector in self._mechanism())
         for link, whole in self.whole.items():
             if not link.mechanism or link.actuator or whole[0] is not link:
                 continue

@@ -6,12 +6,18 @@ Source: Griewank & Walther, Evaluating Derivatives, 2008, chapter 3 (forward mod
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gimcli.mechanism import FloatArray
+
+
+def _function(value: Callable[[Any], Any], slope: Callable[[Any], Any]) -> Callable[[Dual], Dual]:
+    """Return a function of dual numbers from a function of numbers and its derivative."""
+    return lambda x: x._of(value(x.value), slope(x.value))
 
 
 class Dual:
@@ -70,38 +76,17 @@ class Dual:
     def __ge__(self, other: Any) -> bool:
         return bool(self.value >= _dual(other, self).value)
 
-    def sqrt(self) -> Dual:
-        """Return the square root."""
-        root = np.sqrt(self.value)
-        return self._of(root, 0.5 / root)
-
-    def exp(self) -> Dual:
-        """Return the exponential."""
-        return self._of(np.exp(self.value), np.exp(self.value))
-
-    def log(self) -> Dual:
-        """Return the natural logarithm."""
-        return self._of(np.log(self.value), 1.0 / self.value)
-
-    def sin(self) -> Dual:
-        """Return the sine."""
-        return self._of(np.sin(self.value), np.cos(self.value))
-
-    def cos(self) -> Dual:
-        """Return the cosine."""
-        return self._of(np.cos(self.value), -np.sin(self.value))
+    sqrt = _function(np.sqrt, lambda x: 0.5 / np.sqrt(x))
+    exp = _function(np.exp, np.exp)
+    log = _function(np.log, lambda x: 1.0 / x)
+    sin = _function(np.sin, np.cos)
+    cos = _function(np.cos, lambda x: -np.sin(x))
+    arctan = _function(np.arctan, lambda x: 1.0 / (1.0 + x**2))
+    arcsin = _function(np.arcsin, lambda x: 1.0 / np.sqrt(1.0 - x**2))
 
     def tan(self) -> Dual:
         """Return the tangent."""
         return self.sin() / self.cos()
-
-    def arctan(self) -> Dual:
-        """Return the angle [rad] with this tangent."""
-        return self._of(np.arctan(self.value), 1.0 / (1.0 + self.value**2))
-
-    def arcsin(self) -> Dual:
-        """Return the angle [rad] with this sine."""
-        return self._of(np.arcsin(self.value), 1.0 / np.sqrt(1.0 - self.value**2))
 
     def arccos(self) -> Dual:
         """Return the angle [rad] with this cosine."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from gimcli.connected import grouped
 from gimcli.errors import UsageError
 from gimcli.library.plots import Group, PlottedQuantity, Vocabulary
 from gimcli.measures import KINDS, measures_of
@@ -107,8 +108,6 @@ def _magnitude(point: str, word: str) -> PlottedQuantity:
 
 def _of_measures(measures: Sequence[Measure]) -> list[Group]:
     """Return the graphs of measures; columns with the same graph and unit are together."""
-    groups: dict[tuple[str, str], list[PlottedQuantity]] = {}
-    for head in (head for measure in measures for head in measure.heads if head.graph):
-        short = head.name.partition(":")[2]
-        groups.setdefault((head.graph, head.unit), []).append(PlottedQuantity(short, (head.name,)))
+    heads = (head for measure in measures for head in measure.heads if head.graph)
+    groups = grouped(((h.graph, h.unit), PlottedQuantity(h.name.partition(":")[2], (h.name,))) for h in heads)
     return [Group(title, tuple(quantities)) for (title, _), quantities in groups.items()]

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gimcli.comparison.tradeoff import TOLERANCES, Tradeoff, advise, tradeoff as compare, tradeoff_table
+from gimcli.connected import grouped
 from gimcli.errors import UsageError
 from gimcli.library.inputs import MOST_STEPS, refuse_choice, refuse_count, refuse_linked, refuse_unmoved
 from gimcli.library.machines import for_each_machine
@@ -112,10 +113,8 @@ class TradeoffResult(Result):
         found = self.found
         if not any(e.drawable for e in found.entries):
             return None
-        curves: dict[str, list[tuple[float, float, float]]] = {}
-        for e in found.entries:
-            if e.drawable:
-                curves.setdefault(e.method.label, []).append((e.seconds, e.error, float(e.complete)))
+        drawable = (e for e in found.entries if e.drawable)
+        curves = grouped((e.method.label, (e.seconds, e.error, float(e.complete))) for e in drawable)
         front = np.array([(e.seconds, e.error) for e in found.entries if e.efficient]).reshape(-1, 2)
         how = "compiled kernels" if found.compiled else "kernels not compiled"
         title = f"{found.mechanism.name}: error and time, {how}"

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gimcli.connected import grouped
 from gimcli.dynamic_data import AppliedLoad
 from gimcli.mechanism import FRAME, HEIGHT, SPAN, ComplexArray, Input, Mechanism, PairRow
 from gimcli.output.anchor import Anchor
@@ -313,10 +314,7 @@ class Scene:
     @cached_property
     def _pairs(self) -> list[list[PairRow]]:
         """The sliding pairs; a true prismatic pair is a list of two rows."""
-        pairs: dict[str, list[PairRow]] = {}
-        for slide in self.mechanism.slides:
-            pairs.setdefault(slide.pair, []).append(slide)
-        return list(pairs.values())
+        return list(grouped((slide.pair, slide) for slide in self.mechanism.slides).values())
 
     def _nodes(self, member: int) -> tuple[int, ...]:
         return self.mechanism.members[member].nodes

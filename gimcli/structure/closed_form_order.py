@@ -10,6 +10,7 @@ import cmath
 from collections.abc import Iterator
 from heapq import heapify, heappop, heappush
 
+from gimcli.connected import grouped
 from gimcli.mechanism import ANGLE, FRAME, HEIGHT, Mechanism, PairRow
 from gimcli.recording import nominal, scalar
 from gimcli.structure.kinematic_nodes import kinematic_nodes, loose_nodes
@@ -35,14 +36,9 @@ class Layout:
         self.steps: list[Step] = []
         self.registers = 0
         self.branches = 0
-        self.rows_at: dict[int, list[ImposedRow]] = {}
-        self.rows_on: dict[int, list[ImposedRow]] = {}
-        for row in pair_rows(mechanism):
-            if row.kind != ANGLE and not row.implied:
-                for node in row.nodes:
-                    self.rows_at.setdefault(node, []).append(row)
-                for member in row.members:
-                    self.rows_on.setdefault(member, []).append(row)
+        rows = [row for row in pair_rows(mechanism) if row.kind != ANGLE and not row.implied]
+        self.rows_at = grouped((node, row) for row in rows for node in row.nodes)
+        self.rows_on = grouped((member, row) for row in rows for member in row.members)
         self._prepare()
 
     # -- candidates for the next step: only neighbours of newly placed nodes ------------------
@@ -56,14 +52,9 @@ class Layout:
         self.carriable: set[int] = set()  # members that may carry nodes now
         self.tiltable: set[int] = set()  # slides whose guide may have a known direction now
         self.drives = [row for row in pair_rows(self.mechanism) if row.kind == ANGLE and not row.implied]
-        self.tied: dict[int, list[int]] = {}
-        for index, group in enumerate(self.rotation.of):
-            self.tied.setdefault(group, []).append(index)
-        self.slides_at: dict[int, list[int]] = {}
-        self.slides_on: dict[int, list[int]] = {}
-        for number, slide in enumerate(self.mechanism.slides):
-            self.slides_at.setdefault(slide.node, []).append(number)
-            self.slides_on.setdefault(slide.guide, []).append(number)
+        self.tied = grouped((group, index) for index, group in enumerate(self.rotation.of))
+        self.slides_at = grouped((slide.node, number) for number, slide in enumerate(self.mechanism.slides))
+        self.slides_on = grouped((slide.guide, number) for number, slide in enumerate(self.mechanism.slides))
         for node in self.mechanism.members[FRAME].nodes:
             self.mark_placed(node)
         for member in self.tied[self.rotation.of[FRAME]]:

@@ -13,6 +13,8 @@ from heapq import heappop, heappush
 from itertools import accumulate, pairwise
 from typing import TYPE_CHECKING
 
+from gimcli.connected import grouped
+
 if TYPE_CHECKING:
     from graphlib import TopologicalSorter
 
@@ -42,9 +44,7 @@ def split(
     spare = [column for column, row in enumerate(row_of) if row < 0]
     alternating = [reached(columns, column_of, column) for column in spare]
     join(needs, [*together, *alternating])
-    own: dict[int, list[int]] = {}
-    for column, rows in zip(spare, alternating, strict=True):
-        own.setdefault(min(rows), []).append(column)
+    own = grouped((min(rows), column) for column, rows in zip(spare, alternating, strict=True))
     result = []
     for part in components(needs):
         extra = [column for row in part for column in own.get(row, [])]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from gimcli.connected import grouped
 from gimcli.mechanism import FRAME, Mechanism
 from gimcli.structure.assur import AssurGroup, Formation
 
@@ -31,10 +32,7 @@ def drivers(mechanism: Mechanism, group: AssurGroup) -> tuple[str, ...]:
 
 def joined(formation: Formation, group: AssurGroup) -> dict[int, list[str]]:
     """Return, for each link formed before, the names of the pairs that join a group to it."""
-    result: dict[int, list[str]] = {}
-    for pair, base in zip(group.outer, formation.bases(group), strict=True):
-        result.setdefault(base, []).append(pair.name)
-    return result
+    return grouped((base, pair.name) for pair, base in zip(group.outer, formation.bases(group), strict=True))
 
 
 def layers(formation: Formation) -> list[int]:

@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import combinations
 
+from gimcli.connected import grouped
 from gimcli.mechanism import FRAME, Mechanism
 from gimcli.structure.derived import derived
 
@@ -39,10 +40,7 @@ def rigid_triangles(mechanism: Mechanism) -> tuple[RigidTriangle, ...]:
 
 
 def _triangles(bodies: dict[frozenset[int], set[int]]) -> Iterator[RigidTriangle]:
-    at: dict[int, list[frozenset[int]]] = {}
-    for body, nodes in bodies.items():
-        for node in nodes:
-            at.setdefault(node, []).append(body)
+    at = grouped((node, body) for body, nodes in bodies.items() for node in nodes)
     for pin in sorted(at):
         for one, two in combinations(at[pin], 2):
             for a in sorted(bodies[one] - bodies[two]):

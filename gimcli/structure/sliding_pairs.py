@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from gimcli.connected import grouped
 from gimcli.mechanism import HEIGHT, Input, Mechanism
 from gimcli.structure.derived import derived
 from gimcli.structure.rotation import PARALLEL, members_of
@@ -24,9 +25,7 @@ class SlidingPair:
 @derived
 def sliding_pairs(mechanism: Mechanism) -> tuple[SlidingPair, ...]:
     """Return the sliding pairs in the order of the file."""
-    pairs: dict[str, list[int]] = {}
-    for number, slide in enumerate(mechanism.slides):
-        pairs.setdefault(slide.pair, []).append(number)
+    pairs = grouped((slide.pair, number) for number, slide in enumerate(mechanism.slides))
     found: list[SlidingPair] = []
     for name, slides in pairs.items():
         taken = {pair.actuator for pair in found}
