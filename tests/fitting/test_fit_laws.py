@@ -7,6 +7,9 @@ import numpy as np
 import pytest
 
 from gimcli import UsageError, fit, load, loads, trace
+from gimcli.families.family import Family
+from gimcli.fitting.law_quantity import LawQuantity
+from gimcli.fitting.motion_quantity import Component, MotionQuantity, X
 
 MODEL = """
 units: {length: mm}
@@ -62,6 +65,21 @@ def test_start_of_the_law_is_found_and_not_determined(tmp_path):
     assert found["motor"] == pytest.approx([60, 90, 120, 150], abs=1e-6)
     assert found.undetermined == ("s",)
     assert np.max(own_distances(found, targets)) < 1e-7
+
+
+def test_derivatives_by_ends_of_the_law_are_those_of_two_circles():
+    """The derivative by the start, at a part of the law, is that by the angle; by the width, that part of it."""
+    quantity = LawQuantity(MotionQuantity(Family(loads(MODEL), ["s", "w", "crank"]), (Component(X, "P"),)))
+    part, h = np.array([0.0, 0.3, 1.0]), 1e-4
+    rates = quantity.rates(np.array([[30.0, 150.0, 42.0]]), np.radians(200.0 + 100.0 * part)[None])
+    at = 30.0 + 150.0 * part
+    by_degree = (position(at + h, 42.0)[0].real - position(at - h, 42.0)[0].real) / (2 * h)
+    by_crank = (position(at, 42.0 + h)[0].real - position(at, 42.0 - h)[0].real) / (2 * h)
+    assert rates.values[0, :, 0] == pytest.approx(position(at, 42.0)[0].real, abs=1e-9)
+    assert rates.by_dimension[0, :, 0] == pytest.approx(
+        np.column_stack((by_degree, part * by_degree, by_crank)), abs=1e-6
+    )
+    assert rates.by_input[0, :, 0] == pytest.approx(by_degree * 1.5 * 180.0 / np.pi, abs=1e-5)
 
 
 def test_three_poses_with_a_varied_law(tmp_path):
