@@ -160,7 +160,7 @@ class Result(Mapping[str, NDArray[Any]]):
         contents = self.contents(files.files)
         for path in files.named:
             if contents.get(path, path) is None:
-                what = "write" if path in files.of("model") else "draw"
+                what = "draw" if path in files.of("picture", "animation", "geometry") else "write"
                 raise UsageError(f"{path}: there is nothing to {what}: {self.headline()}")
         write_contents(contents, options)
 

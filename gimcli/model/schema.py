@@ -21,7 +21,7 @@ SHORTEST, LONGEST = 1e-12, 1e12
 LARGEST = 1e30
 """Greatest mass, force and the like; products of greater values would overflow."""
 FARTHEST = 1e100
-"""Greatest coordinate of a point of a member, as of a mechanism's size."""
+"""Greatest offset of a guide and coordinate of a point of a member, as of a mechanism's size."""
 MOST_COEFFICIENTS = 100
 """Most coefficients of a polynomial: its roots take long to compute, and high powers of the time hardly differ."""
 NO_FORMULAS: Mapping[tuple[str | int, ...], Formula] = MappingProxyType({})
@@ -74,7 +74,8 @@ POSITIVE = _number(ge=0, le=LARGEST)
 AMOUNT = _number(ge=-LARGEST, le=LARGEST)
 SECONDS = _number(ge=SHORTEST, le=LONGEST)
 PLACE, VECTOR = _list(NUMBER, 2, 2), _list(AMOUNT, 2, 2)
-POINT = _list(_number(ge=-FARTHEST, le=FARTHEST), 2, 2)
+DISTANCE = _number(ge=-FARTHEST, le=FARTHEST)
+POINT = _list(DISTANCE, 2, 2)
 NAMES, PAIR = _list(NAME), _list(NAME, 2, 2)
 
 
@@ -157,7 +158,7 @@ class Prismatic(Part):
     node: str | None = _optional(NAME)
     nodes: list[str] | None = _optional(PAIR)
     guide: list[str] = PAIR
-    offset: float = _default(NUMBER, 0.0)
+    offset: float = _default(DISTANCE, 0.0)
 
 
 class Profile(Part):
