@@ -1,4 +1,4 @@
-"""The numbers of every result in every format: equal in all of them, and numbers for other programs, never Python's text."""
+"""The numbers of every result in every format: equal, and numbers for other programs, never the text of Python."""
 
 import csv
 import json
