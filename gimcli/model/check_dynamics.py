@@ -11,7 +11,7 @@ from gimcli.model.check_places import check_place
 from gimcli.model.nearest import near
 from gimcli.model.pairs import used_nodes
 from gimcli.model.references import References
-from gimcli.model.schema import Actuator, Damper, Effort, Gauge, Load, Mass, PairFriction, Rotor, Spring
+from gimcli.model.schema import LARGEST, Actuator, Damper, Effort, Gauge, Load, Mass, PairFriction, Rotor, Spring
 from gimcli.model.source import Where
 from gimcli.model.tables import read_table
 
@@ -154,8 +154,14 @@ def _check_rotor(refs: References, where: Where, rotary: bool, rotor: Rotor) -> 
         refs.fault((*where, other), text, key=True)
     elif not rotary and rotor.lead is None:
         refs.lack(where, ("lead",), "`lead` is missing: the travel of the linear input per turn of the rotor")
-    elif getattr(rotor, key) == 0.0:
-        refs.fault((*where, key), f"expected a {key} other than 0, got 0")
+    else:
+        _check_magnitude(refs, (*where, key), f"a {key}", getattr(rotor, key))
+
+
+def _check_magnitude(refs: References, where: Where, what: str, value: float) -> None:
+    if not 1.0 / LARGEST <= abs(value) <= LARGEST:
+        wanted = f"of {1.0 / LARGEST:g} to {LARGEST:g}" if value else "other than 0"
+        refs.fault(where, f"expected {what} {wanted}, got {value:g}")
 
 
 def _check_effort(refs: References, where: Where, effort: Effort) -> None:
@@ -167,8 +173,8 @@ def _check_effort(refs: References, where: Where, effort: Effort) -> None:
     elif line and (effort.stall is None or effort.idle is None):
         missing = "stall" if effort.stall is None else "idle"
         refs.lack(where, (missing,), f"`{missing}` is missing; a torque-speed line needs `stall` and `idle`")
-    elif line and effort.idle == 0.0:
-        refs.fault((*where, "idle"), "expected an idle speed other than 0, got 0")
+    elif effort.idle is not None:
+        _check_magnitude(refs, (*where, "idle"), "an idle speed", effort.idle)
     if effort.table is not None:
         _check_table(refs, (*where, "table"), effort.table, effort.over)
     elif effort.over != "time":

@@ -115,8 +115,11 @@ class GearCompiler:
         assert pair is not None  # checked
         slide = self.model.prismatic[pair]
         nodes = slide.nodes or []
-        self.travels[name] = self.own.quantity(name, schema.Gauge(node=nodes[0], guide=slide.guide))
-        guide, carrier = self.travels[name].guide, self.number[carrier_of(self.model, part)]
+        travel = self.own.quantity(name, schema.Gauge(node=nodes[0], guide=slide.guide))
+        guide, carrier = travel.guide, self.number[carrier_of(self.model, part)]
+        line = "ground" if guide == FRAME else self.own.members[guide].name
+        start = self.own.point(name, schema.Tracer(on=line, at=self.model.nodes[nodes[0]]))
+        self.travels[name] = replace(travel, point=start.local, drawn=0.0)  # not from a guide's node, which may be far
         pivot = self.own.index[part.pivots[0]]
         radius = (part.radii or [0.0])[0] / self.own.scale
         side = 1.0 if nominal(rack_height(self.model, part, slide)) > 0.0 else -1.0

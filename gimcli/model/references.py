@@ -98,9 +98,19 @@ class References:
 def size_of(model: Model, sized: Collection[str]) -> float:
     """Return the largest dimension (file's unit), from the initial coordinates or given.
 
-    sized: the nodes that count; if they coincide, all nodes do.
+    sized: the nodes that count; if they coincide, all nodes do. A node that is drawn farther away than its links can
+    reach does not count.
     """
-    return _extent(model, sized) or _extent(model, model.nodes)
+    return min(_extent(model, sized) or _extent(model, model.nodes), _reach(model))
+
+
+def _reach(model: Model) -> float:
+    """Return a distance that two nodes cannot exceed; inf if a length is that of the drawing, or a node can slide."""
+    given = [link.length for link in model.links.values()] + [part.shape for part in model.elements.values()]
+    if model.prismatic or not given or None in given:
+        return math.inf
+    parts = sum(_span(list(one.values())) if isinstance(one, dict) else nominal(one) for one in given)
+    return float(parts) + _span([model.nodes[name] for name in model.ground.nodes if name in model.nodes])
 
 
 def _extent(model: Model, names: Collection[str]) -> float:

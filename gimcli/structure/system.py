@@ -23,6 +23,9 @@ ZERO = 1e-13
 SMALL = 1e-9
 """A gradient below this is 0 at the drawing; it has no scale."""
 
+NEAR = 100.0
+"""Largest coordinate, in sizes of the mechanism, of the place where gradients give the scale of equations."""
+
 Part = tuple[int, FloatArray, FloatArray, FloatArray]
 """Actuator (-1: none), and c (m,), L (m, n), Q (m n, n) of the polynomials for one function of its input."""
 
@@ -187,7 +190,8 @@ class System:
     def _scale(self) -> FloatArray:
         """Return the factors (m,), powers of 2, by which the gradients at the drawing have lengths of about 1."""
         mechanism = self.mechanism
-        lengths = np.linalg.norm(self.jacobian(self.coordinates(mechanism.drawn), mechanism.drawn_inputs), axis=1)
+        near = np.clip(self.coordinates(mechanism.drawn), -NEAR, NEAR)  # a mistyped node may be drawn far away
+        lengths = np.linalg.norm(self.jacobian(near, mechanism.drawn_inputs), axis=1)
         return np.asarray(np.exp2(-np.round(np.log2(np.where(lengths > SMALL, lengths, 1.0)))))
 
     def _scaled(self, owner: int, c: FloatArray, linear: FloatArray, q: FloatArray) -> Part:
