@@ -75,9 +75,7 @@ class Configurations:
     @property
     def level(self) -> int:
         """1: all complex roots found, 2: the real roots are proved complete, 3: two searches agree, 4: undecided."""
-        if self.unfit or self.limited:
-            return OPEN
-        return max((g.level for g in self.groups), default=REACHED)
+        return OPEN if self.unfit or self.limited else max((g.level for g in self.groups), default=REACHED)
 
     @property
     def complete(self) -> bool:

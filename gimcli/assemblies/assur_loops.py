@@ -93,8 +93,7 @@ def _determined(linkage: Linkage) -> bool:
 def _reduced(linkage: Linkage) -> Iterator[Linkage]:
     """Yield linkages with one constraint less, beginning with the last bars."""
     pins = Counter(j.body for j in linkage.joints)
-    members = len(linkage.mechanism.members)
-    for body in range(members - 1, FRAME, -1):
+    for body in range(len(linkage.mechanism.members) - 1, FRAME, -1):
         own = [j for j in linkage.joints if j.body == body]
         shared = sum(c == linkage.classes[body] for c in linkage.classes) > 1
         if pins[body] == 2 and not shared and all(j.direction is None and j.actuator == NONE for j in own):

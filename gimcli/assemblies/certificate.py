@@ -66,8 +66,7 @@ def prove(family: LoopFamily, H: ComplexArray, w: ComplexArray) -> Proven:
     with np.errstate(all="ignore"):
         value, jacobian = values_and_jacobian(family, H, w)
         usable = np.asarray(np.isfinite(jacobian).all(axis=(1, 2)) & np.isfinite(value).all(axis=1))
-        eye = np.eye(w.shape[1])
-        J = np.where(usable[:, None, None], jacobian, eye)
+        J = np.where(usable[:, None, None], jacobian, np.eye(w.shape[1]))
         Y = _inverse(J)
         fixed, growing, riding = _bounds(family, H, w, value, J, Y)
         small, large = _radii(fixed, growing, riding, np.abs(w[:, family.angles :]))
@@ -173,5 +172,4 @@ def distinct(family: LoopFamily, proven: Proven) -> Proven:
     proven = proven.take(order)
     gap = distances(family, proven.w, proven.w)
     same = gap <= proven.small[:, None] + proven.small[None, :]
-    first = ~np.any(np.tril(same, -1), axis=1)
-    return proven.take(first)
+    return proven.take(~np.any(np.tril(same, -1), axis=1))

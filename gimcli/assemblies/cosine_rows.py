@@ -79,8 +79,7 @@ def _combinations(columns: ComplexArray, constants: RowConstants) -> list[tuple[
         support = tuple(np.nonzero(np.abs(row @ columns) > constants.zero * size)[0].tolist())
         if support:
             found.setdefault(support, row)
-    fewest = sorted(found, key=len)[: constants.rows]
-    return [(found[s], np.array(s)) for s in fewest]
+    return [(found[s], np.array(s)) for s in sorted(found, key=len)[: constants.rows]]
 
 
 def _annihilators(columns: ComplexArray, rank: float) -> Iterator[ComplexArray]:

@@ -67,10 +67,7 @@ class Enclosures:
     unique: FloatArray  # (R, n + q) half-widths of boxes that contain no other solution
     undecided: FloatArray = field(repr=False)  # (K, 2, n + q) bounds of boxes; the same solution may be in several
     boxes: int  # number of processed boxes
-    seconds: float  # [s] time of the search
     limit: str  # limit that ended the search, "seconds" or "boxes", or ""
-    angles: int  # n
-    reach: FloatArray  # (q,) searched range |s| <= reach
     everywhere: bool  # no slide can leave the searched range, for any angles
 
     @property
@@ -148,7 +145,7 @@ class _BoxSearch:
                 limit = "boxes"
             elif self.waiting and (spend(BATCH) or time.monotonic() - begin >= self.constants.seconds):
                 limit = "seconds"
-        return self._result(time.monotonic() - begin, limit)
+        return self._result(limit)
 
     def _next(self) -> tuple[FloatArray, FloatArray]:
         """Remove a batch of waiting boxes, the oldest first."""
@@ -219,14 +216,14 @@ class _BoxSearch:
         first[side, every] = second[side, every] = at
         self._wait(np.hstack([low, second]), np.hstack([first, high]))
 
-    def _result(self, seconds: float, limit: str) -> Enclosures:
+    def _result(self, limit: str) -> Enclosures:
         """Return the solutions found and the undecided boxes."""
         left = [*self.left, *self.waiting]
         undecided = np.stack([np.hstack([b[i] for b in left]).T for i in (0, 1)], axis=1) if left else None
         if undecided is None:
             undecided = np.zeros((0, 2, len(self.unit)))
         found = self.found.inside(self.reach)
-        return Enclosures(*found, undecided, self.boxes, seconds, limit, self.n, self.reach, self.everywhere)
+        return Enclosures(*found, undecided, self.boxes, limit, self.everywhere)
 
 
 def _keep(mask: BoolArray, *arrays: FloatArray) -> tuple[FloatArray, ...]:

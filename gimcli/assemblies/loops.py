@@ -108,13 +108,12 @@ class Loops:
     U: ComplexArray  # (L, q)
     rail: IntArray  # (q,) class of the rail, or GROUND
     family: LoopFamily = field(repr=False)
-    p: ComplexArray = field(repr=False)  # (parameters,)
 
     @classmethod
     def of(cls, family: LoopFamily, p: ComplexArray) -> Loops:
         """Return the linkage of a family with parameters p."""
         half, n = family.member(p, p)[0], family.angles
-        return cls(half[:, 0], half[:, 1 : 1 + n], half[:, 1 + n :], family.rail, family, p)
+        return cls(half[:, 0], half[:, 1 : 1 + n], half[:, 1 + n :], family.rail, family)
 
     @cached_property
     def H(self) -> ComplexArray:  # noqa: N802 - the equations' own letter

@@ -159,8 +159,7 @@ def _tracked(family: LoopFamily, start: ComplexArray, H: ComplexArray, w: Comple
         finer = track(family, start, H, w[again], replace(tracking, correction=tracking.correction * tighter))
         done = _replaced(done, again, finer)
         point[again] = corrected(family, H, finer.w, SEARCH.polish // 2)
-    alone = _alone(family, H, done, point)
-    return _judged(family, H, done, point, alone)
+    return _judged(family, H, done, point, _alone(family, H, done, point))
 
 
 def _replaced(done: Tracked, chosen: NDArray[np.bool_], new: Tracked) -> Tracked:

@@ -178,8 +178,7 @@ class CircuitSearch:
 
     def _report(self, listed: int, of_values: int, followed: int, of_configurations: int) -> None:
         """Report the progress of a sample: half of it for finding configurations, half for following them."""
-        part = listed / of_values + followed / of_configurations
-        self.progress(int(50.0 * part), 100)
+        self.progress(int(50.0 * (listed / of_values + followed / of_configurations)), 100)
 
     def _sure(self, found: Configurations) -> FloatArray:
         """Return the coordinates (rows, n) of the configurations that are proved."""
@@ -230,12 +229,10 @@ def _branches(circuit: Circuit, found: list[Singularity]) -> Iterator[CircuitBra
         yield CircuitBranch(first, last, (0.0, 1.0))
     elif circuit.closed:
         shift = last - first  # full turns of the input
-        rounds = [*folds, (folds[0][0] + 1.0, folds[0][1] + shift)]
-        for (a, qa), (b, qb) in pairwise(rounds):
+        for (a, qa), (b, qb) in pairwise([*folds, (folds[0][0] + 1.0, folds[0][1] + shift)]):
             yield CircuitBranch(qa, qb, (a, b))
     else:
-        ends = [(0.0, first), *folds, (1.0, last)]
-        for (a, qa), (b, qb) in pairwise(ends):
+        for (a, qa), (b, qb) in pairwise([(0.0, first), *folds, (1.0, last)]):
             if b > a:
                 yield CircuitBranch(qa, qb, (a, b))
 

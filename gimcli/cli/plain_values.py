@@ -82,6 +82,4 @@ def _from_text(param: Any, kind: type[Any], text: str) -> Any:
         low, high = getattr(param, "min", None), getattr(param, "max", None)
         if low is not None and low <= int(text) and (high is None or int(text) <= high):
             return int(text)
-    if issubclass(kind, Enum) and text in {one.value for one in kind}:
-        return kind(text)
-    return UNCHECKED
+    return kind(text) if issubclass(kind, Enum) and text in {one.value for one in kind} else UNCHECKED

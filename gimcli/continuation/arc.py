@@ -45,18 +45,12 @@ class SingularArc:
     curve: PositionCurve = field(repr=False)
     distances: FloatArray = field(repr=False)
     p: FloatArray = field(repr=False)
-    tangent: FloatArray = field(repr=False)  # (n + 1,)
     limit: bool  # whether the parameter reverses there
 
     @property
     def q(self) -> float:
         """The parameter of the singular position."""
         return float(self.p[-1, NODES])
-
-    @property
-    def reach(self) -> float:
-        """The distance of the outermost positions."""
-        return float(self.distances[-1])
 
     def at(self, distance: float) -> FloatArray:
         """Return the position and parameter (n + 1,) at a distance."""
@@ -121,7 +115,7 @@ def _tried(
     distances = step * np.arange(-NODES, NODES + 1.0)
     table = [p if d == 0.0 else _beside(curve, p, tangent, d) for d in distances.tolist()]
     found = [one for one in table if one is not None]
-    return SingularArc(curve, distances, np.array(found).T, tangent, met is None) if len(found) == len(table) else None
+    return SingularArc(curve, distances, np.array(found).T, met is None) if len(found) == len(table) else None
 
 
 def _beside(curve: PositionCurve, p: FloatArray, tangent: FloatArray, distance: float) -> FloatArray | None:
@@ -177,10 +171,6 @@ class ArcPassage:
             return None
         ahead = self.side if self.arc.limit else math.copysign(1.0, self._outer(1.0) - self._outer(-1.0))
         return self.assembled(self.arc.p[:, 2 * NODES if ahead > 0.0 else 0], self._outer(ahead))
-
-    def position(self, place: float) -> FloatArray:
-        """Return the position and parameter (n + 1,) at a coordinate."""
-        return self.arc.at(self._distance(place))
 
     def at(self, time: float) -> Row:
         """Return the row at a coordinate."""

@@ -117,9 +117,7 @@ def _first(curve: PositionCurve, met: Crossing, along: FloatArray | None) -> Flo
         return next(iter(ordered(curve, met)), None)
     alone = np.append(np.zeros(curve.system.n), curve.forward())
     found = met.near(alone if along is None else along)
-    if found is None:
-        return next(iter(ordered(curve, met)), None)
-    return oriented(curve, met.p, found)
+    return next(iter(ordered(curve, met)), None) if found is None else oriented(curve, met.p, found)
 
 
 def first_circuit(curve: PositionCurve, z: ComplexArray, q: float, along: FloatArray | None = None) -> Circuit:

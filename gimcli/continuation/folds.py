@@ -25,7 +25,6 @@ class Root:
     index: int  # of the point of the circuit before it
     place: CurvePoint
     side: float  # sign of the rate after it
-    own: bool  # whether it is a point of the circuit itself
 
 
 def roots(circuit: Circuit, rate: Rate) -> Iterator[Root]:
@@ -38,11 +37,11 @@ def roots(circuit: Circuit, rate: Rate) -> Iterator[Root]:
             resting = [k for k in range(i + 1, j) if k in circuit.crossings]
             side = float(np.sign(values[j]))
             if resting:
-                yield Root(resting[0], places[resting[0]], side, True)
+                yield Root(resting[0], places[resting[0]], side)
             elif (found := between(circuit, i, j, rate)) is not None:
-                yield Root(i, found, side, False)
+                yield Root(i, found, side)
     if circuit.closed and moving and moving[0] > 0 and values[moving[0]] * values[moving[-1]] < 0.0:
-        yield Root(0, places[0], float(np.sign(values[moving[0]])), True)
+        yield Root(0, places[0], float(np.sign(values[moving[0]])))
 
 
 def between(circuit: Circuit, i: int, j: int, rate: Rate) -> CurvePoint | None:

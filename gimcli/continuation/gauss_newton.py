@@ -68,7 +68,6 @@ def _step(values: FloatArray, slopes: FloatArray, damping: FloatArray, constants
     trace = np.trace(gram, axis1=1, axis2=2)
     ridge = damping * np.minimum(np.sum(values**2, axis=1), 1.0) + constants.floor * trace + np.finfo(float).tiny
     gram += ridge[:, None, None] * np.eye(gram.shape[1])
-    pull = np.linalg.solve(gram, values[..., None])
-    step = -(np.swapaxes(slopes, 1, 2) @ pull)[..., 0]
+    step = -(np.swapaxes(slopes, 1, 2) @ np.linalg.solve(gram, values[..., None]))[..., 0]
     length = np.linalg.norm(step, axis=1)
     return np.asarray(step * np.minimum(1.0, constants.longest / np.maximum(length, 1e-300))[:, None])

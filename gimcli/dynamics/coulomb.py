@@ -132,8 +132,7 @@ class _Rows:
 
     def _reach(self, known: FloatArray, change: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the reactions to a change of the right side (rows, unknowns), and to unit friction (., ., pairs)."""
-        count = known.shape[1]
-        found = np.full((count, known.shape[0], len(self.pairs) + 1), np.nan)
+        found = np.full((known.shape[1], known.shape[0], len(self.pairs) + 1), np.nan)
         good = np.flatnonzero(np.all(np.isfinite(known), axis=0) & np.all(np.isfinite(self.columns), axis=(0, 2)))
         for start in range(0, len(good), AT_ONCE):
             part = good[start : start + AT_ONCE]

@@ -170,8 +170,7 @@ class _Sum:
     def _between(self, gauge: Input, row: int) -> Jet:
         """Return the angle between two members, without jumps from row to row."""
         one, other = self._unit(gauge.members[0]) * complex(gauge.arm), self._unit(gauge.guide) * gauge.reference
-        turned = one * other.conjugate()
-        return self._angle(turned, row)
+        return self._angle(one * other.conjugate(), row)
 
     def _angle(self, unit: Jet, row: int) -> Jet:
         """Return the angle of a complex number of modulus 1, and keep it in a row of `angles`."""

@@ -73,7 +73,6 @@ class BalancePoint:
     rest: float  # the part of the force without a potential
     rest_slope: float
     size: float
-    stiffness: float
     angles: FloatArray = field(repr=False)
 
     @property
@@ -218,7 +217,7 @@ class BalanceCurve:
             BalancePoint(
                 stop, stop.mark(self.count), p[k], tangents[k], bends[k], float(found.potential[k]),
                 float(found.q[0, k]), float(found.slope[0, 0, k]), float(found.rest[0, k]),
-                float(found.rest_slope[0, 0, k]), float(found.size[0, k]), float(found.stiffness[k]),
+                float(found.rest_slope[0, 0, k]), float(found.size[0, k]),
                 found.angles[:, k],
             )
             for k, stop in enumerate(stops)

@@ -52,8 +52,7 @@ def gear_force(mechanism: Mechanism, gear: GearPair) -> GearForce:
         own = (second, gear.ratio), (first, -gear.ratio)
         return GearForce(along, (gear.pivots[0],) * 2, own, math.tan(gear.pressure_angle))
     if gear.radii is None:
-        rest = 1.0 - gear.ratio
-        couples = ((second, 1.0), (first, -gear.ratio), (gear.carrier, -rest))
+        couples = ((second, 1.0), (first, -gear.ratio), (gear.carrier, -(1.0 - gear.ratio)))
         return GearForce(None, gear.pivots, couples)
     one, other = (mechanism.members[gear.carrier].local(node) for node in gear.pivots)
     apart, radius = abs(other - one), gear.radii[1]
@@ -71,5 +70,4 @@ def rack_direction(mechanism: Mechanism, gear: GearPair) -> complex:
 def _across(gear: GearPair, part: float) -> float:
     if gear.kind in (BELT, CROSSED):
         return -math.sqrt(max(0.0, 1.0 - part * part))
-    sense = {EXTERNAL: 1.0, INTERNAL: -1.0}[gear.kind]
-    return sense * math.tan(gear.pressure_angle)
+    return {EXTERNAL: 1.0, INTERNAL: -1.0}[gear.kind] * math.tan(gear.pressure_angle)

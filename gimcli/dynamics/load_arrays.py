@@ -145,9 +145,7 @@ def _angle(gauge: Input) -> int:
 
 
 def _arm(mechanism: Mechanism, index: int) -> tuple[int, int]:
-    if index == FRAME:
-        return NONE, NONE
-    return mechanism.members[index].ends[:2]
+    return (NONE, NONE) if index == FRAME else mechanism.members[index].ends[:2]
 
 
 def _square(mechanism: Mechanism, index: int) -> float:

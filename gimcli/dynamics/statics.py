@@ -157,8 +157,7 @@ class _StaticsBuilder:
         self.mechanism = mechanism
         self.holders = members_of(mechanism)
         rows = (*mechanism.pairs, *mechanism.actuators, *mechanism.gauges)
-        attached = [n for row in rows for n in self._ends(row)]
-        self.attached = set(attached)
+        self.attached = {n for row in rows for n in self._ends(row)}
         inertias, loads = mechanism.dynamics.inertias, mechanism.dynamics.loads
         self.loaded = self.attached | {one.node for one in inertias} | {load.node for load in loads}
         self.reactions: list[Reaction] = []

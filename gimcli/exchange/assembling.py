@@ -281,9 +281,7 @@ class Assembling:
             return None
         if owner not in members:
             nodes = self.bodies.get(owner, [])
-            if not nodes:
-                return None
-            return {"on": nodes[0], "force": [load.force.real, load.force.imag]}
+            return {"on": nodes[0], "force": [load.force.real, load.force.imag]} if nodes else None
         own: dict[str, Any] = {"on": owner, "at": [load.at.real, load.at.imag]}
         force = load.force
         if load.follower:

@@ -146,8 +146,7 @@ def _add(draft: Draft, name: str, joint: PmksJoint, links: list[str]) -> str:
 
 def direction(angle: float) -> complex:
     """Return the direction of a slot: PMKS turns it by half a revolution to between -90 and 90 degrees."""
-    turned = math.remainder(angle, math.pi)
-    return cmath.rect(1.0, turned)
+    return cmath.rect(1.0, math.remainder(angle, math.pi))
 
 
 def _driver(joints: list[PmksJoint]) -> int | None:

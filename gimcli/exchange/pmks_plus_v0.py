@@ -41,8 +41,7 @@ def read(text: str, source: str) -> Draft:
         key, _, value = part.partition("=")
         sections[key] = unquote(value)
     own = _Sections(source)
-    document = own.document(sections)
-    draft = PlusDraft(document, source).draft
+    draft = PlusDraft(own.document(sections), source).draft
     if own.unit_missing:
         draft.length = "unit"
         draft.left_out.append("the unit of length is unknown; lengths are without a unit")

@@ -116,8 +116,7 @@ class PlusDrawing:
 
     def _added(self, name: str, place: complex, *bodies: str) -> PlusJoint:
         """Add a joint that the mechanism has no node for."""
-        own = self.drawn.joint(name, place, *bodies)
-        return self._joint(own, place)
+        return self._joint(self.drawn.joint(name, place, *bodies), place)
 
     def _slot(self, slot: DrawnSlot) -> None:
         """Let a joint slide along a line; a pin that is also something else gets a slider beside it."""

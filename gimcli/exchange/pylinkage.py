@@ -116,8 +116,7 @@ class _Mechanism:
         if not abs(axis) > 0.0:
             raise joint.at("axis").refused("the axis has no direction; give two numbers that are not both 0")
         name = self.names[ident]
-        place = self.draft.joints[name]
-        across = ((place - foot) / axis * abs(axis)).imag
+        across = ((self.draft.joints[name] - foot) / axis * abs(axis)).imag
         if abs(across) > NEAR * self.draft.size():
             raise joint.refused(f"the joint is {abs(across):g} off its line (axis, line_point); move it there")
         self.draft.slot(f"slot_{name}", name, GROUND, axis)

@@ -71,8 +71,7 @@ def _from_yaml(text: str, draft: Draft) -> None:
         raise own.error()
     data = own.data
     name, expression, where = _mechanism(data, draft)
-    line = own.values.get(where, (1, 1))[0]
-    joints = joints_of(expression, draft.source, line)
+    joints = joints_of(expression, draft.source, own.values.get(where, (1, 1))[0])
     inputs = data.get("input") if where == ("mechanism",) else None
     draft.name = name
     _Pyslvs(joints, draft).convert(_pairs(inputs, draft, own.values.get(("input",), (1, 1))[0]))

@@ -97,7 +97,6 @@ def _divided(inputs: FloatArray, parts: int) -> FloatArray:
 def filled(values: FloatArray) -> FloatArray:
     """Return values (designs, rows) with the last known value in rows without one, at the start the first."""
     known = np.isfinite(values)
-    rows = np.where(known, np.arange(values.shape[1]), -1)
-    last = np.maximum.accumulate(rows, axis=1)
+    last = np.maximum.accumulate(np.where(known, np.arange(values.shape[1]), -1), axis=1)
     last = np.where(last >= 0, last, np.argmax(known, axis=1)[:, None])
     return np.take_along_axis(values, last, axis=1)

@@ -86,8 +86,7 @@ class Family:
 
         designs: (dimensions,), result with leading axis dimensions; or (designs, dimensions), with designs, dimensions.
         """
-        many = np.atleast_2d(np.asarray(designs, dtype=float))
-        found = self.maker.tangents(many)
+        found = self.maker.tangents(np.atleast_2d(np.asarray(designs, dtype=float)))
         return found if np.ndim(designs) == 2 else FloatTables(*(table[0] for table in found))
 
     def without_effect(self, *designs: FloatArray) -> list[str]:

@@ -55,7 +55,6 @@ class Sequence:
     """Moves of one sweep in order, group after group."""
 
     groups: tuple[SequenceGroup, ...]
-    known: frozenset[int]  # nodes P
     carried_by_input: frozenset[int]
 
     @property
@@ -95,7 +94,7 @@ def find_sequence(
     """
     known, carried = known_nodes(mechanism)
     search = SequenceSearch(mechanism, z, inputs, strategy, known, carried, plan or make_plan(mechanism))
-    return Sequence(tuple(search.groups()), known, carried)
+    return Sequence(tuple(search.groups()), carried)
 
 
 def group_sequence(

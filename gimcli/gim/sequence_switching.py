@@ -165,9 +165,7 @@ class SwitchingState:
     def _ahead(self) -> ComplexArray:
         """Return the next position, extrapolated from the last two."""
         last = self.swept.z[:, self.done - 1]
-        if self.done == 1:
-            return last
-        return np.asarray(2.0 * last - self.swept.z[:, self.done - 2])
+        return last if self.done == 1 else np.asarray(2.0 * last - self.swept.z[:, self.done - 2])
 
     def _recover(self, status: Status) -> Status:
         """Solve a row that failed by another sequence, else in smaller steps; return its status."""

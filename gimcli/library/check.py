@@ -202,9 +202,7 @@ class CheckResult(Result):
         return report
 
     def _status(self) -> str:
-        if self.position is None:
-            return "not driven"
-        return self.position.status.word
+        return "not driven" if self.position is None else self.position.status.word
 
     def _structure(self) -> dict[str, Any]:
         chain, formation = self.kind.chain, self.kind.formation

@@ -144,8 +144,7 @@ def _changed(old: Mechanism, new: Mechanism, z: ComplexArray) -> Iterator[str]:
             yield name
     for gauge, its_gauge in zip(old.gauges, new.gauges, strict=True):
         if gauge.rotary:
-            value = measured(old, gauge, z)
-            followed = float(beside(value, gauge.drawn))
+            followed = float(beside(measured(old, gauge, z), gauge.drawn))
             if abs(followed - its_gauge.drawn) > math.pi:
                 yield f"the angle of {gauge.name} by a full turn"
 

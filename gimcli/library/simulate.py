@@ -173,8 +173,7 @@ def _check_slip(mechanism: Mechanism, slip: float | None) -> None:
 
 def _planned(mechanism: Mechanism, texts: Sequence[str]) -> list[PlannedGraph]:
     """Return the graphs of texts; raise UsageError for an unknown column."""
-    names = [*column_names(mechanism), *reaction_names(mechanism)]
-    vocabulary = force_vocabulary(names)
+    vocabulary = force_vocabulary([*column_names(mechanism), *reaction_names(mechanism)])
     return [plan for text in texts for plan in vocabulary.plans(text, only_angle(mechanism))]
 
 

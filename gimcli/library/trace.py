@@ -88,8 +88,7 @@ def trace(
         branch=branch, all_branches=all_branches, method=method, strategy=strategy, tolerance=tolerance, jit=jit,
         sequence=sequence, notify=notify, progress=progress, keep=True,
     )  # fmt: skip
-    table = joined(found.tables())
-    return cast("TraceResult", found.result(table))
+    return cast("TraceResult", found.result(joined(found.tables())))
 
 
 def traced(

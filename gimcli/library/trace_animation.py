@@ -80,9 +80,7 @@ def law_rates(motion: Motion) -> ComplexArray | None:
     from gimcli.rates.derivatives import rates
 
     found = rates(motion.mechanism, motion.time, motion.z, 2).nodes[1:]
-    if not np.isfinite(found).any():
-        return None
-    return np.asarray(np.moveaxis(found, 1, 2) * motion.mechanism.scale)
+    return np.asarray(np.moveaxis(found, 1, 2) * motion.mechanism.scale) if np.isfinite(found).any() else None
 
 
 def _law_events(motion: Motion) -> list[tuple[float, str, str]]:

@@ -59,11 +59,6 @@ class TransmissionJoint:
         """Names of the two parts."""
         return frozenset((self.first.name, self.second.name))
 
-    @property
-    def slides(self) -> bool:
-        """Whether one of the lines is that of a guide."""
-        return self.first.slide is not None or self.second.slide is not None
-
 
 class Transmission(Measure):
     """The angle between two lines at a joint."""

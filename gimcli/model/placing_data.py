@@ -199,6 +199,4 @@ def height(line: Line, z: Any) -> Any:
 def meeting(one: Line, other: Line) -> Any:
     """Return the point of intersection of two lines; None if they are parallel."""
     slope = (other[1].conjugate() * one[1]).imag
-    if abs(nominal(slope)) < 1e-12:
-        return None
-    return one[0] - one[1] * (height(other, one[0]) / slope)
+    return None if abs(nominal(slope)) < 1e-12 else one[0] - one[1] * (height(other, one[0]) / slope)

@@ -167,8 +167,7 @@ def legs(mechanism: Mechanism) -> tuple[Leg, ...]:
     stops = [a.law.stops() for a in mechanism.actuators]
     times = np.array(sorted({0.0, 1.0, *np.concatenate(stops).tolist()}))
     values = law(times)
-    least = DWELL * float(np.max(np.abs(values), initial=0.0))
-    ends = _turnings(values, least)
+    ends = _turnings(values, DWELL * float(np.max(np.abs(values), initial=0.0)))
     return tuple(Leg(mechanism, line, *times[[i, j]].tolist(), *values[[i, j]].tolist()) for i, j in pairwise(ends))
 
 

@@ -55,8 +55,7 @@ class LinkedPath:
     def _follow(self) -> None:
         step = LINKED.first
         while self.places[-1] < 1.0 and step > LINKED.shortest:
-            here = self.places[-1]
-            there = min(1.0, here + step)
+            there = min(1.0, self.places[-1] + step)
             found = self._next(there)
             if found is None:
                 step *= 0.5

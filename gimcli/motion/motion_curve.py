@@ -53,9 +53,7 @@ class MotionCurve:
     @cached_property
     def curve(self) -> PositionCurve | None:
         """The curve; None if the mechanism is too large."""
-        if 2 * len(self.mechanism.nodes) > LARGEST:
-            return None
-        return PositionCurve(self.mechanism, self.line)
+        return None if 2 * len(self.mechanism.nodes) > LARGEST else PositionCurve(self.mechanism, self.line)
 
     def ahead(self, rows: Sequence[Row], sense: float, until: float, turn: float) -> ArcPassage | float | None:
         """Return the passage of the first singular position after solved rows, up to coordinate `until`; None if none.

@@ -76,9 +76,7 @@ def _beside(path: Path) -> Path:
 
 
 def _opened(part: Path, mode: str) -> IO[str] | IO[bytes]:
-    if "b" in mode:
-        return part.open("xb")
-    return part.open("x", encoding="utf-8", newline="")
+    return part.open("xb") if "b" in mode else part.open("x", encoding="utf-8", newline="")
 
 
 def _make_room(path: Path) -> None:

@@ -112,8 +112,7 @@ def _show_all(drawing: Any, content: Geometry) -> None:
     z = np.concatenate([_extent(shape) for shapes in content.layers.values() for shape in shapes])
     low, high = complex(z.real.min(), z.imag.min()), complex(z.real.max(), z.imag.max())
     drawing.header["$EXTMIN"], drawing.header["$EXTMAX"] = (*_pair(low), 0.0), (*_pair(high), 0.0)
-    space = drawing.modelspace()
-    space.reset_extents((*_pair(low), 0.0), (*_pair(high), 0.0))
+    drawing.modelspace().reset_extents((*_pair(low), 0.0), (*_pair(high), 0.0))
     height = max((high - low).imag, (high - low).real / 1.5)
     drawing.set_modelspace_vport(1.2 * height or 1.0, _pair((low + high) / 2))
 

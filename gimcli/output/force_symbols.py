@@ -79,8 +79,7 @@ def torsion_spring(picture: Picture, pivot: complex, reference: complex, arm: co
     first = np.angle(reference)
     turn = np.linspace(0.0, WOUND + np.angle(arm / reference), 90)
     radius = (SPIRAL + (OUTER - SPIRAL) * (1 - turn / turn[-1]) + abs(lane) * LANE) * pt
-    path = pivot + radius * np.exp(1j * (first + turn))
-    picture.stroke(SPRING, path)
+    picture.stroke(SPRING, pivot + radius * np.exp(1j * (first + turn)))
 
 
 def torsion_damper(picture: Picture, pivot: complex, reference: complex, arm: complex, lane: float = 0.0) -> None:

@@ -62,8 +62,7 @@ def singular_picture(
 def _chosen(shown: Sequence[Shown], most: int) -> list[Shown]:
     """Return the positions that are drawn with their members, in the order of the kinds in `MARKS`."""
     order = list(MARKS)
-    ranked = sorted(shown, key=lambda s: order.index(s.kind))
-    return ranked[:most]
+    return sorted(shown, key=lambda s: order.index(s.kind))[:most]
 
 
 def _mark(picture: Picture, shown: Sequence[Shown]) -> None:

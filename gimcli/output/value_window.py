@@ -64,9 +64,7 @@ def _span(values: FloatArray, events: FloatArray) -> tuple[float, float, float, 
         return None
     low, high = float(y.min()), float(y.max())
     calm = y if len(y) < LEAST else values[np.isfinite(values) & ~_rises(values, events, int(BESIDE * len(y)))]
-    if len(calm) < LEAST:
-        return low, high, low, high
-    return low, high, float(calm.min()), float(calm.max())
+    return (low, high, low, high) if len(calm) < LEAST else (low, high, float(calm.min()), float(calm.max()))
 
 
 def _rises(values: FloatArray, events: FloatArray, most: int) -> NDArray[np.bool_]:

@@ -50,8 +50,7 @@ class PathArc:
     @cached_property
     def span(self) -> FloatArray:
         """Lengths (pieces,) of the branch between its knots."""
-        knots = self.branch.knots
-        return np.array([spacing(a, b) for a, b in pairwise(knots)])
+        return np.array([spacing(a, b) for a, b in pairwise(self.branch.knots)])
 
     @cached_property
     def hull(self) -> FloatArray:

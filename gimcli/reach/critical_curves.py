@@ -105,8 +105,7 @@ class CriticalWalker:
         if closed:
             return CriticalCurve(self.curve, tuple(ahead), True)
         behind, _ = self._half(replace(start, tangent=-start.tangent))
-        back = [CriticalPoint(k.p, -k.tangent) for k in behind[:0:-1]]
-        knots = tuple(back + ahead)
+        knots = tuple([CriticalPoint(k.p, -k.tangent) for k in behind[:0:-1]] + ahead)
         return CriticalCurve(self.curve, knots) if len(knots) > 1 else None
 
     def _half(self, start: CurvePoint) -> tuple[list[CriticalPoint], bool]:

@@ -194,8 +194,7 @@ def _following(edge: Edge, rest: Sequence[Edge]) -> Edge | None:
 
     def turn(other: Edge) -> float:
         go = other.points(1)
-        angle = float(np.angle(complex(*(go[1] - go[0])) / back))
-        return angle % (2.0 * np.pi)
+        return float(np.angle(complex(*(go[1] - go[0])) / back)) % (2.0 * np.pi)
 
     return max(offers, key=turn)
 

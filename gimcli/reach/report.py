@@ -87,8 +87,7 @@ def reach_table(found: Reach) -> Table:
     """Return one row per point of a path, with the inputs there."""
     mechanism, columns = found.task.mechanism, []
     knots = [(k, run.x) for k, run in enumerate(found.runs)]
-    x = np.concatenate([path for _, path in knots])
-    z = placed(mechanism, found.task.place(x))
+    z = placed(mechanism, found.task.place(np.concatenate([path for _, path in knots])))
     columns.append(Column("path", np.concatenate([np.full(len(path), k) for k, path in knots])))
     for k, actuator in enumerate(mechanism.actuators):
         values = [_along(found, k, number, path) for number, path in knots]

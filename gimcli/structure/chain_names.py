@@ -60,8 +60,7 @@ def _simple_name(chain: KinematicChain, edges: dict[Edge, str]) -> str:
     for a, b in edges:
         near[a].append(b)
         near[b].append(a)
-    degrees = sorted(map(len, near.values()))
-    if degrees[0] < 2:
+    if min(map(len, near.values())) < 2:
         return ""
     hubs = [link for link in near if len(near[link]) > 2]
     if not hubs:

@@ -122,9 +122,9 @@ class Layout:
 
     # -- steps ----------------------------------------------------------------------
 
-    def place(self, node: int, anchor: int, vector: Vector, constraint: str) -> None:
+    def place(self, node: int, anchor: int, vector: Vector) -> None:
         """Add a step that places a carried node."""
-        self.steps.append(Place(node, anchor, vector, constraint))
+        self.steps.append(Place(node, anchor, vector))
         self.mark_placed(node)
 
     def orient(self, member: int, vector: Vector) -> None:
@@ -181,7 +181,7 @@ class Layout:
         vector = known.driven(factor, number, turn)
         if vector is None:  # a vector has one actuator only: store the direction in a register
             register = self.register()
-            self.steps.append(Orient(register, known, row.name))
+            self.steps.append(Orient(register, known))
             vector = Vector(factor, register=register, actuator=number, turn=turn)
         self.orient(free, vector)
         return True
@@ -197,7 +197,7 @@ class Layout:
                 continue
             for node in self.wanted(index):
                 reach = self.reach(index, anchor, node)
-                self.place(node, anchor, source.times(reach), self.mechanism.members[index].name)
+                self.place(node, anchor, source.times(reach))
                 changed = True
             later = {k for k in self.carriable if k > index}
             self.carriable -= later
@@ -217,7 +217,7 @@ class Layout:
             register = self.register()
             guide = self.mechanism.members[slide.guide]
             along = Vector(slide.along / scalar(guide.shape[1] - guide.shape[0]), *guide.nodes[:2])
-            self.steps.append(Tilt(register, a, b, e, along, self.branch(), slide.name))
+            self.steps.append(Tilt(register, a, b, e, along, self.branch()))
             self.orient(slide.guide, Vector(1.0 / slide.along, register=register))
             return True
         return False

@@ -14,7 +14,7 @@ import numpy as np
 
 from gimcli.kernels import influence
 from gimcli.mechanism import FloatArray
-from gimcli.structure.dulmage_mendelsohn import EquationBlock, split
+from gimcli.structure.dulmage_mendelsohn import split
 from gimcli.structure.polynomials import ONE, Term, Terms, is_rotary
 
 SINGULAR = 1e-9
@@ -72,10 +72,8 @@ def free_choice(terms: Terms, v: FloatArray, given: Sequence[int], count: int) -
     rank = len(open_ones) - count
     if rank > len(values) or (rank and not values[rank - 1] > SINGULAR * values[0]):
         return None
-    motion = across[rank:]
-    chosen = qr(motion, mode="r", pivoting=True)[1][:count]
-    own = sorted(open_ones[k] for k in chosen)
-    return _choice(terms, v, (*own, *known), active)
+    chosen = qr(across[rank:], mode="r", pivoting=True)[1][:count]
+    return _choice(terms, v, (*sorted(open_ones[k] for k in chosen), *known), active)
 
 
 def input_choice(terms: Terms, v: FloatArray, free: Sequence[int], given: Sequence[int]) -> Choice | None:
@@ -129,12 +127,6 @@ def make_chart(terms: Terms, choice: Choice) -> influence.Chart:
         np.array(ints, dtype=np.int64).reshape(-1, 8), np.array(floats), np.array(choice.independent, dtype=np.int64),
         np.array([int(is_rotary(terms, r)) for r in range(terms.readings)], dtype=np.int64), terms.first_reading,
     )  # fmt: skip
-
-
-def groups(terms: Terms, choice: Choice) -> tuple[EquationBlock, ...]:
-    """Return the blocks with their variables; their equations are left empty."""
-    chart = make_chart(terms, choice)
-    return tuple(EquationBlock((), tuple(int(v) for v in chart.unknown[head[1] : head[2]])) for head in chart.blocks)
 
 
 def _numbers(terms: Terms, t: Term, row: int, own: Sequence[int]) -> tuple[int, ...]:

@@ -247,7 +247,7 @@ class Builder:
                 continue
             vector = source.times(self.layout.reach(body, anchor, node))
             if node not in self.placed:
-                self.places.append(Place(node, anchor, vector, name))
+                self.places.append(Place(node, anchor, vector))
                 self.placed.add(node)
             elif set(vector.nodes) != {node, anchor} or vector.actuator >= 0:
                 self.equations.append(Constraint(name, CLOSURE, node, anchor, Value(0.0), vector))

@@ -60,8 +60,7 @@ def match(count: int, columns: Sequence[Sequence[int]]) -> list[int]:
 
     if not columns or not count:
         return [-1] * len(columns)
-    counts = [len(rows) for rows in columns]
-    ends = np.array([0, *accumulate(counts)], dtype=np.int32)  # scipy before 1.15 needs 32 bits
+    ends = np.array([0, *accumulate(map(len, columns))], dtype=np.int32)  # scipy before 1.15 needs 32 bits
     entered = np.array([row for rows in columns for row in rows], dtype=np.int32)
     table = csr_array((np.ones(len(entered)), entered, ends), shape=(len(columns), count))
     return [int(row) for row in maximum_bipartite_matching(table, perm_type="column")]
@@ -100,8 +99,7 @@ def components(needs: Sequence[Sequence[int]], ranked: bool = False) -> list[lis
     from scipy.sparse.csgraph import connected_components
 
     edges = [sorted(set(others)) for others in needs]  # scipy 1.x gives wrong components for duplicate edges
-    counts = [len(others) for others in edges]
-    ends = np.array([0, *accumulate(counts)], dtype=np.int32)
+    ends = np.array([0, *accumulate(map(len, edges))], dtype=np.int32)
     heads = np.array([other for others in edges for other in others], dtype=np.int32)
     graph = csr_array((np.ones(len(heads)), heads, ends), shape=(len(needs), len(needs)))
     label = connected_components(graph, directed=True, connection="strong")[1].tolist()

@@ -50,6 +50,5 @@ def carry(mechanism: Mechanism, z: ComplexArray) -> ComplexArray:
     for member, nodes in zip(mechanism.members, kinematic_nodes(mechanism), strict=True):
         for node in set(member.nodes) - set(nodes):
             u, v = nodes[:2]
-            ratio = member.reach(u, node) / member.reach(u, v)
-            z[node] = z[u] + ratio * (z[v] - z[u])
+            z[node] = z[u] + (member.reach(u, node) / member.reach(u, v)) * (z[v] - z[u])
     return z

@@ -394,18 +394,12 @@ def _fulfilled(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray) -> boo
 
 def _target(restriction: Restriction | CoupledRow) -> float:
     """Return the value of a constraint; that of a coupling is 0 as drawn."""
-    if isinstance(restriction, CoupledRow) or restriction.kind == ANGLE:
-        return 0.0
-    return restriction.value.constant
+    return 0.0 if isinstance(restriction, CoupledRow) or restriction.kind == ANGLE else restriction.value.constant
 
 
 def _gradient(restriction: Restriction | CoupledRow, z: ComplexArray, inputs: FloatArray) -> dict[int, complex]:
-    if isinstance(restriction, CoupledRow):
-        return restriction.gradient(z)
-    return gradient(restriction, z, inputs)
+    return restriction.gradient(z) if isinstance(restriction, CoupledRow) else gradient(restriction, z, inputs)
 
 
 def _measure(restriction: Restriction | CoupledRow, z: ComplexArray, inputs: FloatArray) -> float:
-    if isinstance(restriction, CoupledRow):
-        return restriction.measure(z)
-    return measure(restriction, z, inputs)
+    return restriction.measure(z) if isinstance(restriction, CoupledRow) else measure(restriction, z, inputs)

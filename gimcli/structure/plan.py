@@ -55,7 +55,7 @@ def _carried(layout: Layout) -> None:
         for node in member.nodes:
             if node not in layout.placed and source is not None and anchor is not None:
                 vector = source.times(layout.reach(index, anchor, node))
-                layout.place(node, anchor, vector, member.name)
+                layout.place(node, anchor, vector)
 
 
 def surplus(layout: Layout) -> int:

@@ -141,7 +141,6 @@ class Place:
     node: int
     anchor: int
     vector: Vector
-    constraint: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,7 +149,6 @@ class Orient:
 
     register: int
     vector: Vector
-    constraint: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,7 +165,6 @@ class Tilt:
     distance: float  # e, normal frame
     along: Vector  # the line's direction from two nodes of its member; at the initial guess it selects the sign of tau
     branch: int
-    constraint: str
 
 
 @dataclass(frozen=True, eq=False)
