@@ -137,8 +137,3 @@ def first_turn(survey: Survey, q: float) -> float:
     begin, turn = min(float(first.p[-1, 0]), float(first.p[-1, -1])), curve.period
     over = (q - begin) % turn
     return begin + (0.0 if turn - over < SAME else over)
-
-
-def inputs_of(survey: Survey, q: float) -> FloatArray:
-    """Return the inputs (actuators,) at a parameter, within the first turn."""
-    return survey.curve.inputs(first_turn(survey, q))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import typer
@@ -106,8 +105,4 @@ def _at(mechanism: Mechanism) -> str:
 
 
 def _place(mechanism: Mechanism, one: Extremum) -> str:
-    return ", ".join(_inputs(mechanism, one.inputs.items()))
-
-
-def _inputs(mechanism: Mechanism, inputs: Iterable[tuple[str, float]]) -> list[str]:
-    return [input_value(mechanism, name, value) for name, value in inputs]
+    return ", ".join(input_value(mechanism, name, value) for name, value in one.inputs.items())

@@ -76,7 +76,8 @@ def follow_bodies(
         kernels.room(system.equations, system.unknowns), system.weights(stop.length), stop.tolerance,
         stop.iterations, pose, iterations, good,
     )  # fmt: skip
-    return read_positions(bodies, pose), iterations, good
+    z = bodies.positions(pose[:, :, 0] + 1j * pose[:, :, 1], pose[:, :, 3] + 1j * pose[:, :, 4])
+    return z, iterations, good
 
 
 def frame_poses(rows: int, bodies: int) -> FloatArray:
@@ -84,8 +85,3 @@ def frame_poses(rows: int, bodies: int) -> FloatArray:
     pose = np.zeros((rows, bodies, 5))
     pose[:, :, 3] = 1.0
     return pose
-
-
-def read_positions(bodies: Bodies, pose: FloatArray) -> ComplexArray:
-    """Return the positions of the nodes (nodes, rows) for poses (rows, bodies, 5)."""
-    return bodies.positions(pose[:, :, 0] + 1j * pose[:, :, 1], pose[:, :, 3] + 1j * pose[:, :, 4])

@@ -12,7 +12,7 @@ import re
 
 from gimcli.exchange.draft import GROUND, Draft, free_name
 from gimcli.exchange.json_parts import JsonPart, read_json
-from gimcli.exchange.pylinkage_joints import convert_joints
+from gimcli.exchange.pylinkage_joints import PylinkageJoints
 from gimcli.exchange.repeated import RepeatedInput, RepeatedMotion
 
 PROGRAM = "pylinkage"
@@ -44,7 +44,7 @@ def read(text: str, source: str) -> Draft:
     if data.has("nodes") and not data.has("joints"):
         raise data.refused("this graph of pylinkage has no dimensions; save the mechanism with mechanism_to_json")
     if _JOINTS.search(text):
-        convert_joints(data, draft, MOST_PARTS)
+        PylinkageJoints(data, draft, MOST_PARTS).convert()
     else:
         _Mechanism(data, draft).convert()
     return draft

@@ -23,17 +23,12 @@ _TOUCH = 1e-9
 """Relative gap between two circles that touch, of rounding."""
 
 
-def convert_joints(data: JsonPart, draft: Draft, most: int) -> None:
-    """Fill a draft from the joints of a linkage."""
-    _Joints(data, draft, most).convert()
-
-
 def _chosen(name: str, other: str) -> str:
     """Return a name that a person has chosen; the program names other joints by long numbers."""
     return other if not name or (name.isdigit() and len(name) >= _NUMBER_OF_DIGITS) else name
 
 
-class _Joints:
+class PylinkageJoints:
     """The joints by name; `fixed` are those of the frame."""
 
     def __init__(self, data: JsonPart, draft: Draft, most: int) -> None:

@@ -290,7 +290,8 @@ class QuantityFinder:
             return [self._direction(text if text in self.members else name)]
         kind, _, names = text.partition(":")
         if kind == "transmission":
-            return [self._transmission(one) for one in TRANSMISSION.make(self.mechanism, text, _words(names))]
+            parts = names.split("/") if names else []
+            return [self._transmission(one) for one in TRANSMISSION.make(self.mechanism, text, parts)]
         if kind == "angle" and names:
             return [self._relative(text, names.split("/"))]
         known = [*self.points, *self.members, "transmission", *(f"{p}.{axis}" for p in self.points for axis in "xy")]
@@ -331,10 +332,6 @@ class QuantityFinder:
         vector = int(tables.ci[check][3])
         u, v = tables.vi[vector][:2]
         return GuideNormal(vector, NodeArrow(int(u), int(v)) if u >= 0 else None)
-
-
-def _words(names: str) -> list[str]:
-    return names.split("/") if names else []
 
 
 def _place(mechanism: Mechanism, name: str) -> Place:

@@ -187,7 +187,7 @@ class EquilibriumResult(Result):
         found = self.found
         report: dict[str, Any] = {
             "released": list(self.released), "time": self.time, "at": self.inputs(found.start_inputs),
-            "holding": {name: _finite(value) for name, value in self.holding.items()},
+            "holding": {name: value if math.isfinite(value) else None for name, value in self.holding.items()},
             "everywhere": found.everywhere, "conservative": found.conservative, "complete": self.complete,
             "status": self.outcome,
             "equilibria": self.equilibria,
@@ -287,7 +287,3 @@ def _middle(mechanism: Mechanism, released: int, values: NDArray[np.float64]) ->
     law = mechanism.actuators[released].law(np.linspace(0.0, 1.0, SAMPLES))
     inside = float(np.min(law)) <= values[released] <= float(np.max(law))
     return 0.5 * float(np.min(law) + np.max(law)) if inside else float(values[released])
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gimcli.branching.singular_positions import Found, Survey, inputs_of, survey
+from gimcli.branching.singular_positions import Found, Survey, first_turn, survey
 from gimcli.branching.singularities import STATIONARY, BranchRates, rates
 from gimcli.library.inputs import in_file_units, interval_of, refuse_linked
 from gimcli.library.machines import driven_machines, for_each_machine
@@ -79,7 +79,9 @@ class SingularitiesResult(Result):
 
     def inputs(self, one: Found) -> dict[str, float]:
         """Return the inputs at a singular position in the file's units."""
-        return in_file_units(self.mechanism, inputs_of(self.found, float(one.what.p[-1])), ZERO)
+        return in_file_units(
+            self.mechanism, self.found.curve.inputs(first_turn(self.found, float(one.what.p[-1]))), ZERO
+        )
 
     def interval(self, reach: tuple[float, float]) -> dict[str, list[float]]:
         """Return the smallest and the largest value of every input between two parameters of the curve."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
 from gimcli.model.check_laws import check_laws
 from gimcli.model.nearest import near
@@ -113,7 +113,7 @@ def check_nodes(refs: References, where: Where, actuator: Actuator, what: str = 
 
 def _one_kind(refs: References, where: Where, actuator: Actuator, given: set[str]) -> bool:
     """Return whether the keys of an actuator, and its type if it is given, are of one kind; record an error if not."""
-    turning, sliding = (_listed(key for key in keys if key in given) for keys in (ROTARY, LINEAR))
+    turning, sliding = (" and ".join(f"`{key}`" for key in keys if key in given) for keys in (ROTARY, LINEAR))
     own, other = (turning, sliding) if actuator.type == "rotary" else (sliding, turning)
     if actuator.type is not None and other and not own:
         kind = "linear" if actuator.type == "rotary" else "rotary"
@@ -128,10 +128,6 @@ def _one_kind(refs: References, where: Where, actuator: Actuator, given: set[str
     else:
         return True
     return False
-
-
-def _listed(keys: Iterable[str]) -> str:
-    return " and ".join(f"`{key}`" for key in keys)
 
 
 def _check_rotary(refs: References, where: Where, pivot: str, arm: str, reference: str | None) -> None:

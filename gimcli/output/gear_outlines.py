@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from gimcli.coupling_data import BELT, CROSSED, INTERNAL, RACK, GearPair
-from gimcli.mechanism import FRAME, ComplexArray
+from gimcli.mechanism import ComplexArray
 from gimcli.output.anchor import Anchor
 
 SAME = 1e-9
@@ -131,8 +131,3 @@ def _rack(scene: Any, gear: GearPair, radius: float) -> PitchLine:
     low, high = float(places.min()) - BEYOND * radius, float(places.max()) + BEYOND * radius
     ends = (complex(local[0] + low * line), complex(local[0] + high * line))
     return PitchLine(gear.name, (Anchor(member=rack, local=ends[0]), Anchor(member=rack, local=ends[1])))
-
-
-def of_frame(scene: Any, wheel: Wheel) -> bool:
-    """Return whether a wheel is fixed to the frame."""
-    return wheel.member == FRAME and not scene.mechanism.floating

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from gimcli.mechanism import ComplexArray
-from gimcli.output.gear_outlines import TICKS, GearOutlines, PitchLine, Wheel, of_frame
+from gimcli.mechanism import FRAME, ComplexArray
+from gimcli.output.gear_outlines import TICKS, GearOutlines, PitchLine, Wheel
 from gimcli.output.picture import Picture
 from gimcli.output.scene import Scene
 from gimcli.output.style import PALE, Pen
@@ -65,7 +65,7 @@ def _draw_wheel(picture: Picture, scene: Scene, wheel: Wheel, z: ComplexArray) -
     if wheel.ring:
         picture.stroke(RIM, circle(at, wheel.radius + WALL * pt))
         length = -WALL * pt
-    if not of_frame(scene, wheel):
+    if wheel.member != FRAME or scene.mechanism.floating:
         rays = [turn * tick for tick in TICKS]
         picture.stroke(MARK, *([at + ray * wheel.radius, at + ray * (wheel.radius - length)] for ray in rays))
 

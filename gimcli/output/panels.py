@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from gimcli.mechanism import ComplexArray, FloatArray
-from gimcli.output.graph import EQUAL, POLAR, Axis, Curve, CurveGraph, PlaceMark
+from gimcli.output.graph import EQUAL, POLAR, Curve, CurveGraph, PlaceMark
 from gimcli.output.picture import LAYOUT, Frame, Picture, PictureLayout, Sheet, Text, composition
 from gimcli.output.polar import polar_picture
 from gimcli.output.style import CUT, DOT, PAPER, SOFT, VERTICAL, Mark, Pen, curve_pen, event_mark
@@ -113,11 +113,7 @@ def _labels(graph: CurveGraph) -> tuple[str, str]:
     up, curves = graph.up, graph.curves
     alone = curves[0].name if len(curves) == 1 else ""
     name = f"{up.name} of {alone}" if alone and alone != up.name else up.name
-    return _label(graph.across), labelled(name, up.unit)
-
-
-def _label(axis: Axis) -> str:
-    return labelled(axis.name, axis.unit)
+    return labelled(graph.across.name, graph.across.unit), labelled(name, up.unit)
 
 
 def _draw_curves(picture: Picture, graph: CurveGraph) -> None:

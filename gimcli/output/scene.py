@@ -301,7 +301,9 @@ class Scene:
     def directions(self, node: int) -> list[complex]:
         """Return the directions (unit) in which members, cylinders and springs leave a node in the first pose."""
         z = self.poses[0]
-        found = [self.place(a, z) for b in self.bodies if node in self._nodes(b.member) for a in b.outline]
+        found = [
+            self.place(a, z) for b in self.bodies if node in self.mechanism.members[b.member].nodes for a in b.outline
+        ]
         for span in (*self.mechanism.actuators, *self.mechanism.gauges):
             if span.kind == SPAN and node in span.nodes[:2]:
                 found += [z[n] for n in span.nodes[:2] if n != node]
@@ -315,9 +317,6 @@ class Scene:
     def _pairs(self) -> list[list[PairRow]]:
         """The sliding pairs; a true prismatic pair is a list of two rows."""
         return list(grouped((slide.pair, slide) for slide in self.mechanism.slides).values())
-
-    def _nodes(self, member: int) -> tuple[int, ...]:
-        return self.mechanism.members[member].nodes
 
     def _body(self, member: int) -> MemberOutline:
         own = self.mechanism.members[member]

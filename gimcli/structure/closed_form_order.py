@@ -108,10 +108,6 @@ class Layout:
         """Return a placed node of a member; None if it has none."""
         return next((n for n in self.mechanism.members[member].nodes if n in self.placed), None)
 
-    def wanted(self, member: int) -> list[int]:
-        """Return the kinematic nodes of a member that are not placed yet."""
-        return [n for n in self.kinematic[member] if n not in self.placed]
-
     def local(self, member: int, node: int) -> complex:
         """Return the coordinates of a node in a member's own frame."""
         return self.mechanism.members[member].local(node)
@@ -195,7 +191,7 @@ class Layout:
             source, anchor = self.source(index), self.anchor(index)
             if index == FRAME or source is None or anchor is None:
                 continue
-            for node in self.wanted(index):
+            for node in [n for n in self.kinematic[index] if n not in self.placed]:
                 reach = self.reach(index, anchor, node)
                 self.place(node, anchor, source.times(reach))
                 changed = True
