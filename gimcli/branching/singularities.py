@@ -66,6 +66,11 @@ def limits(circuit: Circuit) -> list[Singularity]:
     return _in_order(_SingularitySearch(circuit, 0).limits())
 
 
+def dead_points(circuit: Circuit) -> list[Singularity]:
+    """Return the positions with zero input rate in which the input does not reverse."""
+    return _in_order(_SingularitySearch(circuit, 0).dead_points())
+
+
 def _in_order(found: Iterable[Singularity]) -> list[Singularity]:
     """Return positions in order along the circuit; those at the same place keep the order in which they were found."""
     listed = list(found)
