@@ -71,7 +71,7 @@ def _serve(
     model: str, changes: list[str], assembly: str, port: int | None, settings: dict[str, object], browser: bool
 ) -> None:
     from gimcli.library.load import is_address
-    from gimcli.view.view import served
+    from gimcli.view.server import served
 
     if is_address(model):
         raise UsageError("an address does not change: write its model file with `gim convert` and view that")

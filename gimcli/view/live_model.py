@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import time
 import traceback
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from threading import Condition, Lock
@@ -20,7 +20,6 @@ from gimcli.library.trace import MotionTraceResult, trace
 from gimcli.mechanism import Mechanism
 from gimcli.output.page.document import page_json
 from gimcli.progress import Notify, Phases, no_phases
-from gimcli.view.stamps import stamps
 
 POLL = 0.03
 """Seconds between two looks at the files."""
@@ -30,6 +29,9 @@ SETTLED = 0.1
 
 RETRY = 1.0
 """Seconds after which a file with errors is read again: their cause may be another file that is not known."""
+
+Stamp = tuple[int, int, int] | None
+"""Time of the last change [ns], size in bytes and inode; None: there is no such file."""
 
 
 @dataclass(frozen=True)
@@ -223,3 +225,16 @@ def unsolved(result: Any) -> str:
     from gimcli.library.unassembled import motion_reason
 
     return f"{result.motion.overall.word}: {motion_reason(result.motion)}"
+
+
+def stamps(paths: Iterable[Path]) -> dict[Path, Stamp]:
+    """Return the present stamp of each file."""
+    return {path: _stamp(path) for path in paths}
+
+
+def _stamp(path: Path) -> Stamp:
+    try:
+        found = path.stat()
+    except OSError:
+        return None
+    return found.st_mtime_ns, found.st_size, found.st_ino

@@ -10,16 +10,20 @@ import json
 import os
 import re
 import secrets
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib.resources import files
+from pathlib import Path
 from socketserver import TCPServer
+from threading import Thread
 from typing import Any
 
-from gimcli.errors import UsageError
+from gimcli.errors import UsageError, reason
 from gimcli.output.json import json_text
 from gimcli.output.page.document import page
+from gimcli.progress import Notify, Phases, no_phases
 from gimcli.view.hand import HandMotion, Outdated
 from gimcli.view.live_model import LiveModel
 from gimcli.view.refusals import HEADERS, POLICY, Refused, body_length, refuse_strangers
@@ -194,3 +198,35 @@ ROUTES: dict[str, dict[str, Callable[[ViewRequest], None]]] = {
     "/set": {"POST": ViewRequest.set_parameters},
 }
 """What is answered, by path and method."""
+
+
+@contextmanager
+def served(
+    path: Path, changes: Mapping[str, str], assembly: str, port: int | None, settings: Mapping[str, Any], note: Notify,
+    progress: Phases = no_phases,
+) -> Iterator[ViewServer]:  # fmt: skip
+    """Solve a model file, follow its changes and listen on a port (context manager); the caller runs the server.
+
+    `changes` are values of dimensions by name, as for `Mechanism.with_`. Without a port it is the usual one, or a free
+    one if that is in use. Raises UsageError if the given port is in use, and the errors of `LiveModel.begin`.
+    """
+    model = LiveModel(path, changes, assembly, settings, note)
+    with bound(model, port) as server:
+        model.begin(progress)
+        follower = Thread(target=model.follow, name="follow the file", daemon=True)
+        follower.start()
+        try:
+            yield server
+        finally:
+            model.end()
+            follower.join(1.0)
+
+
+def bound(model: LiveModel, port: int | None) -> ViewServer:
+    """Return a server that listens on a port, or on the usual or a free one."""
+    try:
+        return ViewServer(model, USUAL_PORT if port is None else port)
+    except OSError as error:
+        if port is None:
+            return ViewServer(model)
+        raise UsageError(f"port {port}: {reason(error)}; choose another, or 0 for any free port") from None

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from http.client import HTTPConnection, HTTPResponse
 from threading import Thread
 
-from gimcli.view.view import served
+from gimcli.view.server import served
 
 
 @dataclass(frozen=True)

@@ -9,10 +9,9 @@ import pytest
 from bundled import MODELS
 
 import gimcli
-from gimcli.structure.chain_names import chain_name
 from gimcli.structure.four_bars import COUPLER, FRAME, INPUT, OUTPUT, FourBar
 from gimcli.structure.kinematic_chain import kinematic_chain
-from gimcli.structure.mechanism_types import mechanism_type
+from gimcli.structure.mechanism_types import chain_name, mechanism_type
 from gimcli.structure.mobility import gruebler
 from gimcli.structure.slider_cranks import InvertedSliderCrank, SliderCrank
 
