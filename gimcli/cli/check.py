@@ -48,7 +48,6 @@ def command(
         typer.echo(long_form(outputs.loaded(assembly, changes=changes)), nl=False)
         return
     found = check(outputs.loaded(assembly, changes=changes), progress=progress_bar)
-    outputs.write(found)
     outputs.finish(found, _print)
 
 

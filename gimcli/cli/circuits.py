@@ -47,7 +47,6 @@ def command(
     outputs = Outputs(CircuitsResult, model, out, png=png, as_json=as_json, drawing=drawing)
     mechanism = outputs.loaded(assembly, changes=changes)
     found = circuits(mechanism, samples=samples, progress=progress_bar, seconds=seconds)
-    outputs.write(found)
     outputs.finish(found, by_machine(_print))
 
 

@@ -36,7 +36,6 @@ def solve_all(
 
     mechanism = outputs.loaded(changes=changes, every=True)
     found = configurations(mechanism, at, tolerance=tolerance, progress=progress_bar, seconds=seconds)
-    outputs.write(found)
     pictures = outputs.files.of("picture")
     shown = pictures[0] if pictures and isinstance(found, ConfigurationsResult) else None
     outputs.finish(found, by_machine(partial(_print, shown)))

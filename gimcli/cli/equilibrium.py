@@ -88,7 +88,6 @@ def command(
         mechanism, free, inputs, time=time, starts=starts, seed=seed, tolerance=tolerance, progress=progress_bar,
         seconds=seconds,
     )  # fmt: skip
-    outputs.write(found)
     outputs.finish(found, by_machine(_print))
 
 

@@ -113,7 +113,6 @@ def command(
         output=output, goal=goal, where=where, any_order=any_order, starts=starts, seed=seed,
         notify=note, progress=progress_bar, seconds=seconds,
     )  # fmt: skip
-    outputs.write(found)
     outputs.finish(found, _print)
 
 

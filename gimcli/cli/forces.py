@@ -96,7 +96,7 @@ def command(
     mechanism = outputs.loaded(assembly, tolerance=tolerance, changes=changes)
     note_doubtful_loading(mechanism)
     found = outputs.stream(forces_along(mechanism, steps, tolerance, jit.value, plot, note, progress_bar))
-    outputs.finish(found, by_machine(partial(_print, full)))
+    outputs.show(found, by_machine(partial(_print, full)))
 
 
 def _refuse_motion(steps: int, plot: list[str], full: bool) -> None:
@@ -118,7 +118,6 @@ def _hold(
     outputs, inputs = Outputs(HoldingResult, model, out, as_json=as_json, drawing=drawing), pairs(at)
     mechanism = outputs.loaded(assembly, inputs, tolerance, changes=changes)
     found = holding_forces(mechanism, inputs, time=time, tolerance=tolerance, jit=jit.value)
-    outputs.write(found)
     outputs.finish(found, by_machine(print_holding))
 
 

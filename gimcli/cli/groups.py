@@ -29,5 +29,4 @@ def command(
 
     outputs = Outputs(GroupsResult, model, out, png=png, as_json=as_json, drawing=drawing)
     found = groups(outputs.loaded(changes=changes))
-    outputs.write(found)
     outputs.finish(found, by_machine(lambda f: print_table(f.headline(), HEAD, f.rows(), (3,))))

@@ -33,7 +33,6 @@ def command(
 
     outputs = Outputs(MobilityResult, model, out, as_json=as_json)
     found = mobility(outputs.loaded(assembly, changes=changes))
-    outputs.write(found)
     outputs.finish(found, _print)
 
 

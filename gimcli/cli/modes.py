@@ -78,7 +78,6 @@ def command(
     mechanism = outputs.loaded(assembly, inputs, tolerance, changes=changes)
     note_doubtful_loading(mechanism)
     found = modes(mechanism, free, inputs, time=time, settle=settle, tolerance=tolerance)
-    outputs.write(found)
     outputs.finish(found, by_machine(_print))
 
 

@@ -186,14 +186,19 @@ class Outputs:
             progress_bar(DRAWING)
         self.written = write_contents(result.contents(paths), self.options)
 
-    def finish(self, found: Found, show: Callable[[Found], None]) -> None:
+    def finish(self, found: Found, printed: Callable[[Found], None]) -> None:
+        """Write the files of a result, and show it."""
+        self.write(found)
+        self.show(found, printed)
+
+    def show(self, found: Found, printed: Callable[[Found], None]) -> None:
         """Print the report, or its JSON object; exit with 5 if a part is missing."""
         if self.as_json:
             print_json({**found.report(), **self.report()})
         else:
             end_bars()
             with redirect_stdout(sys.stderr) if self.files.stdout else nullcontext():
-                show(found)
+                printed(found)
                 if found.limited:
                     typer.echo(f"{found.outcome}: {Status.WORK_LIMIT.text}")
                 print_written(self.written)

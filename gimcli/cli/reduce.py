@@ -64,7 +64,6 @@ def command(
     found = reduce(
         mechanism, name, steps, fluctuation=fluctuation, rpm=rpm, jit=jit.value, notify=note, progress=progress_bar
     )
-    outputs.write(found)
     outputs.finish(found, by_machine(_print))
 
 

@@ -108,7 +108,6 @@ def command(
         outputs.loaded(assembly, inputs, changes=changes), of, by=_names(by), at=inputs, steps=steps, samples=samples,
         seed=seed, distribution=distribution.value, jit=jit.value, notify=note, progress=progress_bar,
     )  # fmt: skip
-    outputs.write(found)
     outputs.finish(found, by_machine(_print))
 
 

@@ -61,7 +61,6 @@ def command(
     outputs = Outputs(SequenceResult, model, out, png=png, as_json=as_json, drawing=drawing)
     mechanism = outputs.loaded(assembly, inputs, tolerance, changes=changes)
     found = sequence(mechanism, inputs, strategy=strategy.value, tolerance=tolerance)
-    outputs.write(found)
     outputs.finish(found, by_machine(partial(_print, explain)))
 
 

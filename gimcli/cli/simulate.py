@@ -120,7 +120,6 @@ def command(
         mechanism, time, dt=dt, integrator=method or integrator, rtol=rtol, step=step, slip=slip, standstills=until,
         reactions=reactions, plot=plot, jit=jit.value, notify=note, progress=progress_bar, seconds=seconds,
     )  # fmt: skip
-    outputs.write(found)
     outputs.finish(found, by_machine(_print))
 
 

@@ -43,7 +43,6 @@ def command(
 
     outputs = Outputs(SingularitiesResult, model, out, png=png, as_json=as_json, drawing=drawing)
     found = singularities(outputs.loaded(assembly, changes=changes), progress=progress_bar)
-    outputs.write(found)
     outputs.finish(found, by_machine(_print))
 
 

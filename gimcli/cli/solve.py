@@ -126,7 +126,7 @@ def command(
     text = found.model() if outputs.files.of("model") else None
     for remark in text.remarks if text is not None else ():
         note(remark)
-    outputs.finish(found, partial(_print, method))
+    outputs.show(found, partial(_print, method))
 
 
 def _print(method: Method, found: SolveResult) -> None:

@@ -124,7 +124,7 @@ def command(
         _print_interrupted(begun.run.done, begun.job.chunks, folder)
         raise typer.Exit(130) from None
     begun.clear()
-    outputs.finish(found, _print)
+    outputs.show(found, _print)
 
 
 def _print_interrupted(done: int, chunks: int, folder: Path | None) -> None:

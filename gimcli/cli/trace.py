@@ -126,7 +126,7 @@ def command(
         tolerance=tolerance, jit=jit.value, sequence=sequence, notify=note, progress=progress_bar,
     )  # fmt: skip
     found: Any = outputs.stream(cast(Any, begun))
-    outputs.finish(found, _print if isinstance(found, MotionTraceResult) else by_machine(_print_circuits))
+    outputs.show(found, _print if isinstance(found, MotionTraceResult) else by_machine(_print_circuits))
 
 
 def _print(found: MotionTraceResult) -> None:

@@ -65,7 +65,6 @@ def command(
         notify=note,
         progress=progress_bar,
     )
-    outputs.write(found)
     outputs.finish(found, by_machine(_print))
 
 

@@ -88,7 +88,7 @@ def command(
     outputs.write(found)
     if found.grid is not None:
         found.grid.clear()
-    outputs.finish(found, lambda found: _print_report(mechanism, found.report()))
+    outputs.show(found, lambda found: _print_report(mechanism, found.report()))
 
 
 def _orientations(given: list[str]) -> dict[str, float]:

@@ -91,6 +91,11 @@ class PositionCurve:
         if bent > EVEN * self.span:
             self.domain = Domain(0.0, self.span)
 
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The name of the constraint of each equation."""
+        return self.system.names
+
     def point(self, z: ComplexArray, q: float) -> FloatArray:
         """Return p of positions z (nodes,)."""
         return np.append(self.system.coordinates(z), q)
