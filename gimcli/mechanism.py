@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
 
 FRAME = 0
 """Index of the fixed member: the ground, or the member chosen as frame of a floating mechanism."""

@@ -12,7 +12,6 @@ from dataclasses import dataclass, field, replace
 from math import prod
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gimcli.assemblies.assur_loops import independent, parts
 from gimcli.assemblies.certificate import Proven, real_form
@@ -26,7 +25,7 @@ from gimcli.assemblies.roots import OPEN, REACHED, REALS, Roots, all_roots
 from gimcli.assemblies.start_cache import known_count
 from gimcli.canonical import principal
 from gimcli.errors import StructureError
-from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
+from gimcli.mechanism import FRAME, ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.progress import Progress, no_progress, spend
 from gimcli.structure.residual import holds, residual
 
@@ -292,7 +291,7 @@ def _counted(report: RootReport, roots: Roots) -> RootReport:
     )  # fmt: skip
 
 
-def _order(group: LoopGroup, proven: Proven) -> NDArray[np.int64]:
+def _order(group: LoopGroup, proven: Proven) -> IntArray:
     """Return a reproducible order of roots: the real ones first, sorted by angles."""
     n = group.family.angles
     keys = [~proven.real[:, None], principal(proven.w[:, :n].imag), proven.w[:, n:].real, proven.w[:, :n].real]

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gimcli.assemblies.loops import LoopFamily, factors, values_and_jacobian
-from gimcli.mechanism import ComplexArray, FloatArray
+from gimcli.mechanism import BoolArray, ComplexArray, FloatArray, IntArray
 
 EPS = float(np.finfo(float).eps)
 LADDER: FloatArray = 10.0 ** np.linspace(-14.5, 0.25, 60)
@@ -38,21 +38,21 @@ class Proven:
     residual: FloatArray  # (roots,) |f|, |g| relative to the largest coefficient
 
     @property
-    def sure(self) -> NDArray[np.bool_]:
+    def sure(self) -> BoolArray:
         """Whether each is proved (roots,)."""
         return np.isfinite(self.small)
 
     @property
-    def real(self) -> NDArray[np.bool_]:
+    def real(self) -> BoolArray:
         """Whether each is proved to be real (roots,): its mirror image is a root too, but no other root is so near."""
         return np.asarray(self.sure & (self.off + self.small < self.large))
 
     @property
-    def complex(self) -> NDArray[np.bool_]:
+    def complex(self) -> BoolArray:
         """Whether each is proved not to be real (roots,)."""
         return np.asarray(self.sure & ~self.real & (self.off > 2.0 * self.small))
 
-    def take(self, chosen: NDArray[np.bool_] | NDArray[np.int64]) -> Proven:
+    def take(self, chosen: BoolArray | IntArray) -> Proven:
         """Return some of the candidates."""
         return Proven(*(getattr(self, f.name)[chosen] for f in fields(self)))
 

@@ -9,12 +9,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gimcli.assemblies.certificate import Proven, prove
 from gimcli.assemblies.loops import GROUND, LoopFamily
 from gimcli.assemblies.root_paths import corrected
-from gimcli.mechanism import ComplexArray, FloatArray
+from gimcli.mechanism import BoolArray, ComplexArray, FloatArray
 
 MARGIN = 1e-12
 """Gap of a triangle, relative to its sides, above which it has no real configuration; smaller gaps are rounding."""
@@ -29,8 +28,8 @@ class DyadRoots:
 
     proven: Proven  # (dyads roots) rows, grouped by dyad
     each: int  # number of roots of a dyad
-    apart: NDArray[np.bool_]  # (dyads,) whether it cannot be assembled, by more than rounding
-    free: NDArray[np.bool_]  # (dyads,) whether it is folded and can rotate freely
+    apart: BoolArray  # (dyads,) whether it cannot be assembled, by more than rounding
+    free: BoolArray  # (dyads,) whether it is folded and can rotate freely
 
 
 def dyad_roots(family: LoopFamily, H: ComplexArray) -> DyadRoots:
@@ -49,7 +48,7 @@ def dyad_roots(family: LoopFamily, H: ComplexArray) -> DyadRoots:
     return DyadRoots(prove(family, repeated, rows), each, gap < -MARGIN * size, free)
 
 
-def _triangle(c: ComplexArray) -> tuple[ComplexArray, FloatArray, FloatArray, NDArray[np.bool_]]:
+def _triangle(c: ComplexArray) -> tuple[ComplexArray, FloatArray, FloatArray, BoolArray]:
     """Return the roots of triangles (dyads, 2, 2), their gaps, their sizes, and which of them can rotate freely."""
     a, b, d = np.abs(c[:, 0]), np.abs(c[:, 1]), np.abs(c[:, 2])
     size = a + b + d
@@ -64,7 +63,7 @@ def _triangle(c: ComplexArray) -> tuple[ComplexArray, FloatArray, FloatArray, ND
     return w, gap, size, a < MARGIN * size
 
 
-def _slide(c: ComplexArray, rail: int) -> tuple[ComplexArray, FloatArray, FloatArray, NDArray[np.bool_]]:
+def _slide(c: ComplexArray, rail: int) -> tuple[ComplexArray, FloatArray, FloatArray, BoolArray]:
     """Return the roots of dyads with one slide (dyads, 2, 2), and the other values as for triangles."""
     carrier, arm = (c[:, 0], c[:, 1]) if rail == GROUND else (c[:, 1], c[:, 0])
     u = c[:, 2]
@@ -93,7 +92,7 @@ def _root(x: FloatArray) -> ComplexArray:
     return np.asarray(np.sqrt(x.astype(complex)))
 
 
-def _log(z: ComplexArray, real: NDArray[np.bool_]) -> ComplexArray:
+def _log(z: ComplexArray, real: BoolArray) -> ComplexArray:
     """Return the logarithm, exactly imaginary for real roots."""
     w = np.log(z)
     return np.where(real, 1j * w.imag, w)

@@ -18,10 +18,10 @@ import numpy as np
 
 from gimcli.assemblies.contraction import contract
 from gimcli.assemblies.cosine_rows import EPS, CosineRows, RowConstants, cosine_rows
-from gimcli.assemblies.isolated_roots import BoolArray, IsolatedRoots, centred
+from gimcli.assemblies.isolated_roots import IsolatedRoots, centred
 from gimcli.assemblies.krawczyk import Coefficients, image, local, narrow
 from gimcli.assemblies.slide_bounds import proved_reach
-from gimcli.mechanism import ComplexArray, FloatArray, IntArray
+from gimcli.mechanism import BoolArray, ComplexArray, FloatArray, IntArray
 from gimcli.progress import spend
 
 BATCH = 300

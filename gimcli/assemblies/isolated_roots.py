@@ -9,14 +9,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gimcli.assemblies.contraction import TURN
 from gimcli.assemblies.cosine_rows import EPS
 from gimcli.assemblies.krawczyk import Coefficients, image, local
-from gimcli.mechanism import FloatArray
-
-BoolArray = NDArray[np.bool_]
+from gimcli.mechanism import BoolArray, FloatArray
 
 
 @dataclass(frozen=True)

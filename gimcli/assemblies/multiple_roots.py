@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gimcli.assemblies.certificate import Proven, distances, mirror_distance
 from gimcli.assemblies.constants import SEARCH
 from gimcli.assemblies.loops import LoopFamily, values_and_jacobian
-from gimcli.mechanism import ComplexArray
+from gimcli.mechanism import BoolArray, ComplexArray
 
 CUT = 1e-9
 """Singular value relative to the largest below which a direction is not corrected (double root or curve)."""
@@ -47,7 +46,7 @@ def _settled(family: LoopFamily, H: ComplexArray, w: ComplexArray) -> ComplexArr
     return w
 
 
-def kept_apart(family: LoopFamily, proven: Proven, each: int) -> NDArray[np.bool_]:
+def kept_apart(family: LoopFamily, proven: Proven, each: int) -> BoolArray:
     """Return for every group of `each` consecutive roots whether they are proved to be different."""
     if each == 1:
         return np.ones(len(proven.w), dtype=bool)

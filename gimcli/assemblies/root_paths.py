@@ -10,12 +10,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gimcli.assemblies.certificate import each_of
 from gimcli.assemblies.constants import TrackingConstants
 from gimcli.assemblies.loops import LoopFamily, values, values_and_jacobian
-from gimcli.mechanism import ComplexArray, FloatArray
+from gimcli.mechanism import BoolArray, ComplexArray, FloatArray
 from gimcli.progress import spend
 
 TOGETHER = 20
@@ -27,7 +26,7 @@ class Tracked:
     """The ends of paths."""
 
     w: ComplexArray  # (roots, n + q) at t = 1, or where the path stopped
-    arrived: NDArray[np.bool_]  # (roots,) whether t = 1 was reached
+    arrived: BoolArray  # (roots,) whether t = 1 was reached
     time: FloatArray  # (roots,) t in 0..1 that was reached
     rate: ComplexArray  # (roots, n + q) dw/dt at the last step
 
@@ -100,7 +99,7 @@ def _predicted(
 def _corrected(
     family: LoopFamily, start: ComplexArray, change: ComplexArray, w: ComplexArray, t: FloatArray,
     constants: TrackingConstants,
-) -> tuple[NDArray[np.bool_], FloatArray, ComplexArray]:  # fmt: skip
+) -> tuple[BoolArray, FloatArray, ComplexArray]:  # fmt: skip
     """Return whether two corrections converge, the size of the first, and the points."""
     H = _at(start, change, t)
     value, J = values_and_jacobian(family, H, w)

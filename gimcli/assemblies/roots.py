@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gimcli.assemblies.certificate import Proven, distances, distinct, mirror_distance, prove
 from gimcli.assemblies.constants import SEARCH
@@ -20,7 +19,7 @@ from gimcli.assemblies.loops import LoopFamily, Loops
 from gimcli.assemblies.pencil import candidates, pencil_of
 from gimcli.assemblies.root_paths import Tracked, corrected, track
 from gimcli.assemblies.start_cache import known_count, known_start
-from gimcli.mechanism import ComplexArray
+from gimcli.mechanism import BoolArray, ComplexArray
 from gimcli.progress import Progress, no_progress, spend
 
 REACHED, REALS, AGREED, OPEN = 1, 2, 3, 4
@@ -162,13 +161,13 @@ def _tracked(family: LoopFamily, start: ComplexArray, H: ComplexArray, w: Comple
     return _judged(family, H, done, point, _alone(family, H, done, point))
 
 
-def _replaced(done: Tracked, chosen: NDArray[np.bool_], new: Tracked) -> Tracked:
+def _replaced(done: Tracked, chosen: BoolArray, new: Tracked) -> Tracked:
     w, arrived, time, rate = done.w.copy(), done.arrived.copy(), done.time.copy(), done.rate.copy()
     w[chosen], arrived[chosen], time[chosen], rate[chosen] = new.w, new.arrived, new.time, new.rate
     return Tracked(w, arrived, time, rate)
 
 
-def _alone(family: LoopFamily, H: ComplexArray, done: Tracked, point: ComplexArray) -> NDArray[np.bool_]:
+def _alone(family: LoopFamily, H: ComplexArray, done: Tracked, point: ComplexArray) -> BoolArray:
     """Return which paths arrived at a proved root at which no other path arrived."""
     safe = np.where(np.isfinite(point).all(axis=1, keepdims=True), point, 0.0)
     proven = prove(family, H, safe)
@@ -181,7 +180,7 @@ def _alone(family: LoopFamily, H: ComplexArray, done: Tracked, point: ComplexArr
     return np.asarray(good & ~close.any(axis=1))
 
 
-def _judged(family: LoopFamily, H: ComplexArray, done: Tracked, point: ComplexArray, alone: NDArray[np.bool_]) -> _Ends:
+def _judged(family: LoopFamily, H: ComplexArray, done: Tracked, point: ComplexArray, alone: BoolArray) -> _Ends:
     """Classify paths: roots at infinity, multiple roots, and lost paths."""
     proven = _sound(family, H, point[np.isfinite(point).all(axis=1) & (done.arrived | alone)])
     left = np.flatnonzero(~alone)
@@ -197,7 +196,7 @@ def _judged(family: LoopFamily, H: ComplexArray, done: Tracked, point: ComplexAr
     return _Ends(proven, doubtful, int(infinite.sum()), len(rest) - len(near))
 
 
-def _diverging(family: LoopFamily, done: Tracked) -> NDArray[np.bool_]:
+def _diverging(family: LoopFamily, done: Tracked) -> BoolArray:
     """Return which paths go to infinity: with t = 1 - e^-tau log theta and log s become linear in tau."""
     n = family.angles
     with np.errstate(all="ignore"):

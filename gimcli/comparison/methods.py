@@ -16,13 +16,12 @@ from functools import partial
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gimcli.comparison.operations import Cost, coordinates_cost, plan_cost, sweep_cost
 from gimcli.comparison.textbook_coordinates import COORDINATES, Coordinates, Followed, follow
 from gimcli.gim.sequence_switching import SwitchingState
 from gimcli.gim.sweeper import Sweeper
-from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+from gimcli.mechanism import BoolArray, ComplexArray, FloatArray, Mechanism
 from gimcli.motion.assemble import Assembly
 from gimcli.motion.legs import STEPS_A_TURN
 from gimcli.motion.motion import Motion, trace
@@ -72,7 +71,7 @@ class Outcome:
     """Result of one method for one motion and one tolerance."""
 
     z: ComplexArray  # (nodes, rows), NaN where not solved
-    good: NDArray[np.bool_]  # (rows,) whether the row was solved
+    good: BoolArray  # (rows,) whether the row was solved
     work: FloatArray  # (rows,) sweeps or iterations
     cost: Cost
     run: Callable[[], object]  # repeats the solution, to measure its time
@@ -210,7 +209,7 @@ class Reference:
         return Outcome(found.z, found.good, found.iterations, cost, run, reason=reason)
 
 
-def missing_reason(status: Status, good: NDArray[np.bool_]) -> str:
+def missing_reason(status: Status, good: BoolArray) -> str:
     """Return the status word if a row was not solved, "" if all rows were solved."""
     return "" if good.all() else status.word
 

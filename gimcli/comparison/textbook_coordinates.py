@@ -13,13 +13,12 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gimcli.comparison.absolute import AbsoluteCoordinates
 from gimcli.comparison.joint import JointCoordinates
 from gimcli.comparison.natural import NaturalCoordinates
 from gimcli.comparison.stop import Stop
-from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+from gimcli.mechanism import BoolArray, ComplexArray, FloatArray, Mechanism
 from gimcli.positions.newton import Run
 
 
@@ -37,7 +36,7 @@ class Followed:
 
     z: ComplexArray  # (nodes, rows), NaN where not solved
     iterations: FloatArray  # (rows,)
-    good: NDArray[np.bool_]  # (rows,) whether the iteration converged
+    good: BoolArray  # (rows,) whether the iteration converged
 
 
 class Coordinates(Protocol):

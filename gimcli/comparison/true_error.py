@@ -11,13 +11,12 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
+from gimcli.mechanism import FRAME, BoolArray, ComplexArray, FloatArray, Mechanism
 from gimcli.motion.coupler_points import carried_point
 from gimcli.structure.exact_equations import Constraints
 
-Flags = NDArray[np.bool_]
+Flags = BoolArray
 
 
 @dataclass(frozen=True)

@@ -14,14 +14,13 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gimcli.continuation.arclength import ArclengthConstants, CurvePoint, advance, correct, grown, place, sign_change
 from gimcli.continuation.bifurcation import Crossing, crossing
 from gimcli.continuation.curve import PositionCurve
 from gimcli.continuation.gap_interpolation import lagrange
 from gimcli.errors import StructureError
-from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+from gimcli.mechanism import BoolArray, ComplexArray, FloatArray, Mechanism
 from gimcli.progress import spend
 
 RESTS = 1e-6
@@ -118,7 +117,7 @@ def nearby(circuit: Circuit) -> tuple[int, int]:
     return int(inside[0]) if behind is not None else 0, int(inside[-1]) if ahead is not None else last
 
 
-def near(circuit: Circuit) -> NDArray[np.bool_]:
+def near(circuit: Circuit) -> BoolArray:
     """Return (points,) whether the coordinates are not far outside the mechanism's size."""
     return np.asarray(np.max(np.abs(circuit.p[:-1]), axis=0, initial=0.0) <= CIRCUIT.outside)
 

@@ -11,9 +11,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from gimcli.mechanism import FloatArray, IntArray
+from gimcli.mechanism import BoolArray, FloatArray, IntArray
 
 Equations = Callable[[FloatArray, IntArray], tuple[FloatArray, FloatArray]]
 """Returns residuals (rows, m) and their derivatives (rows, m, n) at x (rows, n), for rows with numbers (rows,)."""
@@ -36,7 +35,7 @@ class GaussNewtonConstants:
 
 def settle(
     equations: Equations, x: FloatArray, constants: GaussNewtonConstants | None = None
-) -> tuple[FloatArray, NDArray[np.bool_]]:
+) -> tuple[FloatArray, BoolArray]:
     """Solve from starts x (rows, n); return the solutions (rows, n), and whether each row converged (rows,)."""
     constants = constants or GaussNewtonConstants()
     x, count = x.copy(), len(x)

@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gimcli.continuation import gauss_newton
 from gimcli.continuation.circuit import Circuit
 from gimcli.continuation.hermite import hermite
-from gimcli.mechanism import FloatArray, IntArray
+from gimcli.mechanism import BoolArray, FloatArray, IntArray
 
 SETTLING = gauss_newton.GaussNewtonConstants(iterations=8)
 """The cubic between two points deviates from the circuit by some 1e-5 at most, so few iterations suffice."""
@@ -49,12 +48,12 @@ class Visits:
         found[on] = ((self.marks[k] + part * self.step[k]) / self.marks[-1])[best[on]]
         return found
 
-    def _near(self, guess: FloatArray, x: FloatArray, step: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+    def _near(self, guess: FloatArray, x: FloatArray, step: FloatArray) -> tuple[FloatArray, BoolArray]:
         """Return the distances of guesses (steps, n) from positions (rows, n), and whether they may be the same."""
         apart = np.linalg.norm(guess[:, None] - x, axis=2)
         return apart, apart <= (NEAR * step + SAME)[:, None]
 
-    def _meets(self, k: IntArray, part: FloatArray, x: FloatArray, q: float) -> NDArray[np.bool_]:
+    def _meets(self, k: IntArray, part: FloatArray, x: FloatArray, q: float) -> BoolArray:
         """Return (steps, rows) whether the exact point of some steps at the parameter is at positions (rows, n)."""
         guess = self._between(k, part)[:, :-1]
         form = self.curve.system.quadric(self.curve.inputs(q))

@@ -13,7 +13,6 @@ from dataclasses import dataclass, field, replace
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gimcli.dynamics.coulomb_pairs import RubbingPair, form_table, rubbing_pairs
 from gimcli.dynamics.coulomb_solver import FrictionSystem, solve_friction
@@ -24,7 +23,7 @@ from gimcli.dynamics.loading import Loading, loading
 from gimcli.dynamics.physical import require_action
 from gimcli.dynamics.statics import Statics
 from gimcli.errors import ModelError
-from gimcli.mechanism import ComplexArray, FloatArray, IntArray
+from gimcli.mechanism import BoolArray, ComplexArray, FloatArray, IntArray
 from gimcli.positions.newton import Run
 
 AT_REST = 1e-9
@@ -53,7 +52,7 @@ class DryFriction:
     residual: FloatArray = field(repr=False)  # (rows,) of the equations with friction, relative
 
     @property
-    def standstill(self) -> NDArray[np.bool_]:
+    def standstill(self) -> BoolArray:
         """Return for every row whether a pair at rest leaves its forces undetermined."""
         return np.asarray(self.codes == FrictionStatus.STANDSTILL)
 
@@ -277,7 +276,7 @@ class _Rows:
         return error
 
 
-def _senses(rates: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+def _senses(rates: FloatArray) -> tuple[FloatArray, BoolArray]:
     """Return the directions of sliding (rows, pairs), 0 for a pair at rest, and the rows where all are at rest."""
     size = np.max(np.abs(rates), axis=0)
     rest = size <= AT_REST * np.nanmax(size, initial=0.0)

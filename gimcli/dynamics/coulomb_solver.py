@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gimcli.dynamics.coulomb_status import FrictionStatus
-from gimcli.mechanism import ComplexArray, FloatArray, IntArray
+from gimcli.mechanism import BoolArray, ComplexArray, FloatArray, IntArray
 
 CLOSE = 1e-13
 """Error of the friction forces at the end of the iteration, relative to the largest."""
@@ -118,7 +118,7 @@ class _Reduced:
         return phi - _solved(np.eye(phi.shape[1]) - slope, phi - value)
 
 
-def _contraction_weights(gains: FloatArray, good: NDArray[np.bool_]) -> FloatArray:
+def _contraction_weights(gains: FloatArray, good: BoolArray) -> FloatArray:
     """Return v = (I - T)^-1 1 (rows, pairs); the equations contract where all are positive."""
     usable = np.where(good[:, None, None], gains, np.inf)
     matrix = np.eye(gains.shape[1]) - np.where(np.isfinite(usable), usable, 2.0)
@@ -185,7 +185,7 @@ def _different(ends: FloatArray) -> FloatArray:
     return np.array(kept).reshape(-1, ends.shape[1])
 
 
-def _newton_ends(reduced: _Reduced, phi: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+def _newton_ends(reduced: _Reduced, phi: FloatArray) -> tuple[FloatArray, BoolArray]:
     """Return where Newton's method with shortened steps ends from starts (starts, pairs), and which ends solve."""
     phi, solved = phi.copy(), np.zeros(len(phi), dtype=bool)
     active = np.arange(len(phi))

@@ -10,14 +10,13 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gimcli.dynamics.coulomb import DryFriction
 from gimcli.dynamics.coulomb_status import FrictionStatus
 from gimcli.dynamics.forces import Forces
 from gimcli.dynamics.kinematic_history import reading
 from gimcli.dynamics.physical import require_action
-from gimcli.mechanism import FloatArray, Mechanism
+from gimcli.mechanism import BoolArray, FloatArray, Mechanism
 from gimcli.motion.motion import Motion
 
 NOTHING = 1e-12
@@ -60,17 +59,17 @@ def row_efficiency(forces: Forces, dry: DryFriction) -> FloatArray:
     return efficiency(list(source_powers(forces).values()), sum(lost_powers(forces, dry).values()))
 
 
-def self_locking(dry: DryFriction) -> NDArray[np.bool_]:
+def self_locking(dry: DryFriction) -> BoolArray:
     """Return for every row whether friction holds the mechanism at rest without an effort against its loads."""
     return _held(dry.margin) & _driven(dry.margin, dry.smooth)
 
 
-def _held(margin: FloatArray) -> NDArray[np.bool_]:
+def _held(margin: FloatArray) -> BoolArray:
     """Return whether the drive must give power to move the mechanism from rest either way (rows,)."""
     return np.asarray(margin > NOTHING * np.max(np.abs(margin), initial=0.0, where=np.isfinite(margin)))
 
 
-def _driven(margin: FloatArray, smooth: FloatArray) -> NDArray[np.bool_]:
+def _driven(margin: FloatArray, smooth: FloatArray) -> BoolArray:
     """Return whether the loads would move the mechanism without friction (rows,)."""
     return np.asarray(np.abs(smooth) > NOTHING * np.where(np.isfinite(margin), np.abs(margin), 0.0))
 
@@ -88,7 +87,7 @@ class FrictionSummary:
         self._last: tuple[float, dict[str, float], dict[str, float]] | None = None
         self._places: list[FloatArray] = []
         self._margins: list[FloatArray] = []
-        self._driven: list[NDArray[np.bool_]] = []
+        self._driven: list[BoolArray] = []
 
     def add(self, motion: Motion, forces: Forces, dry: DryFriction) -> None:
         """Add the next piece of the motion."""

@@ -10,9 +10,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from gimcli.mechanism import FloatArray
+from gimcli.mechanism import BoolArray, FloatArray
 
 EQUAL = 1e-9
 """Relative difference of values that are equal: the first row is taken."""
@@ -91,7 +90,7 @@ Evaluate = Callable[[FloatArray], FloatArray]
 """Returns the quantities (quantities, times) at increasing times, in steps."""
 
 
-def refined(extremes: list[RowExtreme], evaluate: Evaluate, constant: NDArray[np.bool_]) -> None:
+def refined(extremes: list[RowExtreme], evaluate: Evaluate, constant: BoolArray) -> None:
     """Move extremes to better times between rows; those of the quantities that are `constant` stay."""
     begun = [_Bracket(one) for one in extremes if np.all(np.isfinite(one.beside)) and not constant[one.quantity]]
     todo = begun

@@ -6,7 +6,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gimcli.canonical import first_greatest
 from gimcli.dynamics.bearing_loads import BearingLoad, BearingLoads
@@ -15,7 +14,7 @@ from gimcli.dynamics.forces import Forces
 from gimcli.dynamics.row_integrals import RowIntegrals
 from gimcli.dynamics.statics import Statics
 from gimcli.dynamics.work_balance import Work, WorkBalance
-from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+from gimcli.mechanism import BoolArray, ComplexArray, FloatArray, Mechanism
 from gimcli.motion.motion import Motion
 from gimcli.rates.derivatives import law_rates
 from gimcli.table import Table
@@ -137,7 +136,7 @@ class ForceStatistics:
         near = np.abs(after - before)[known] <= SAME * np.max(np.abs([before[known], after[known]]), initial=0.0)
         return bool(np.all(np.abs(rates[..., 1] - rates[..., 0]) <= least) and np.all(near))
 
-    def _constant(self, extremes: list[RowExtreme]) -> NDArray[np.bool_]:
+    def _constant(self, extremes: list[RowExtreme]) -> BoolArray:
         """Return for each quantity whether it is the same in all rows (quantities,)."""
         ends = np.zeros((2, len(self.units)))
         for one in extremes:
@@ -167,7 +166,7 @@ class ForceStatistics:
         }
 
 
-def amounts(table: Table, bounded: NDArray[np.bool_]) -> dict[str, ForceAmount]:
+def amounts(table: Table, bounded: BoolArray) -> dict[str, ForceAmount]:
     """Return the forces and moments of a table by name; NaN in the rows that are not bounded."""
     own = (column for column in table.columns if column.unit in UNITS and not column.name.endswith(BOUNDS))
     found, columns = {}, {column.name: column for column in own}

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gimcli.dynamics.forces import Forces
-from gimcli.mechanism import FloatArray
+from gimcli.mechanism import BoolArray, FloatArray
 from gimcli.motion.motion import Motion
 from gimcli.rates.motion_table import first_columns, status_column
 from gimcli.status import Status
@@ -29,7 +28,7 @@ def force_table(motion: Motion, forces: Forces, first: int = 0) -> Table:
     return Table((*first_columns(motion, first), *columns, Column("residual", motion.residual), status))
 
 
-def determined_rows(motion: Motion, forces: Forces) -> NDArray[np.bool_]:
+def determined_rows(motion: Motion, forces: Forces) -> BoolArray:
     """Return for every row whether its forces are determined, or at a standstill given by their limits."""
     given = forces.good if forces.dry is None else forces.good | forces.dry.standstill
     return np.asarray(motion.good & given)

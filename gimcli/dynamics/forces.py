@@ -20,7 +20,7 @@ from gimcli.dynamics.loading import Loading, loading
 from gimcli.dynamics.physical import require_action
 from gimcli.dynamics.statics import Pin, Statics, statics
 from gimcli.kernels.equilibrium import ALONG
-from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+from gimcli.mechanism import BoolArray, ComplexArray, FloatArray, Mechanism
 from gimcli.motion.motion import Motion
 from gimcli.positions.dispatch import plain
 from gimcli.positions.newton import Run
@@ -62,12 +62,12 @@ class Forces:
         return self.statics.mechanism
 
     @property
-    def good(self) -> NDArray[np.bool_]:
+    def good(self) -> BoolArray:
         """Return for every row whether its forces are determined."""
         return np.asarray(np.all(np.isfinite(self.unknowns), axis=0) & np.isfinite(self.loads.support))
 
     @property
-    def bounded(self) -> NDArray[np.bool_]:
+    def bounded(self) -> BoolArray:
         """Return for every row whether the estimated relative error of its forces is at most `MOST`."""
         return np.asarray(self.good & (MOST * self.weakest**2 >= POSITION))
 

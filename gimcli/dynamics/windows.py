@@ -12,12 +12,11 @@ from functools import cached_property
 
 import numpy as np
 from numpy.polynomial import chebyshev
-from numpy.typing import NDArray
 
 from gimcli.kernels import influence
 from gimcli.kernels.influence import Chart, InfluencePosition, InfluenceScratch
 from gimcli.kernels.windows import FLOOR, NODES, Windows, interpolate
-from gimcli.mechanism import FloatArray, IntArray
+from gimcli.mechanism import BoolArray, FloatArray, IntArray
 from gimcli.positions.newton import Run
 from gimcli.structure.coordinate_partitioning import residuals
 from gimcli.structure.polynomials import Terms
@@ -143,7 +142,7 @@ class WindowSearch:
         return None
 
     @cached_property
-    def turning(self) -> NDArray[np.bool_]:
+    def turning(self) -> BoolArray:
         """Whether the determinant of each block varies (blocks,)."""
         return np.asarray(self.chart.blocks[:, 0] != influence.LINEAR)
 

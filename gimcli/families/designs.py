@@ -6,9 +6,8 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-from gimcli.mechanism import ComplexArray, FloatArray, IntArray
+from gimcli.mechanism import BoolArray, ComplexArray, FloatArray, IntArray
 from gimcli.status import Status
 
 
@@ -25,7 +24,7 @@ class Designs:
     careful: int  # number of designs that were solved one by one
 
     @cached_property
-    def good(self) -> NDArray[np.bool_]:
+    def good(self) -> BoolArray:
         """(designs, rows) whether the row is solved."""
         return np.asarray(self.codes <= Status.TANGENT)
 

@@ -11,7 +11,6 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gimcli.errors import GimError, ModelError, StructureError, UsageError
 from gimcli.families.coupling_slopes import CouplingSlopes
@@ -19,7 +18,7 @@ from gimcli.families.designs import Designs
 from gimcli.families.float_tables import FloatTables, TableMaker, listed, spans
 from gimcli.families.later_law import LaterLaw
 from gimcli.kernels import family as kernels, jit, march as marching, plan_steps
-from gimcli.mechanism import FRAME, ComplexArray, FloatArray, IntArray, Mechanism
+from gimcli.mechanism import FRAME, BoolArray, ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.motion.assemble import Assembler
 from gimcli.motion.motion import trace
 from gimcli.motion.start import moved, settled, start_position
@@ -182,7 +181,7 @@ class Family:
         residual[bad] = math.nan
         return Designs(designs, time, values, z, codes, residual, len(careful))
 
-    def _reversed(self, tables: FloatTables) -> NDArray[np.bool_]:
+    def _reversed(self, tables: FloatTables) -> BoolArray:
         """Return the designs (designs,) with a link whose length has not the sign of the nominal one.
 
         The equations of positions have the square of a length; a model file with such a length is refused.

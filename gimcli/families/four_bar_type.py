@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gimcli.families.float_tables import FloatTables, spans
-from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+from gimcli.mechanism import BoolArray, ComplexArray, FloatArray, Mechanism
 from gimcli.structure.four_bars import FourBar
 from gimcli.structure.loop_types import cross
 from gimcli.structure.mechanism_types import mechanism_type
@@ -34,7 +34,7 @@ def four_bar_types(mechanism: Mechanism, tables: FloatTables, z: ComplexArray) -
     return np.array(kinds, dtype=LETTERS)
 
 
-def _flat(corners: ComplexArray) -> NDArray[np.bool_]:
+def _flat(corners: ComplexArray) -> BoolArray:
     """Return whether the corners (designs, 4) of each loop are on one line."""
     reach = corners - corners[:, :1]
     far = reach[np.arange(len(reach)), np.argmax(np.abs(reach), axis=1)]

@@ -14,9 +14,8 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
-from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
+from gimcli.mechanism import BoolArray, ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.status import Status
 from gimcli.structure.residual import allowed, residual
 
@@ -52,7 +51,7 @@ class Swept:
 
 def off_branch(
     mechanism: Mechanism, z: ComplexArray, other: ComplexArray, inputs: FloatArray, tolerance: float,
-) -> NDArray[np.bool_]:  # fmt: skip
+) -> BoolArray:  # fmt: skip
     """Return (rows,) whether positions z (nodes, rows) are on another branch than the exact positions `other`.
 
     Solutions closer than the square root of the tolerance cannot be distinguished by residuals.

@@ -22,7 +22,7 @@ from gimcli.library.machines import for_each_machine, released_machines
 from gimcli.library.places import coordinates
 from gimcli.library.released import released_inputs
 from gimcli.library.result import Result
-from gimcli.mechanism import Mechanism
+from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.positions.options import Options
 from gimcli.progress import Phases, limited, no_phases
 from gimcli.status import Status
@@ -161,7 +161,7 @@ class EquilibriumResult(Result):
         """The equilibria: inputs, potential, stability, stiffness, pushes over the next one, coordinates of nodes."""
         return [self._one(k, one) for k, one in enumerate(self.found.found)]
 
-    def inputs(self, values: NDArray[np.float64]) -> dict[str, float]:
+    def inputs(self, values: FloatArray) -> dict[str, float]:
         """Return inputs (actuators,) in the file's units."""
         found = in_file_units(self.mechanism, values)
         return {name: value if abs(value) > ROUND else 0.0 for name, value in found.items()}
@@ -282,7 +282,7 @@ class EquilibriumResult(Result):
         return equilibrium_picture(self.mechanism, self.found, self.headline())
 
 
-def _middle(mechanism: Mechanism, released: int, values: NDArray[np.float64]) -> float:
+def _middle(mechanism: Mechanism, released: int, values: FloatArray) -> float:
     """Return the middle of the law of an input; of a law that does not contain its start value, this value."""
     law = mechanism.actuators[released].law(np.linspace(0.0, 1.0, SAMPLES))
     inside = float(np.min(law)) <= values[released] <= float(np.max(law))

@@ -10,7 +10,6 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gimcli.errors import ModelError, StructureError, UsageError
 from gimcli.families.family import Family
@@ -29,7 +28,7 @@ from gimcli.library.fit_check import FittedDesign, GoalChecker, TargetChecker
 from gimcli.library.fit_result import FitCounts, FitResult, GoalResult
 from gimcli.library.fit_targets import FittedTask, columns_of, input_range, task_of
 from gimcli.library.inputs import refuse_count, refuse_unmoved
-from gimcli.mechanism import FloatArray, Mechanism
+from gimcli.mechanism import BoolArray, FloatArray, Mechanism
 from gimcli.progress import Notify, Phases, Progress, deadline, no_phases
 from gimcli.status import Status
 from gimcli.structure.drive_check import explained
@@ -176,7 +175,7 @@ def _ended(stop: SearchStop) -> str:
     return "interrupted" if stop.interrupted else (Status.WORK_LIMIT if stop.ended else Status.OK).word
 
 
-def _stand(found: FittedDesign | None, lower: FloatArray, upper: FloatArray) -> NDArray[np.bool_]:
+def _stand(found: FittedDesign | None, lower: FloatArray, upper: FloatArray) -> BoolArray:
     """Return which dimensions (dimensions,) stand on a bound."""
     if found is None:
         return np.zeros(len(lower), dtype=bool)

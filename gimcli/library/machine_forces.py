@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from gimcli.errors import UsageError
 from gimcli.library.machines import MachinesResult
-from gimcli.mechanism import Mechanism
+from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.status import Status
 from gimcli.table import Column, Table
 
@@ -102,7 +102,7 @@ class ForcesBeside:
         status = Column("status", _worst([table["status"] for table in tables]))
         return Table((*ahead.values(), *columns.values(), *shifted, *own.values(), residual, status))
 
-    def _shift(self, tables: Sequence[Table]) -> NDArray[np.float64]:
+    def _shift(self, tables: Sequence[Table]) -> FloatArray:
         """Return what the shaking moments [N m] change about the first ground node of the file (rows,)."""
         whole, found = self.mechanism, np.zeros(len(tables[0]))
         metre = (whole.dynamics.metre or 0.0) / whole.scale

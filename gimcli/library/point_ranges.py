@@ -6,9 +6,8 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
+from gimcli.mechanism import FRAME, BoolArray, ComplexArray, FloatArray, Mechanism
 from gimcli.motion.coupler_points import carried_point
 from gimcli.motion.motion import Motion
 from gimcli.structure.rotation import members_of
@@ -33,7 +32,7 @@ class PointRanges:
         self.first, self.last = np.full(shape, math.nan), np.full(shape, math.nan)
         self.rows, self.solved = 0, np.zeros(len(mechanism.traced), dtype=int)
 
-    def add(self, table: Table, good: NDArray[np.bool_]) -> None:
+    def add(self, table: Table, good: BoolArray) -> None:
         """Add the next rows of a motion, of which those in `good` (rows,) are solved."""
         every = bool(good.all())
         least, greatest = (np.min, np.max) if every else (np.fmin.reduce, np.fmax.reduce)  # NaN: skipped

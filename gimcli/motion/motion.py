@@ -9,9 +9,8 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
+from gimcli.mechanism import BoolArray, ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.motion.assemble import Assembly
 from gimcli.motion.follow import FollowedPath, Meeting, Stop
 from gimcli.motion.law_follower import LawFollower
@@ -76,7 +75,7 @@ class Motion:
         return int(self.good.sum())
 
     @cached_property
-    def good(self) -> NDArray[np.bool_]:
+    def good(self) -> BoolArray:
         """(rows,) whether the position is solved."""
         return np.asarray(self.codes <= Status.TANGENT)
 

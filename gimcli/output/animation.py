@@ -8,9 +8,8 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
-from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
+from gimcli.mechanism import BoolArray, ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.output.scene import Scene
 from gimcli.table import Table
 
@@ -50,7 +49,7 @@ class Clip:
     mechanism: Mechanism | None = field(default=None, repr=False)  # of a design; None: that of the animation
 
     @cached_property
-    def good(self) -> NDArray[np.bool_]:
+    def good(self) -> BoolArray:
         """(rows,) whether the rows are solved."""
         return np.array([word == "ok" for word in self.status], dtype=bool)
 
@@ -111,7 +110,7 @@ class Animation:
         return Scene(self.mechanism, poses if len(poses) else self.mechanism.to_file(self.mechanism.drawn))
 
 
-def shown_rows(good: NDArray[np.bool_], marks: Sequence[float] = (), most: int = MOST_ROWS) -> IntArray:
+def shown_rows(good: BoolArray, marks: Sequence[float] = (), most: int = MOST_ROWS) -> IntArray:
     """Return the numbers of at most about `most` evenly spread rows of a long motion.
 
     The first and the last row of each run of solved or unsolved rows are among them (of at most 100 runs), and the rows

@@ -7,9 +7,8 @@ import textwrap
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from gimcli.mechanism import ComplexArray
+from gimcli.mechanism import ComplexArray, FloatArray
 from gimcli.output.part_groups import PartNames, add_group
 from gimcli.output.picture import Picture, Text
 from gimcli.output.style import FONT, LETTER, Mark, Pen
@@ -58,14 +57,14 @@ def _write_above(axes: Any, picture: Picture) -> None:
         )  # fmt: skip
 
 
-def _decades(low: float, high: float) -> tuple[NDArray[np.float64], list[str]]:
+def _decades(low: float, high: float) -> tuple[FloatArray, list[str]]:
     """Return ticks at powers of ten, and their labels."""
     decades = np.arange(np.ceil(low), np.floor(high) + 1)
     ticks = decades[:: max(1, len(decades) // 8)]
     return ticks, [power_of_ten(int(tick)) for tick in ticks]
 
 
-def _between(low: float, high: float) -> NDArray[np.float64]:
+def _between(low: float, high: float) -> FloatArray:
     """Return minor ticks at 2 to 9 times the powers of ten."""
     decades = np.arange(np.floor(low), np.ceil(high))
     ticks = np.add.outer(decades, np.log10(np.arange(2.0, 10.0))).ravel()
@@ -110,7 +109,7 @@ def _artists(picture: Picture) -> list[Any]:
     return found
 
 
-def _xy(z: ComplexArray) -> NDArray[np.float64]:
+def _xy(z: ComplexArray) -> FloatArray:
     return np.column_stack((z.real, z.imag))
 
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
-from gimcli.mechanism import ComplexArray
+from gimcli.mechanism import ComplexArray, FloatArray
 
 MOST_PIECES = 12
 """A curve with more reversals is drawn without change."""
@@ -90,7 +89,7 @@ def overlap(path: ComplexArray, other: ComplexArray, near: float) -> bool:
     return bool(np.mean(_distances(points, path[:: max(1, len(path) // 400)]) < near) > TOGETHER)
 
 
-def _distances(points: ComplexArray, path: ComplexArray) -> NDArray[np.float64]:
+def _distances(points: ComplexArray, path: ComplexArray) -> FloatArray:
     """Return the distance of each point from a polyline."""
     span = np.diff(path)
     span = np.where(span == 0, 1e-300, span)

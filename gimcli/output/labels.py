@@ -6,10 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gimcli.canonical import first_least
-from gimcli.mechanism import ComplexArray, FloatArray
+from gimcli.mechanism import BoolArray, ComplexArray, FloatArray
 from gimcli.output.picture import Picture, Text
 from gimcli.output.style import FONT, INK, LEADER, PAPER
 
@@ -62,7 +61,7 @@ class _Request:
     half: complex  # half width and height of its box, data
     offers: ComplexArray
     cost: FloatArray
-    leads: NDArray[np.bool_]  # the offers that need a leader
+    leads: BoolArray  # the offers that need a leader
 
 
 class Labels:

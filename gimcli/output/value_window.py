@@ -11,9 +11,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-from gimcli.mechanism import FloatArray
+from gimcli.mechanism import BoolArray, FloatArray
 
 BESIDE = 0.1
 """Largest part of the rows of a curve that is set aside on each side of a pole."""
@@ -67,7 +66,7 @@ def _span(values: FloatArray, events: FloatArray) -> tuple[float, float, float, 
     return (low, high, low, high) if len(calm) < LEAST else (low, high, float(calm.min()), float(calm.max()))
 
 
-def _rises(values: FloatArray, events: FloatArray, most: int) -> NDArray[np.bool_]:
+def _rises(values: FloatArray, events: FloatArray, most: int) -> BoolArray:
     """Return for every row whether the curve rises there to a pole at most `most` rows away."""
     found, size = np.zeros(len(values), dtype=bool), np.abs(values)
     crossed = _crossed(values)
@@ -114,7 +113,7 @@ def _crossed(values: FloatArray) -> FloatArray:
     return np.asarray(np.flatnonzero(found) + 2.5, dtype=np.float64)
 
 
-def _straight(rows: FloatArray, most: float) -> NDArray[np.bool_]:
+def _straight(rows: FloatArray, most: float) -> BoolArray:
     """Return whether values (places, 6) change sign in the middle only, with differences within a ratio `most`."""
     steps = np.diff(rows) * np.sign(rows[:, 5:] - rows[:, :1])
     middle = np.median(steps, axis=1, keepdims=True)

@@ -15,12 +15,11 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gimcli.continuation.arclength import correct, place
 from gimcli.continuation.circuit import CIRCUIT, STEPS
 from gimcli.continuation.curve import PositionCurve
-from gimcli.mechanism import FRAME, ComplexArray, FloatArray, IntArray
+from gimcli.mechanism import FRAME, BoolArray, ComplexArray, FloatArray, IntArray
 from gimcli.motion.motion import Motion
 from gimcli.rates.derivatives import MotionRates
 from gimcli.rates.path_derivatives import PathDerivatives
@@ -42,7 +41,7 @@ class ArclengthDerivatives(PathDerivatives):
         return PositionCurve(self.mechanism)
 
     @property
-    def smooth(self) -> NDArray[np.bool_]:
+    def smooth(self) -> BoolArray:
         """Return for every row whether its second derivatives belong to a regular parameter (always true)."""
         return np.ones(len(self.motion.time), dtype=bool)
 

@@ -11,10 +11,9 @@ from collections.abc import Callable, Iterator
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gimcli.canonical import phase
-from gimcli.mechanism import FRAME, ComplexArray, FloatArray, IntArray, Mechanism
+from gimcli.mechanism import FRAME, BoolArray, ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.motion.motion import Motion
 from gimcli.positions.inputs import law_inputs, scales
 
@@ -151,7 +150,7 @@ def _is_whole(motion: Motion) -> bool:
     return bool(motion.time[0] == 0.0 and motion.time[-1] == 1.0)
 
 
-def _wide(mechanism: Mechanism, angle: FloatArray) -> NDArray[np.bool_]:
+def _wide(mechanism: Mechanism, angle: FloatArray) -> BoolArray:
     """Return the steps (rows - 1,) in which an angle changes far, and those beside them."""
     turn = full_turn(mechanism)
     change = np.abs((np.diff(angle) + 0.5 * turn) % turn - 0.5 * turn) * (2.0 * np.pi / turn)

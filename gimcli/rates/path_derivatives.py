@@ -13,9 +13,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
+from gimcli.mechanism import BoolArray, ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.motion.motion import Motion
 from gimcli.rates.derivatives import MotionRates, rates, rates_of_inputs
 from gimcli.rates.member_angles import Angles, in_rows
@@ -39,7 +38,7 @@ class InputPath:
 
     first: FloatArray  # (actuators, rows)
     second: FloatArray  # (actuators, rows)
-    smooth: NDArray[np.bool_]  # (rows,) whether the second derivative belongs to a regular parameter
+    smooth: BoolArray  # (rows,) whether the second derivative belongs to a regular parameter
 
 
 def input_path(mechanism: Mechanism, time: FloatArray) -> InputPath:
@@ -71,7 +70,7 @@ def _first_order(length: Sequence[FloatArray]) -> IntArray:
     return order
 
 
-def _aligned(a: FloatArray, b: FloatArray) -> NDArray[np.bool_]:
+def _aligned(a: FloatArray, b: FloatArray) -> BoolArray:
     """Return for every row whether two vectors are parallel."""
     product = np.sum(a * b, axis=0) ** 2
     squares = np.sum(a * a, axis=0) * np.sum(b * b, axis=0)
@@ -108,7 +107,7 @@ class PathDerivatives:
         return input_path(self.mechanism, self.motion.time)
 
     @property
-    def smooth(self) -> NDArray[np.bool_]:
+    def smooth(self) -> BoolArray:
         """Return for every row whether its second derivatives belong to a regular parameter."""
         return self.path.smooth
 

@@ -6,10 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gimcli.canonical import ranks
-from gimcli.mechanism import ComplexArray, FloatArray, IntArray
+from gimcli.mechanism import BoolArray, ComplexArray, FloatArray, IntArray
 from gimcli.reach.arcs import Cut, PathArc, PathIndex
 from gimcli.reach.sampling import Bank
 
@@ -100,9 +99,7 @@ def sorted_edges(arcs: Sequence[PathArc], bank: Bank) -> list[Edge]:
     return edges
 
 
-def _test_sides(
-    arcs: Sequence[PathArc], chosen: IntArray, reached: NDArray[np.bool_], index: PathIndex, bank: Bank
-) -> None:
+def _test_sides(arcs: Sequence[PathArc], chosen: IntArray, reached: BoolArray, index: PathIndex, bank: Bank) -> None:
     """Test the points beside chosen paths, and set `reached` (paths, 2) for the left and right side."""
     tests = [(k, side) for k in chosen.tolist() for side in (0, 1) if not reached[k, side]]
     if not tests:

@@ -6,10 +6,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gimcli.continuation.gauss_newton import Equations, GaussNewtonConstants, settle
-from gimcli.mechanism import FloatArray, IntArray
+from gimcli.mechanism import BoolArray, FloatArray, IntArray
 from gimcli.reach.critical_positions import Critical
 from gimcli.reach.task import WorkspaceTask
 
@@ -74,7 +73,7 @@ class Bank:
         p, good = settle(equations, starts, BRIEF)
         return np.asarray(p[good & task.allowed(p[:, :n])])
 
-    def reaches(self, places: FloatArray, hints: FloatArray | None = None) -> NDArray[np.bool_]:
+    def reaches(self, places: FloatArray, hints: FloatArray | None = None) -> BoolArray:
         """Return for points (rows, 2) whether they can be reached; `hints` (rows, hints, n) are more starts."""
         found = np.zeros(len(places), dtype=bool)
         if not len(self.x):
@@ -93,7 +92,7 @@ class Bank:
         found[rest] = self._any(places[rest], self.x[starts])
         return found
 
-    def _any(self, places: FloatArray, starts: FloatArray) -> NDArray[np.bool_]:
+    def _any(self, places: FloatArray, starts: FloatArray) -> BoolArray:
         """Return for points (rows, 2) whether a position is found from any of its starts (rows, starts, n)."""
         rows, count, n = starts.shape
         targets = np.repeat(places, count, axis=0)

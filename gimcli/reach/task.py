@@ -14,11 +14,10 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gimcli.errors import UsageError
 from gimcli.measures.naming import guess
-from gimcli.mechanism import FRAME, SPAN, ComplexArray, FloatArray, IntArray, Mechanism
+from gimcli.mechanism import FRAME, SPAN, BoolArray, ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.motion.coupler_points import carried_point
 from gimcli.structure.quadric import Flat, Quadric
 from gimcli.structure.residual import holds
@@ -212,7 +211,7 @@ class WorkspaceTask:
         which = np.array([r.actuator for r in self.limited], dtype=int)
         return which, np.array([r.middle for r in self.limited]), np.array([r.half for r in self.limited])
 
-    def fulfilled(self, x: FloatArray, tolerance: float = TOLERANCE) -> NDArray[np.bool_]:
+    def fulfilled(self, x: FloatArray, tolerance: float = TOLERANCE) -> BoolArray:
         """Return for x (rows, n) whether every constraint of the mechanism holds, for any inputs (rows,)."""
         return holds(self.mechanism, self.nodes(x), self.inputs(x).T, tolerance)
 
@@ -228,7 +227,7 @@ class WorkspaceTask:
         return np.asarray(fits)
 
     @cached_property
-    def _kinds(self) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    def _kinds(self) -> tuple[BoolArray, BoolArray]:
         """Return for every actuator whether it is rotary, and whether it drives a distance."""
         actuators = self.mechanism.actuators
         return np.array([a.rotary for a in actuators]), np.array([a.kind == SPAN for a in actuators])

@@ -11,11 +11,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gimcli.kernels import constraints
 from gimcli.kernels.circular import cos_sin
-from gimcli.mechanism import ANGLE, FRAME, SPAN, ComplexArray, FloatArray, Mechanism
+from gimcli.mechanism import ANGLE, FRAME, SPAN, BoolArray, ComplexArray, FloatArray, Mechanism
 from gimcli.structure.checks import Check, checks
 from gimcli.structure.steps import NONE, Vector
 
@@ -68,7 +67,7 @@ def allowed(mechanism: Mechanism, tolerance: float, swept: bool = False) -> floa
 def holds(
     mechanism: Mechanism, z: ComplexArray, inputs: FloatArray, tolerance: float, swept: bool = False,
     error: FloatArray | None = None,
-) -> NDArray[np.bool_]:  # fmt: skip
+) -> BoolArray:  # fmt: skip
     """Return (rows,) whether positions z (nodes, rows) at inputs (actuators, rows) satisfy all constraints.
 
     Every position must pass this check before its status is `ok`. error: the residuals (rows,), if already computed.
