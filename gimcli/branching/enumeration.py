@@ -25,11 +25,9 @@ from gimcli.continuation.curve import PositionCurve
 from gimcli.continuation.visits import Visits
 from gimcli.errors import GimError, StructureError
 from gimcli.mechanism import SPAN, ComplexArray, FloatArray, Mechanism
+from gimcli.positions.options import TOLERANCE
 from gimcli.progress import Progress, no_progress, spend
 from gimcli.structure.mobility import require_driven
-
-TOLERANCE = 1e-10
-"""Tolerance of the initial position, relative to the size."""
 
 
 @dataclass(frozen=True)

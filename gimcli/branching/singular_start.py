@@ -9,6 +9,7 @@ from gimcli.continuation.branches import departure
 from gimcli.continuation.curve import PositionCurve
 from gimcli.errors import GimError
 from gimcli.mechanism import ComplexArray, Mechanism
+from gimcli.positions.options import TOLERANCE
 from gimcli.structure.tangency import tangent_position
 
 SINGULAR = "singular"
@@ -16,9 +17,6 @@ SINGULAR = "singular"
 
 TANGENT = "tangent"
 """Kind of a position that is a double root of the equations, as those near it."""
-
-TOLERANCE = 1e-10
-"""Greatest residual of a tangent position, relative to the size."""
 
 
 def singular_start(mechanism: Mechanism, z: ComplexArray) -> str:

@@ -28,6 +28,7 @@ from gimcli.continuation.curve import PositionCurve
 from gimcli.continuation.gap_interpolation import BEYOND
 from gimcli.errors import UnassembledError
 from gimcli.mechanism import ComplexArray, FloatArray
+from gimcli.positions.options import TOLERANCE
 from gimcli.progress import Progress, no_progress, spend
 from gimcli.status import Status
 from gimcli.structure.residual import holds
@@ -38,8 +39,6 @@ MOST = 24
 SAME = 1e-6
 """Distance below which two crossings are the same; those of touching branches are known to only half the digits."""
 
-TOLERANCE = 1e-10
-"""Greatest residual of the points of a circuit, relative to the size."""
 
 ALIGNED = 0.9999
 """Cosine above which the direction of a circuit is that of a branch tangent."""

@@ -14,12 +14,10 @@ from gimcli.errors import UsageError
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.positions.dispatch import plain
 from gimcli.positions.newton import Run
+from gimcli.positions.options import TOLERANCE
 from gimcli.progress import Progress, no_progress
 from gimcli.status import Status
 from gimcli.structure.residual import holds
-
-TOLERANCE = 1e-10
-"""Greatest residual of a row in the results."""
 
 
 def simulate(

@@ -18,6 +18,10 @@ GROUND = "ground"
 
 BARREL = 0.9
 """Part of the distance to the mount of its barrel by which the piston of a cylinder moves when it retracts."""
+MOST_PLACES = 3000
+"""Most joints, or connectors, of all links together."""
+STROKE = 0.1
+"""Travel of a sliding input that has no ends, relative to the size of the mechanism."""
 PARALLEL = 1e-9
 """Largest sine of the angle between a slot and a line through two joints that is its guide."""
 

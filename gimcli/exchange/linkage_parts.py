@@ -7,12 +7,11 @@ import re
 from dataclasses import dataclass, field
 
 from gimcli.errors import ModelError
+from gimcli.exchange.draft import MOST_PLACES
 from gimcli.exchange.tags import Tag
 
 MOST_PARTS = 300
 """Most connectors, links and ratios that are read; the largest samples of the program have 60."""
-MOST_PLACES = 3000
-"""Most connectors of all links together."""
 MECHANISM = 0xFFFFFFF0
 """Layers of the mechanism; the other ones hold lines, text and pictures."""
 DEFAULT_RATE = 15.0

@@ -12,12 +12,10 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from gimcli.errors import ModelError
-from gimcli.exchange.draft import GROUND, Draft
+from gimcli.exchange.draft import GROUND, MOST_PLACES, STROKE, Draft
 
 PROGRAM = "PMKS"
-MOST_JOINTS, MOST_PLACES = 500, 3000
-STROKE = 0.1
-"""Travel of a sliding input, whose stroke the files do not have, relative to the size of the mechanism."""
+MOST_JOINTS = 500
 GROUND_NAMES = ("0", "gnd", "grnd", "grond", "gound", "groud")
 NO_SPEED = "the speed of the input is zero in the file; the law is one revolution in 1 s"
 TYPES = ("R", "P", "RP", "G")

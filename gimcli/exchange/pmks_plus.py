@@ -13,7 +13,7 @@ from typing import Any
 from urllib.parse import unquote
 
 from gimcli.errors import ModelError
-from gimcli.exchange.draft import BARREL, GROUND, BodyLoad, BodyMass, Draft, free_name
+from gimcli.exchange.draft import BARREL, GROUND, STROKE, BodyLoad, BodyMass, Draft, free_name
 from gimcli.exchange.pmks_joints import NO_SPEED
 from gimcli.exchange.pmks_plus_codec import HEAD, PlusDocument, PlusForce, PlusJoint, document_of
 from gimcli.exchange.pmks_plus_links import PlusStructure
@@ -30,8 +30,6 @@ INERTIAS = (POUND * INCH**2, 1e-4, 1.0)
 """Units by the setting of lengths, the moment of inertia in kg m^2; those of forces follow from it, too."""
 LINEAR_SPEED = 5.0
 """Speed of sliding inputs in drawings that have none [length/s]."""
-STROKE = 0.1
-"""Travel of an input along a slot of the ground, which has no ends, relative to the size of the mechanism."""
 RESOLUTION = 1e-3
 HALF = 0.5 * RESOLUTION
 

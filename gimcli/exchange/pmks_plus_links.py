@@ -9,9 +9,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 from gimcli.errors import ModelError
+from gimcli.exchange.draft import MOST_PLACES
 from gimcli.exchange.pmks_plus_codec import PlusDocument, PlusJoint, PlusLink
-
-MOST_PLACES = 3000
 
 
 class PlusStructure:

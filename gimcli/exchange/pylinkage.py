@@ -10,7 +10,7 @@ import cmath
 import math
 import re
 
-from gimcli.exchange.draft import GROUND, Draft, free_name
+from gimcli.exchange.draft import GROUND, MOST_PLACES, Draft, free_name
 from gimcli.exchange.json_parts import JsonPart, read_json
 from gimcli.exchange.pylinkage_joints import PylinkageJoints
 from gimcli.exchange.repeated import RepeatedInput, RepeatedMotion
@@ -18,8 +18,6 @@ from gimcli.exchange.repeated import RepeatedInput, RepeatedMotion
 PROGRAM = "pylinkage"
 MOST_PARTS = 500
 """Most joints and most links."""
-MOST_PLACES = 3000
-"""Most joints of all links together."""
 NEAR = 1e-6
 """Distance of a sliding joint from its line, relative to the size, and error of an angle [rad], that are rounding."""
 

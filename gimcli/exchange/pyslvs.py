@@ -13,14 +13,12 @@ from pathlib import Path
 from typing import Any
 
 from gimcli.errors import ModelError
-from gimcli.exchange.draft import GROUND, Draft
+from gimcli.exchange.draft import GROUND, STROKE, Draft
 from gimcli.exchange.pyslvs_expression import PyslvsJoint, joints_of
 
 PROGRAM = "Pyslvs"
 DIGIT = 1e-4
 """Last digit of the coordinates in an expression."""
-STROKE = 0.1
-"""Travel of a sliding input, which the file does not have, relative to the size of the mechanism."""
 MOST_INPUTS = 50
 Where = tuple[str | int, ...]
 """Keys of a value in the file."""

@@ -23,7 +23,7 @@ from gimcli.mechanism import Mechanism
 from gimcli.motion.motion import trace
 from gimcli.motion.solve import solve
 from gimcli.positions.inputs import law_inputs
-from gimcli.positions.options import Options
+from gimcli.positions.options import TOLERANCE, Options
 from gimcli.positions.position import Position
 from gimcli.progress import Phases, no_phases
 from gimcli.structure.drive_check import explained
@@ -38,8 +38,6 @@ if TYPE_CHECKING:
     from gimcli.measures.motion_summary import MotionSummary, Output, Peak
     from gimcli.output.animation import Animation
 
-TOLERANCE = 1e-10
-"""Largest accepted error of a constraint, relative to the size."""
 
 DRAWN = 360
 """Steps of the motion on the page of several machines."""

@@ -16,6 +16,7 @@ from gimcli.library.trace_animation import event_text, first_graphs, measured, r
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.motion.motion import Motion
 from gimcli.output.animation import Animation, Clip, Moment, shown_rows
+from gimcli.positions.options import TOLERANCE
 from gimcli.rates.motion_table import motion_table
 from gimcli.table import Column, Table
 
@@ -28,9 +29,6 @@ ROWS = 361
 PART = "part of the length"
 
 NO_TIME = "a circuit has no time, so no velocities: trace the motion along the law"
-
-TOLERANCE = 1e-10
-"""Largest accepted error of a constraint, relative to the size."""
 
 
 @dataclass(frozen=True)

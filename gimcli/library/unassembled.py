@@ -14,14 +14,13 @@ from gimcli.motion.motion import Motion
 from gimcli.motion.side_by_side import machine_inputs
 from gimcli.motion.solve import solve
 from gimcli.positions.dispatch import plain
-from gimcli.positions.options import Options
+from gimcli.positions.options import TOLERANCE, Options
 from gimcli.status import Status
 from gimcli.structure.checks import Check, checks
 from gimcli.structure.plan import make_plan
 from gimcli.structure.residual import errors
 from gimcli.structure.steps import NONE, Circle, Dyad, Line, Place, Plan, Vector
 
-TOLERANCE = 1e-10
 SAMPLES, HALVINGS = 180, 40
 """Values of an input at which the mechanism is assembled, and steps of the search for an end of an interval."""
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Callable
 from typing import TYPE_CHECKING, cast
 
 import numpy as np
@@ -23,13 +22,12 @@ from gimcli.motion.follow import BranchFollower, FollowedPath
 from gimcli.motion.legs import Leg, dense, fine, legs
 from gimcli.motion.start import follower_of, on_gap, settled
 from gimcli.positions.newton import Run
+from gimcli.progress import Progress
 from gimcli.status import Status
 from gimcli.structure.steps import Plan
 
 if TYPE_CHECKING:
     from gimcli.continuation.arc import ArcPassage, Gap
-
-AT_LIMIT = ("stop", "skip", "reverse")
 
 TURN = 2.0 * math.pi
 
@@ -38,8 +36,6 @@ SAME = 1e-6
 
 BESIDE = 1e-4
 """In turns: distance from a meeting of branches within which it is located exactly."""
-
-Progress = Callable[[int, int], None]
 
 
 class LawFollower:

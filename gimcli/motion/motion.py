@@ -21,6 +21,7 @@ from gimcli.positions.dispatch import choose, gim_work, plain, plan_work, with_e
 from gimcli.positions.inputs import law_inputs
 from gimcli.positions.newton import Run
 from gimcli.positions.options import Options
+from gimcli.progress import Notify, Progress
 from gimcli.status import Status
 from gimcli.structure.derived import derived
 from gimcli.structure.drive_check import require_driven_if_doubtful
@@ -28,10 +29,6 @@ from gimcli.structure.plan import make_plan
 from gimcli.structure.residual import allowed, holds, residual
 from gimcli.structure.steps import Plan
 from gimcli.structure.tangency import tangent_positions
-
-Notify = Callable[[str], None]
-Progress = Callable[[int, int], None]
-
 
 EVENTS = ("touched", "bridged", "meetings", "exchanged", "turned_back")
 """Fields of a motion that list its events."""

@@ -10,6 +10,9 @@ METHODS = ("auto", "gim", "newton")
 STRATEGIES = ("spectral", "classic")
 JIT = ("auto", "on", "off")
 
+TOLERANCE = 1e-10
+"""Usual largest error of a constraint, relative to the size."""
+
 
 @dataclass(frozen=True)
 class Options:
@@ -17,7 +20,7 @@ class Options:
 
     method: str = "auto"
     strategy: str = "spectral"
-    tolerance: float = 1e-10
+    tolerance: float = TOLERANCE
     jit: str = "auto"
     sweeps: int = 20000  # greatest number for one position
     seed: int | None = None  # of random initial coordinates; None: start from the file's coordinates

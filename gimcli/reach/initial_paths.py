@@ -18,10 +18,11 @@ from gimcli.continuation.hermite import hermite, hermite_slope
 from gimcli.errors import StructureError, UnassembledError
 from gimcli.mechanism import FloatArray
 from gimcli.positions.inputs import nearest_turns
+from gimcli.positions.options import TOLERANCE
 from gimcli.progress import Progress, no_progress
 from gimcli.reach.circuit_paths import every_circuit, input_line, within
 from gimcli.reach.critical_curves import CriticalCurve, spacing
-from gimcli.reach.task import SETTLED, SLACK, TOLERANCE, WorkspaceTask, unreached
+from gimcli.reach.task import SETTLED, SLACK, WorkspaceTask, unreached
 
 LOOPS = 4
 """Loops of a coupled group up to which its assemblies are counted: more loops can take seconds."""

@@ -19,6 +19,7 @@ from gimcli.errors import UsageError
 from gimcli.measures.naming import guess
 from gimcli.mechanism import FRAME, SPAN, BoolArray, ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.motion.coupler_points import carried_point
+from gimcli.positions.options import TOLERANCE
 from gimcli.structure.quadric import Flat, Quadric
 from gimcli.structure.residual import holds
 from gimcli.structure.system import System, system_of
@@ -32,8 +33,6 @@ FULL = 2.0 * math.pi * (1.0 - 1e-12)
 SLACK = 1e-9
 """Excess over its range [rad, or sizes] at which an input still counts as at the end."""
 
-TOLERANCE = 1e-10
-"""Greatest residual of results, relative to the size."""
 
 SETTLED = 1e-6
 """Greatest residual of positions from random starts: near singular positions they are less accurate."""
