@@ -49,10 +49,8 @@ class EventSearch:
 
     def _signals(self, time: float, y: FloatArray) -> list[float]:
         """Return the signals of a state: values that change their sign at an event."""
-        reducer, own = self.equations.reducer, len(self.equations.free)
-        if reducer.on_inputs:
-            return [float(v) for v in y[own : 2 * own]]
-        return self._here(y) if self.equations.move(time, y) else [0.0] * len(self.before)
+        known = self.equations.reducer.on_inputs or self.equations.move(time, y)
+        return self._here(y) if known else [0.0] * len(self.before)
 
     def _here(self, y: FloatArray) -> list[float]:
         """Return the signals of the reducer's state: speeds of free inputs, and a value that is 0 at a dead point."""

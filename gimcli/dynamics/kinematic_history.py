@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from gimcli.canonical import beside
 from gimcli.mechanism import FRAME, HEIGHT, SPAN, ComplexArray, FloatArray, Input, Mechanism, PairRow
 from gimcli.motion.motion import Motion
 from gimcli.positions.dispatch import choose
@@ -143,3 +144,10 @@ def acceleration(mechanism: Mechanism, gauge: Input, course: Course) -> FloatArr
 def travel_along(slide: PairRow, name: str) -> Input:
     """Return a gauge that measures the travel of a node along its guide."""
     return Input(name, HEIGHT, slide.nodes, slide.members, slide.point, slide.along)
+
+
+def read_at(mechanism: Mechanism, gauge: Input, z: ComplexArray, near: float) -> float:
+    """Return the value of a gauge at a position (nodes,); angles are within half a turn of `near`."""
+    still = Course(np.zeros(1), np.zeros((0, 1)), np.array([z, np.zeros_like(z)])[:, :, None])
+    value = float(reading(mechanism, gauge, still)[0][0])
+    return float(beside(value, near)) if gauge.rotary else value

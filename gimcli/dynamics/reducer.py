@@ -9,9 +9,8 @@ from functools import cached_property
 
 import numpy as np
 
-from gimcli.canonical import beside
 from gimcli.dynamic_data import TIME, Release
-from gimcli.dynamics.kinematic_history import Course, reading
+from gimcli.dynamics.kinematic_history import read_at
 from gimcli.dynamics.load_arrays import acting, moving_loads, with_force_gauges
 from gimcli.dynamics.physical import require_masses
 from gimcli.dynamics.simulation_types import SIMULATION
@@ -19,7 +18,7 @@ from gimcli.dynamics.windows import WEAK, WindowSearch, no_windows, with_window
 from gimcli.errors import StructureError
 from gimcli.kernels import influence, reduction
 from gimcli.kernels.windows import TOGETHER, window_of
-from gimcli.mechanism import ComplexArray, FloatArray, Input, Mechanism
+from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.positions.dispatch import plain
 from gimcli.positions.newton import Run
 from gimcli.structure.coordinate_partitioning import Choice, free_choice, gradients, input_choice, make_chart, residuals
@@ -107,7 +106,7 @@ class Reducer:
         v[0:first:2], v[1:first:2], v[-1] = z.real, z.imag, 1.0
         v[first : first + len(inputs)] = inputs
         gauges = self.terms.mechanism.actuators[len(inputs) :]
-        v[first + len(inputs) : -1] = [_read(self.terms.mechanism, gauge, z) for gauge in gauges]
+        v[first + len(inputs) : -1] = [read_at(self.terms.mechanism, gauge, z, gauge.drawn) for gauge in gauges]
         continue_linked(self.terms, v)
         return v
 
@@ -311,13 +310,6 @@ def free_inputs(mechanism: Mechanism) -> tuple[int, ...]:
 def release_of(mechanism: Mechanism, actuator: int) -> Release:
     """Return whether an input is free, with its initial state and effort."""
     return next((r for r in mechanism.dynamics.releases if r.actuator == actuator), Release(actuator))
-
-
-def _read(mechanism: Mechanism, gauge: Input, z: ComplexArray) -> float:
-    """Return the value of a gauge at a position (nodes,); angles are within half a turn of the initial one."""
-    still = Course(np.zeros(1), np.zeros((0, 1)), np.array([z, np.zeros_like(z)])[:, :, None])
-    value = float(reading(mechanism, gauge, still)[0][0])
-    return float(beside(value, gauge.drawn)) if gauge.rotary else value
 
 
 def _course(load: object) -> Callable[[float, float], float] | None:

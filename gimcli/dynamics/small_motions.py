@@ -15,16 +15,15 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from gimcli.canonical import beside
 from gimcli.dynamic_data import TIME
 from gimcli.dynamics.force_slopes import ForceSlopes, InfluenceCoefficients
-from gimcli.dynamics.kinematic_history import Course, reading
+from gimcli.dynamics.kinematic_history import read_at
 from gimcli.dynamics.load_arrays import acting, moving_loads, with_force_gauges
 from gimcli.dynamics.physical import require_action
 from gimcli.dynamics.reducer import release_of
 from gimcli.errors import StructureError
 from gimcli.kernels import influence, reduction
-from gimcli.mechanism import ComplexArray, FloatArray, Input, Mechanism
+from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.positions.dispatch import plain
 from gimcli.structure.coordinate_partitioning import Choice, free_choice, input_choice, make_chart
 from gimcli.structure.polynomials import (
@@ -165,7 +164,7 @@ class Linearisation:
         read = terms.mechanism.actuators[own:]
         near = [g.drawn for g in read]
         near[: len(self.mechanism.gauges)] = near[: len(self.mechanism.gauges)] if gauges is None else list(gauges)
-        v[first + own : -1] = [_read(terms.mechanism, g, z, last) for g, last in zip(read, near, strict=True)]
+        v[first + own : -1] = [read_at(terms.mechanism, g, z, last) for g, last in zip(read, near, strict=True)]
         continue_linked(terms, v)
         return v
 
@@ -253,10 +252,3 @@ def _arrays(terms: Terms, chart: influence.Chart) -> tuple[influence.InfluencePo
     )  # fmt: skip
     room.f[0, 0] = 1.0
     return place, room
-
-
-def _read(mechanism: Mechanism, gauge: Input, z: ComplexArray, near: float) -> float:
-    """Return the value of a gauge at a position (nodes,); angles are within half a turn of `near`."""
-    still = Course(np.zeros(1), np.zeros((0, 1)), np.array([z, np.zeros_like(z)])[:, :, None])
-    value = float(reading(mechanism, gauge, still)[0][0])
-    return float(beside(value, near)) if gauge.rotary else value

@@ -17,6 +17,7 @@ from gimcli.mechanism import ANGLE, FRAME, HEIGHT, Coupling, Input, PairRow
 from gimcli.model import schema
 from gimcli.model.compile_geometry import GeometryCompiler
 from gimcli.model.linear_relations import Relation, Relations
+from gimcli.model.pairs import fixed_nodes
 from gimcli.model.source import PlacedError
 from gimcli.model.structural_rank import structural_rank
 from gimcli.recording import nominal, phase, scalar
@@ -278,9 +279,7 @@ def carrier_of(model: schema.Model, part: schema.Gear) -> str:
     """Return the member on which both wheels of a gear turn: the given one, the ground, or that with both pivots."""
     if part.carrier is not None:
         return "ground" if part.carrier == model.ground.member else part.carrier
-    held = model.ground.member
-    ground = model.ground.nodes if held is None else model.members[held].nodes
-    if set(part.pivots) <= set(ground):
+    if set(part.pivots) <= fixed_nodes(model):
         return "ground"
     own = set(part.members)
     found = [name for name, m in model.members.items() if set(part.pivots) <= set(m.nodes) and name not in own]
@@ -296,9 +295,8 @@ def sliding_members(model: schema.Model, pair: schema.Prismatic) -> tuple[str | 
 
 
 def _member_with(model: schema.Model, nodes: Sequence[str], but: str) -> str | None:
-    held = model.ground.member
-    ground = model.ground.nodes if held is None else model.members[held].nodes
-    names = [("ground", ground), *((n, m.nodes) for n, m in model.members.items() if n != held)]
+    moving = ((n, m.nodes) for n, m in model.members.items() if n != model.ground.member)
+    names = [("ground", fixed_nodes(model)), *moving]
     return next((name for name, own in names if set(nodes) <= set(own) and name != but), None)
 
 

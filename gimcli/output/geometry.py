@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gimcli.mechanism import ComplexArray, Mechanism
+from gimcli.output.curves import runs_of
 from gimcli.output.scene import Scene, Slider
 
 if TYPE_CHECKING:
@@ -75,9 +76,7 @@ class Geometry:
 
     def add_curve(self, name: str, curve: ComplexArray) -> None:
         """Add the pieces of a curve between its gaps (NaN); a curve that stays at a place is a point."""
-        gaps = np.flatnonzero(~np.isfinite(curve))
-        pieces = np.split(curve, np.unique(np.concatenate((gaps, gaps + 1))))
-        self.add(name, *(_shape(piece) for piece in pieces if len(piece) and np.isfinite(piece[0])))
+        self.add(name, *map(_shape, runs_of(curve)))
 
     def add_loops(self, name: str, loops: Sequence[ComplexArray]) -> None:
         """Add closed curves."""
