@@ -16,15 +16,18 @@ import numpy as np
 from gimcli.families.column_names import SOLVED, TYPE, ColumnNames, ColumnNeed
 from gimcli.families.design_angles import counted_angles, filled
 from gimcli.families.design_motions import DesignMotions
-from gimcli.families.design_velocities import node_velocities
-from gimcli.families.float_tables import spans
+from gimcli.families.designs import Designs
+from gimcli.families.family import Family
+from gimcli.families.float_tables import FloatTables, spans
 from gimcli.families.four_bar_type import four_bar_types
+from gimcli.families.sensitivity import position_derivatives
 from gimcli.measures.angle import RelativeAngle
 from gimcli.measures.measure import Measure, angle_to_file
 from gimcli.measures.record import derivatives_of
 from gimcli.measures.transmission import ForceLine, Transmission
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, IntArray
 from gimcli.motion.motion import Motion
+from gimcli.positions.dispatch import choose
 from gimcli.rates.member_angles import full_turn
 from gimcli.rates.motion_table import motion_table
 from gimcli.rates.path_derivatives import PathDerivatives
@@ -232,3 +235,33 @@ def _derivatives(motion: Motion, angles: Any) -> PathDerivatives:
 
 def _complex(pairs: FloatArray) -> ComplexArray:
     return np.asarray(pairs[..., 0] + 1j * pairs[..., 1])
+
+
+def node_velocities(family: Family, solved: Designs, tables: FloatTables, time: FloatArray) -> ComplexArray | None:
+    """Return the velocities of the nodes (designs, nodes, rows) by the real time, normal frame of the nominal design.
+
+    `time` (designs or 1, rows) is normalised. None if the laws of the designs have no rates that are known together.
+    NaN in rows that are not solved or singular.
+    """
+    rates = _input_rates(family, tables, time)
+    if rates is None:
+        return None
+    none: Any = (table[:, None][:, :0] for table in tables)
+    run = choose("on", 0.0, None, ("differentiate_all",))
+    by, good = position_derivatives(family.mechanism, tables, FloatTables(*none), solved.z, solved.inputs, run)
+    found = np.einsum("dknr,dkr->dnr", by, np.broadcast_to(rates, (len(by), *rates.shape[1:])))
+    return np.where(good[:, None], found, np.nan)
+
+
+def _input_rates(family: Family, tables: FloatTables, time: FloatArray) -> FloatArray | None:
+    """Return the rates of the inputs (designs or 1, actuators, rows) by the real time."""
+    mechanism = family.mechanism
+    laws = [np.stack([actuator.law(row, 1) for row in time]) for actuator in mechanism.actuators]
+    rates = np.stack(laws, axis=1) / mechanism.duration
+    if not family.drawn_laws:
+        return rates
+    spans = tables.laws[:, :, 1] - tables.laws[:, :, 0]
+    nominal = family.tables(family.nominal[None]).laws[0]
+    with np.errstate(all="ignore"):
+        share = np.where(np.isfinite(spans), spans / (nominal[:, 1] - nominal[:, 0]), 1.0)
+    return rates * share[:, :, None] if np.isfinite(share).all() else None

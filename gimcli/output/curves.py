@@ -23,7 +23,7 @@ TESTED = 60
 
 def drawn_runs(curve: ComplexArray, point: float) -> list[ComplexArray]:
     """Return the pieces of a curve between its gaps; `point` is a typographic point in data units."""
-    runs = [_one_lap(run, 0.5 * point) for run in runs_of(curve)]
+    runs = [_one_lap(run, 0.5 * point) for run in pieces(curve)]
     return [part for run in runs for part in _once(thinned(run, 0.3 * point), 0.5 * point)]
 
 
@@ -39,7 +39,7 @@ def thinned(curve: ComplexArray, cell: float) -> ComplexArray:
     return curve[keep]
 
 
-def runs_of(curve: ComplexArray) -> list[ComplexArray]:
+def pieces(curve: ComplexArray) -> list[ComplexArray]:
     """Return the pieces of a curve between its gaps."""
     gaps = np.flatnonzero(~np.isfinite(curve))
     pieces = np.split(curve, np.unique(np.concatenate((gaps, gaps + 1))))

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gimcli.mechanism import ComplexArray, Mechanism
-from gimcli.output.curves import runs_of
+from gimcli.output.curves import pieces
 from gimcli.output.scene import Scene, Slider
 
 if TYPE_CHECKING:
@@ -76,7 +76,7 @@ class Geometry:
 
     def add_curve(self, name: str, curve: ComplexArray) -> None:
         """Add the pieces of a curve between its gaps (NaN); a curve that stays at a place is a point."""
-        self.add(name, *map(_shape, runs_of(curve)))
+        self.add(name, *map(_shape, pieces(curve)))
 
     def add_loops(self, name: str, loops: Sequence[ComplexArray]) -> None:
         """Add closed curves."""
