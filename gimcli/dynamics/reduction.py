@@ -113,9 +113,7 @@ class RatioLaw:
 
 def _reduction(mechanism: Mechanism, actuator: int, q: FloatArray, table: FloatArray, codes: IntArray) -> Reduction:
     """Return a reduction in SI units."""
-    unit = 1.0
-    if not mechanism.actuators[actuator].rotary:
-        unit = mechanism.dynamics.metre or 1.0
+    unit = 1.0 if mechanism.actuators[actuator].rotary else mechanism.dynamics.metre or 1.0
     powers = unit ** np.array([2, 3, 1, 2, 0, 1])
     inertia, slope, torque, torque_slope, potential, potential_slope = table / powers[:, None]
     return Reduction(

@@ -292,9 +292,7 @@ class PmksRows:
 
     def _pin(self, joint: str, bodies: list[str], turns: list[DrawnTurn]) -> None:
         """Add the pin: the links of the driver in a row of their own, then each further link to one of them."""
-        first = bodies
-        if turns:
-            first = [turns[0].reference, turns[0].body]
+        first = [turns[0].reference, turns[0].body] if turns else bodies
         self._row(first[:2], "R", joint, driver=bool(turns))
         for body in bodies:
             if body not in first[:2]:

@@ -121,9 +121,7 @@ class DesignMotions:
     def _with_rows(self, inputs: FloatArray, time: FloatArray, chosen: IntArray, row: IntArray) -> DesignMotions:
         """Return the motions with one row of some designs at other inputs (designs, actuators, rows) and times."""
         before = self.solved
-        solved = before
-        if self.compiled:
-            solved = self.family.solve(before.designs, inputs=inputs, **self.options)
+        solved = self.family.solve(before.designs, inputs=inputs, **self.options) if self.compiled else before
         z, codes, residual = solved.z.copy(), solved.codes.copy(), solved.residual.copy()
         for d, k in zip(chosen.tolist(), row.tolist(), strict=True):
             done = self.compiled and codes[d, k] <= Status.TANGENT

@@ -25,9 +25,7 @@ def couplings_of(model: Model, inputs: Sequence[Input], units: Mapping[bool, Any
         own, other = names.index(name), names.index(str(actuator.follows))
         unit = units[inputs[own].rotary]
         ratio = (1.0 if actuator.ratio is None else actuator.ratio) * (unit / units[inputs[other].rotary])
-        phase = inputs[own].drawn - ratio * inputs[other].drawn
-        if actuator.phase is not None:
-            phase = actuator.phase * unit
+        phase = actuator.phase * unit if actuator.phase is not None else inputs[own].drawn - ratio * inputs[other].drawn
         found[name] = Coupling(own, ((other, ratio),), phase)
         leader = model.actuators[names[other]]
         if leader.follows is not None:

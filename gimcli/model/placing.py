@@ -88,9 +88,7 @@ def place(model: Model, folder: Path, preferred: Mapping[str, str]) -> Placing:
     size = _size(data, given)
     search = _Search(steps, asked, preferred, size)
     found = tuple(search.run(given))
-    exact = found
-    if len(found) > 1:
-        exact = tuple(one for one in found if _fits(data, one.at, model.open.parts, size))
+    exact = tuple(one for one in found if _fits(data, one.at, model.open.parts, size)) if len(found) > 1 else found
     return Placing(data, tuple(steps), frozenset(left), asked, exact or found, None if found else search.blocked)
 
 

@@ -108,9 +108,7 @@ def reachable(motion: Motion) -> dict[str, list[list[float]]]:
             a.name: [[float(v) for v in mechanism.value_to_file(k, ranges[k])]]
             for k, a in enumerate(mechanism.actuators)
         }
-    end = motion.limit
-    if end is None:
-        end = float(motion.time[motion.good][-1])
+    end = float(motion.time[motion.good][-1]) if motion.limit is None else motion.limit
     ends = law_inputs(mechanism)(np.array([motion.time[0], end]))
     rows = law_inputs(mechanism)(motion.time[motion.time <= end])
     spans = [_span(*pair) for pair in zip(ends, rows, strict=True)]
