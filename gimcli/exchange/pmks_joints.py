@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import cmath
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -42,6 +43,15 @@ class PmksSpeed(NamedTuple):
 
     rpm: float = 10.0
     linear: float = 10.0
+
+
+def sound(read: Iterable[PmksJoint | str]) -> list[PmksJoint]:
+    """Return the joints that were read; raise ModelError with all faults if there are any."""
+    joints = list(read)
+    faults = [one for one in joints if isinstance(one, str)]
+    if faults:
+        raise ModelError(faults)
+    return [one for one in joints if isinstance(one, PmksJoint)]
 
 
 def draft_of_joints(joints: list[PmksJoint], source: str, name: str, speed: PmksSpeed, left_out: list[str]) -> Draft:

@@ -12,7 +12,7 @@ from typing import Any
 
 from gimcli.errors import SYNTAX, ModelError
 from gimcli.exchange.draft import Draft
-from gimcli.exchange.pmks_joints import TYPES, PmksJoint, PmksSpeed, draft_of_joints
+from gimcli.exchange.pmks_joints import TYPES, PmksJoint, PmksSpeed, draft_of_joints, sound
 
 
 def recognises(text: str) -> bool:
@@ -27,15 +27,10 @@ def read(text: str, source: str) -> Draft:
     if not isinstance(entries, list):
         raise ModelError([f"{source}: Joints: expected a list of joints"])
     driver = data.get("DrivingIndex")
-    joints, faults = [], []
-    for number, entry in enumerate(entries):
-        joint = _joint(entry, f"{source}: Joints.{number}", isinstance(driver, int) and number == driver)
-        if isinstance(joint, PmksJoint):
-            joints.append(joint)
-        else:
-            faults.append(joint)
-    if faults:
-        raise ModelError(faults)
+    joints = sound(
+        _joint(entry, f"{source}: Joints.{number}", isinstance(driver, int) and number == driver)
+        for number, entry in enumerate(entries)
+    )
     speed = _number(data.get("InputSpeed"))
     name = data.get("Name")
     rates = PmksSpeed() if speed is None else PmksSpeed(rpm=speed, linear=speed)

@@ -28,6 +28,7 @@ from gimcli.exchange.pmks_joints import (
     direction,
     draft_of_joints,
     is_ground,
+    sound,
 )
 from gimcli.exchange.pmks_plus_codec import HEAD
 from gimcli.exchange.pose import DrawnPose
@@ -151,15 +152,7 @@ def _draft(lines: list[JointLine], source: str, header: Header) -> Draft:
     if len(lines) > MOST_JOINTS:
         text = f"{len(lines)} joints are too many for one mechanism; at most {MOST_JOINTS} are read"
         raise ModelError([f"{source}: {text}"])
-    joints, faults = [], []
-    for line in lines:
-        joint = _joint(line)
-        if isinstance(joint, PmksJoint):
-            joints.append(joint)
-        else:
-            faults.append(joint)
-    if faults:
-        raise ModelError(faults)
+    joints = sound(map(_joint, lines))
     if header.driver is not None and 0 <= header.driver < len(joints):
         joints = [replace(joint, driver=k == header.driver) for k, joint in enumerate(joints)]
     speed = PmksSpeed() if header.speed is None else PmksSpeed(header.speed, header.speed)

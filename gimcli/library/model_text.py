@@ -152,17 +152,15 @@ def _changed(old: Mechanism, new: Mechanism, z: ComplexArray) -> Iterator[str]:
 def _dimensions(mechanism: Mechanism, unit: float) -> dict[str, ComplexArray]:
     """Return the dimensions by name: lengths times `unit`, directions as complex numbers of modulus 1."""
     dynamics = mechanism.dynamics
-    found: dict[str, list[complex]] = {}
-    for member in mechanism.members:
-        found[f"member {member.name}"] = [complex(s * unit) for s in member.shape]
-    for row in (*mechanism.pairs, *mechanism.actuators, *mechanism.gauges):
-        found[f"the line or angle of {row.name}"] = [row.point * unit, row.normal, row.arm, row.reference]
-    for point in mechanism.points:
-        found[f"point {point.name}"] = [point.local * unit]
-    for inertia in (one for one in dynamics.inertias if one.node == NO_NODE):
-        found[f"the centre of mass of {mechanism.members[inertia.member].name}"] = [inertia.centre * unit]
-    for load in dynamics.loads:
-        found[f"load {load.name}"] = [load.point * unit]
+    rows = (*mechanism.pairs, *mechanism.actuators, *mechanism.gauges)
+    bodies = [(mechanism.members[one.member].name, one) for one in dynamics.inertias if one.node == NO_NODE]
+    found: dict[str, list[complex]] = {
+        **{f"member {member.name}": [complex(s * unit) for s in member.shape] for member in mechanism.members},
+        **{f"the line or angle of {r.name}": [r.point * unit, r.normal, r.arm, r.reference] for r in rows},
+        **{f"point {point.name}": [point.local * unit] for point in mechanism.points},
+        **{f"the centre of mass of {name}": [inertia.centre * unit] for name, inertia in bodies},
+        **{f"load {load.name}": [load.point * unit] for load in dynamics.loads},
+    }
     for spring in dynamics.springs:
         rotary = mechanism.gauges[spring.gauge].rotary
         found[f"`free` of spring {spring.name}"] = [complex(spring.free * (1.0 if rotary else unit))]
