@@ -48,7 +48,7 @@ class ColumnNames:
         self._measures: dict[str, list[Measure]] = {}
 
     def kind(self, name: str) -> str:
-        """Return "rows", "number" or "text"; "" for an unknown name."""
+        """Return "rows" for a column, "number" or "text" for one value of a design; "" for an unknown name."""
         if name in self.needs:
             return "rows"
         if name in self.dimensions or name in (SOLVED, REACHABLE):

@@ -19,6 +19,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from gimcli.errors import UsageError
+from gimcli.families.column_names import ColumnNames
 from gimcli.mechanism import FloatArray
 
 MOST_LETTERS, MOST_LEVELS = 1000, 50
@@ -58,25 +59,6 @@ class Values(Protocol):
 
     def at(self, actuator: str, value: float) -> Values:
         """Return the values at one position: where an input first has a value [file's unit]."""
-
-
-class QuantityNames(Protocol):
-    """The names that a quantity may use."""
-
-    def kind(self, name: str) -> str:
-        """Return "rows" for a column, "number" or "text" for one value of a design, "" for an unknown name."""
-
-    def unit(self, name: str) -> str:
-        """Return the unit of a name."""
-
-    def columns(self, name: str) -> int:
-        """Return the number of columns of a name."""
-
-    def unknown(self, name: str) -> UsageError:
-        """Return the error for an unknown name."""
-
-    def check_input(self, name: str, value: float) -> None:
-        """Raise UsageError if a name is not an actuator, or if its law does not have the value."""
 
 
 @dataclass(frozen=True)
@@ -125,7 +107,7 @@ class KeptQuantity:
 
 
 def quantity(
-    text: str, names: QuantityNames, kinds: tuple[str, ...] = ("number", "text"), where: str = ""
+    text: str, names: ColumnNames, kinds: tuple[str, ...] = ("number", "text"), where: str = ""
 ) -> KeptQuantity:
     """Return the quantity of a text; raise UsageError where it is not of the form above."""
     reader = _QuantityReader(text, names, where)
@@ -141,7 +123,7 @@ def quantity(
 class _QuantityReader:
     """Reads the text from left to right, one method for each level of precedence."""
 
-    def __init__(self, text: str, names: QuantityNames, where: str) -> None:
+    def __init__(self, text: str, names: ColumnNames, where: str) -> None:
         self.text, self.names, self.where, self.place, self.level = text, names, where, 0, 0
 
     def error(self, what: str) -> UsageError:
