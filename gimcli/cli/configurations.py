@@ -66,8 +66,7 @@ def _print(png: Path | None, result: ConfigurationsResult) -> None:
     for k in range(min(len(found), ROWS)):
         radius = f"{found.radius[k]:.0e}" if math.isfinite(found.radius[k]) else "multiple"
         z = [length(mechanism, part) for n in shown for part in (places[n][k].real, places[n][k].imag)]
-        mark = f"{k + 1}{' *' if k == drawn else ''}"
-        rows.append((mark, found.signs[k], f"{found.residual[k]:.0e}", radius, *z))
+        rows.append((f"{k + 1}{' *' if k == drawn else ''}", found.signs[k], f"{found.residual[k]:.0e}", radius, *z))
     print_table("", head, rows, right=(0, 2, 3, *range(4, len(head))))
     print_more(len(found), ROWS, "--json and -o write all")
     print_turns(mechanism)

@@ -5,10 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gimcli.kernels import sweep as kernels
-from gimcli.mechanism import HEIGHT, ComplexArray, FloatArray
+from gimcli.mechanism import HEIGHT, ComplexArray, FloatArray, IntArray
 from gimcli.positions.newton import Run
 from gimcli.status import Status
 from gimcli.structure.restrictions import Move
@@ -51,7 +50,7 @@ class SweptPosition:
         return self.status is Status.OK
 
 
-def pack(moves: tuple[Move, ...]) -> tuple[NDArray[np.int64], FloatArray]:
+def pack(moves: tuple[Move, ...]) -> tuple[IntArray, FloatArray]:
     """Return a sequence in the arrays of the kernel."""
     heads, factors = [], []
     for move in moves:

@@ -126,5 +126,4 @@ class ReduceResult(RowsResult):
         labels = {"J": "reduced inertia J", "dJ_dq": "dJ/dq", "tau": "reduced torque tau", "V": "potential energy V"}
         over = Axis(actuator.name, units["q"])
         graphs = [CurveGraph(over, Axis(w, units[n]), [Curve(w, q, table.floats(n))]) for n, w in labels.items()]
-        title = f"{found.mechanism.name}: reduced to {actuator.name}"
-        return history_sheet(graphs, title)
+        return history_sheet(graphs, f"{found.mechanism.name}: reduced to {actuator.name}")

@@ -109,8 +109,7 @@ def _check_pair(refs: References, name: str) -> None:
         text = f"'{name}' is neither a node nor a sliding pair{near(name, known) or _choice(known)}"
         refs.fault(where, text, key=True)
     elif refs.sure and len(refs.carriers(name)) < 2:
-        text = f"node {name} is not a pair: fewer than two members have this node; name another"
-        refs.fault(where, text, key=True)
+        refs.fault(where, f"node {name} is not a pair: fewer than two members have this node; name another", key=True)
 
 
 def _check_friction(refs: References, where: Where, part: PairFriction) -> None:
@@ -150,8 +149,7 @@ def _check_free_input(refs: References, where: Where, actuator: Actuator) -> Non
 def _check_rotor(refs: References, where: Where, rotary: bool, rotor: Rotor) -> None:
     key, other, kind = ("ratio", "lead", "rotary") if rotary else ("lead", "ratio", "linear")
     if other in rotor.given:
-        text = f"`{other}` is not of a {kind} input; write `{key}`"
-        refs.fault((*where, other), text, key=True)
+        refs.fault((*where, other), f"`{other}` is not of a {kind} input; write `{key}`", key=True)
     elif not rotary and rotor.lead is None:
         refs.lack(where, ("lead",), "`lead` is missing: the travel of the linear input per turn of the rotor")
     else:
@@ -178,5 +176,4 @@ def _check_effort(refs: References, where: Where, effort: Effort) -> None:
     if effort.table is not None:
         _check_table(refs, (*where, "table"), effort.table, effort.over)
     elif effort.over != "time":
-        text = f"the effort of '{where[1]}' has `over: {effort.over}` but no `table`; add one"
-        refs.lack(where, ("table",), text)
+        refs.lack(where, ("table",), f"the effort of '{where[1]}' has `over: {effort.over}` but no `table`; add one")

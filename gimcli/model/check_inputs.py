@@ -96,8 +96,7 @@ def check_nodes(refs: References, where: Where, actuator: Actuator, what: str = 
     elif "nodes" in given:
         needed = {"nodes"}
     for key in sorted(given - needed - optional):
-        text = f"`{key}` does not belong to this {kind} {what}; remove it"
-        refs.fault((*where, key), text, key=True)
+        refs.fault((*where, key), f"`{key}` does not belong to this {kind} {what}; remove it", key=True)
     if needed - given:
         either = "`nodes`, or " if kind == "linear" else ""
         missing = " and ".join(f"`{key}`" for key in sorted(needed - given, reverse=kind == "rotary"))

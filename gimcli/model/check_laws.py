@@ -97,8 +97,7 @@ def _check_polynomial(refs: References, where: Where, coefficients: Sequence[flo
     first, last, *_ = _extremes(coefficients)
     if abs(first) <= 1e-9 and abs(last - 1.0) <= 1e-9:
         return True
-    text = f"with given ends the polynomial must go from 0 to 1, got {first:g} to {last:g}; correct it"
-    refs.fault(where, text)
+    refs.fault(where, f"with given ends the polynomial must go from 0 to 1, got {first:g} to {last:g}; correct it")
     return False
 
 

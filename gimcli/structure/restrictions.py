@@ -82,8 +82,7 @@ def member_models(mechanism: Mechanism, index: int, nodes: Sequence[int], known:
 
     def ra(vertex: int, arm: int, b: int) -> Restriction:
         turn = (place[b] - place[vertex]) / (place[arm] - place[vertex])
-        label = f"{member.name} {names[arm]}-{names[vertex]}-{names[b]}"
-        return angle(label, vertex, arm, b, turn / abs(turn))
+        return angle(f"{member.name} {names[arm]}-{names[vertex]}-{names[b]}", vertex, arm, b, turn / abs(turn))
 
     def wanted(restrictions: list[Restriction]) -> list[Restriction]:
         return [r for r in restrictions if not set(r.nodes) <= known]
