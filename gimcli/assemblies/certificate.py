@@ -168,8 +168,7 @@ def distinct(family: LoopFamily, proven: Proven) -> Proven:
     proven = proven.take(proven.sure)
     if len(proven.w) < 2:
         return proven
-    order = np.argsort(proven.small, kind="stable")
-    proven = proven.take(order)
+    proven = proven.take(np.argsort(proven.small, kind="stable"))
     gap = distances(family, proven.w, proven.w)
     same = gap <= proven.small[:, None] + proven.small[None, :]
     return proven.take(~np.any(np.tril(same, -1), axis=1))

@@ -222,8 +222,7 @@ class _BoxSearch:
         undecided = np.stack([np.hstack([b[i] for b in left]).T for i in (0, 1)], axis=1) if left else None
         if undecided is None:
             undecided = np.zeros((0, 2, len(self.unit)))
-        found = self.found.inside(self.reach)
-        return Enclosures(*found, undecided, self.boxes, limit, self.everywhere)
+        return Enclosures(*self.found.inside(self.reach), undecided, self.boxes, limit, self.everywhere)
 
 
 def _keep(mask: BoolArray, *arrays: FloatArray) -> tuple[FloatArray, ...]:

@@ -119,8 +119,7 @@ class Linkage:
 
     def without_body(self, body: int) -> Linkage:
         """Return the linkage without a bar, which is computed from its nodes afterwards."""
-        kept = [j for j in self.joints if j.body != body]
-        return _pruned(replace(self, dropped=self.dropped | {body}), kept)
+        return _pruned(replace(self, dropped=self.dropped | {body}), [j for j in self.joints if j.body != body])
 
     def without_joint(self, index: int) -> Linkage:
         """Return the linkage without one joint."""

@@ -57,8 +57,7 @@ class Singularity:
 def singularities(circuit: Circuit, number: int = 0) -> list[Singularity]:
     """Return the singular and stationary positions of a circuit, in order along it."""
     search = _SingularitySearch(circuit, number)
-    found = [*search.crossings(), *search.limits(), *search.dead_points(), *search.stationary()]
-    return _in_order(found)
+    return _in_order([*search.crossings(), *search.limits(), *search.dead_points(), *search.stationary()])
 
 
 def limits(circuit: Circuit) -> list[Singularity]:

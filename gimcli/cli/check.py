@@ -47,8 +47,7 @@ def command(
 
         typer.echo(long_form(outputs.loaded(assembly, changes=changes)), nl=False)
         return
-    found = check(outputs.loaded(assembly, changes=changes), progress=progress_bar)
-    outputs.finish(found, _print)
+    outputs.finish(check(outputs.loaded(assembly, changes=changes), progress=progress_bar), _print)
 
 
 def _print(result: CheckResult) -> None:

@@ -32,8 +32,7 @@ def command(
     from gimcli.library.mobility import MobilityResult, mobility
 
     outputs = Outputs(MobilityResult, model, out, as_json=as_json)
-    found = mobility(outputs.loaded(assembly, changes=changes))
-    outputs.finish(found, _print)
+    outputs.finish(mobility(outputs.loaded(assembly, changes=changes)), _print)
 
 
 def _print(result: MobilityResult) -> None:

@@ -169,8 +169,7 @@ def _print_paths(mechanism: Mechanism, report: dict[str, Any]) -> None:
         rows.append(
             (f"{k}{' *' if path['drawn'] else ''}", *spans, length(mechanism, path["length"]), ", ".join(inputs))
         )
-    lengths = (labelled(what, mechanism.length_unit) for what in ("x", "y", "length"))
-    heads = ("path", *lengths, "inputs")
+    heads = ("path", *(labelled(what, mechanism.length_unit) for what in ("x", "y", "length")), "inputs")
     print_table(f"{mechanism.name}: workspace of {report['point']}", heads, rows, right=(3,))
     if any(path["drawn"] for path in report["paths"]):
         typer.echo("*: the path of the initial configuration")

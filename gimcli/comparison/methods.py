@@ -205,8 +205,7 @@ class Reference:
 
         found = run()
         reason = missing_reason(Status.NOT_CONVERGED, found.good)
-        cost = coordinates_cost(self.system)
-        return Outcome(found.z, found.good, found.iterations, cost, run, reason=reason)
+        return Outcome(found.z, found.good, found.iterations, coordinates_cost(self.system), run, reason=reason)
 
 
 def missing_reason(status: Status, good: BoolArray) -> str:

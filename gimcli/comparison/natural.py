@@ -64,8 +64,7 @@ class NaturalCoordinates:
         """Compute the nodes that are in no equation: they are linear in the points of their member."""
         for member, nodes, (u, v) in zip(self.mechanism.members[1:], self.points[1:], self.base[1:], strict=True):
             for node in set(member.nodes) - set(nodes):
-                ratio = member.reach(u, node) / member.reach(u, v)
-                z[node] = z[u] + ratio * (z[v] - z[u])
+                z[node] = z[u] + (member.reach(u, node) / member.reach(u, v)) * (z[v] - z[u])
         return z
 
     def _base(self, index: int) -> tuple[int, int]:

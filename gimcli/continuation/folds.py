@@ -68,6 +68,5 @@ def fold_beside(curve: PositionCurve, here: CurvePoint, reach: float) -> CurvePo
     behind = correct(curve, here.p - reach * here.tangent, STEPS, here.tangent)
     if behind is None:
         return None
-    back = place(curve, behind, here.tangent)
-    found = sign_change(curve, back, 2.0 * reach, rate, STEPS)
+    found = sign_change(curve, place(curve, behind, here.tangent), 2.0 * reach, rate, STEPS)
     return None if found is None else found[1]

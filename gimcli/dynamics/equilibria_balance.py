@@ -224,8 +224,7 @@ class _Sum:
         unit = 1.0 if self.mechanism.actuators[number].rotary else self.metre
         if effort.curve is not None and effort.over == "value":
             force, slope = _table(effort.curve, value.value)
-            work = value.through(_integral(effort.curve, value.value), force, slope)
-            self._add_potential(work * -unit)
+            self._add_potential(value.through(_integral(effort.curve, value.value), force, slope) * -unit)
             return
         at = self.balance.time if effort.over == "time" else 0.0  # over the speed: at rest
         constant_force = effort.constant if effort.curve is None else float(effort.curve(np.array([at]))[0])

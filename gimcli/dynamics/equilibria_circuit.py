@@ -66,8 +66,7 @@ class _CircuitSearch:
         assert curve.circuit.curve.line is not None
         self.curve, self.circuit, self.mechanism = curve, curve.circuit, curve.circuit.mechanism
         self.main, self.middle, self.progress = curve.circuit.curve.line.main, middle, progress
-        rotary = self.mechanism.actuators[self.main].rotary
-        self.metre = 1.0 if rotary else curve.balance.metre
+        self.metre = 1.0 if self.mechanism.actuators[self.main].rotary else curve.balance.metre
         self.points: list[BalancePoint] = []
         self.roots: list[CurveRoot] = []
         self.cut = False

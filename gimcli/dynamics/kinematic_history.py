@@ -36,8 +36,7 @@ class Courses:
 
     def __call__(self, motion: Motion) -> Course:
         """Return positions, velocities and accelerations of a piece, the inputs following their laws."""
-        given = law_rates(self.mechanism, motion.time, 2)
-        nodes, angles = self._made(motion.z, given, self._run)
+        nodes, angles = self._made(motion.z, law_rates(self.mechanism, motion.time, 2), self._run)
         return Course(motion.time * self.mechanism.duration, motion.inputs, nodes, angles)
 
     def at_unit_speed(self, motion: Motion) -> Course:

@@ -231,8 +231,7 @@ class _Linkage:
         if not carrier:
             raise own.refused(f"its limits {a.name} and {b.name} are on no common link; correct its limits")
         name = self.names[connector]
-        guide = (self.names[a], self.names[b])
-        self.draft.slot(f"slot_{name}", name, carrier, b.place - a.place, guide=guide)
+        self.draft.slot(f"slot_{name}", name, carrier, b.place - a.place, guide=(self.names[a], self.names[b]))
 
     # -- inputs ---------------------------------------------------------------------------------
 

@@ -65,8 +65,7 @@ class TableMaker:
 
     def values(self, designs: FloatArray) -> FloatTables:
         """Return the tables of designs (designs, dimensions)."""
-        found = self.recording.evaluate(designs.T, self.wanted)
-        return self._filled(found, len(designs), self.nominal)
+        return self._filled(self.recording.evaluate(designs.T, self.wanted), len(designs), self.nominal)
 
     def tangents(self, designs: FloatArray) -> FloatTables:
         """Return the derivatives of the tables of designs (designs, dimensions), leading axes designs, dimensions."""

@@ -242,8 +242,7 @@ class PositionAngle(PositionQuantity):
 
     def difference(self, values: FloatArray, nominal: FloatArray) -> FloatArray:
         """Return values minus nominal ones, at most half a turn."""
-        change = values - nominal
-        return np.asarray(principal(change, self.turn))
+        return np.asarray(principal(values - nominal, self.turn))
 
 
 @dataclass(frozen=True)

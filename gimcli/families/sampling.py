@@ -56,8 +56,7 @@ POINTS: dict[str, Callable[[int, int, int, int, int], FloatArray]] = {
 
 
 def _block(number: int, size: int, seed: int) -> FloatArray:
-    generator = np.random.Generator(np.random.Philox(key=seed, counter=[0, 0, number, 0]))
-    return generator.random((BLOCK, size))
+    return np.random.Generator(np.random.Philox(key=seed, counter=[0, 0, number, 0])).random((BLOCK, size))
 
 
 def permuted(numbers: Words, count: int, seed: int, axis: int) -> Words:

@@ -26,8 +26,7 @@ def with_marks(graph: CurveGraph, over: Column) -> CurveGraph:
     """Return a graph with equal axes with the values of the input, or of the time, along its curves."""
     if graph.form != EQUAL or len(over.values) < 2:
         return graph
-    marks = [mark for curve in graph.curves for mark in _marks(curve, over)]
-    return replace(graph, marks=marks)
+    return replace(graph, marks=[mark for curve in graph.curves for mark in _marks(curve, over)])
 
 
 def _marks(curve: Curve, over: Column) -> list[PlaceMark]:

@@ -88,8 +88,7 @@ def _header(job: Scatterer, mechanism: Mechanism, name: str) -> dict[str, Any]:
 
 def model_hash(mechanism: Mechanism) -> str:
     """Return a hash of all numbers and names on which positions depend."""
-    own = replace(mechanism, files=(), path=None, written=None, dynamics=Dynamics(), gauges=())
-    return contents_hash(own)
+    return contents_hash(replace(mechanism, files=(), path=None, written=None, dynamics=Dynamics(), gauges=()))
 
 
 def contents_hash(value: Any) -> str:

@@ -143,10 +143,9 @@ def _changed(old: Mechanism, new: Mechanism, z: ComplexArray) -> Iterator[str]:
         if its is None or its.shape != values.shape or not np.all(np.abs(its - values) <= SAME + rounding):
             yield name
     for gauge, its_gauge in zip(old.gauges, new.gauges, strict=True):
-        if gauge.rotary:
-            followed = float(beside(measured(old, gauge, z), gauge.drawn))
-            if abs(followed - its_gauge.drawn) > math.pi:
-                yield f"the angle of {gauge.name} by a full turn"
+        followed = float(beside(measured(old, gauge, z), gauge.drawn)) if gauge.rotary else its_gauge.drawn
+        if abs(followed - its_gauge.drawn) > math.pi:
+            yield f"the angle of {gauge.name} by a full turn"
 
 
 def _dimensions(mechanism: Mechanism, unit: float) -> dict[str, ComplexArray]:

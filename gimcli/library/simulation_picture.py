@@ -17,5 +17,4 @@ def with_mechanism(found: Simulation, graphs: Sheet) -> Content:
     """Return the graphs of a simulation below the mechanism with the paths of the traced points."""
     mechanism, z = found.mechanism, found.nodes[0]
     paths = {name: mechanism.to_file(carried_point(mechanism, name, z)) for name in mechanism.traced}
-    drawing = motion_picture(mechanism, mechanism.to_file(z).T, paths, graphs.title)
-    return Sheet("", (drawing, *graphs.pictures))
+    return Sheet("", (motion_picture(mechanism, mechanism.to_file(z).T, paths, graphs.title), *graphs.pictures))

@@ -69,8 +69,7 @@ def motion_reason(motion: Motion) -> str:
     if motion.parts:
         unsolved = [part for part in motion.parts if not part.good.all()]
         return "; ".join(f"{part.mechanism.as_machine.name}: {motion_reason(part)}" for part in unsolved)
-    first = int(np.argmin(motion.good))
-    return reason(motion.mechanism, motion.overall, motion.inputs[:, first])
+    return reason(motion.mechanism, motion.overall, motion.inputs[:, int(np.argmin(motion.good))])
 
 
 class Unassembled:

@@ -65,6 +65,5 @@ def _sections() -> dict[str, str]:
 def _near(name: str) -> str:
     from difflib import get_close_matches
 
-    known = [*page_names(), *command_names()]
-    found = get_close_matches(name.lower().removesuffix(".md"), known, 1)
+    found = get_close_matches(name.lower().removesuffix(".md"), [*page_names(), *command_names()], 1)
     return f"; did you mean '{found[0]}'?" if found else f"; pages: {', '.join(page_names())}"

@@ -32,8 +32,8 @@ class Advantage(Measure):
         units = ("", "") if turning != linear else ("1/{}", "{}") if turning else ("{}", "1/{}")
         own, ratio = (unit_of(mechanism, unit) if unit else "" for unit in units)
         self.heads = (Head(spec, own, "mechanical advantage"), Head(f"{spec}.ratio", ratio))
-        scale = (mechanism.scale if linear else 1.0) / (1.0 if turning else mechanism.scale)
-        self.scale = scale  # from the normal frame to the file's units
+        # from the normal frame to the file's units
+        self.scale = (mechanism.scale if linear else 1.0) / (1.0 if turning else mechanism.scale)
 
     def values(self, derivatives: PathDerivatives) -> list[FloatArray]:
         """Return d(in) / d(out) (inf if the output is at rest) and d(out) / d(in), each (rows,)."""

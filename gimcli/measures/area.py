@@ -57,8 +57,7 @@ class Area(Measure):
     def outlines(self, derivatives: PathDerivatives) -> list[ComplexArray]:
         """Return the triangles that cover the region."""
         corners = corners_of(self.mechanism, self.member)
-        found = swept(derivatives, corners, 1) * self.mechanism.scale + self.mechanism.origin
-        return list(found)
+        return list(swept(derivatives, corners, 1) * self.mechanism.scale + self.mechanism.origin)
 
     def whole(self, derivatives: PathDerivatives) -> dict[str, Any]:
         """Return area and error estimate of the region, and the signed area of the whole motion."""

@@ -32,8 +32,7 @@ def input_or_time(mechanism: Mechanism, time: FloatArray, inputs: FloatArray) ->
         steps = np.diff(inputs[k])
         if np.all(steps > 0.0) or np.all(steps < 0.0):
             actuator = mechanism.actuators[k]
-            unit = mechanism.unit_of(actuator)
-            return Column(actuator.name, mechanism.value_to_file(k, inputs[k]), unit)
+            return Column(actuator.name, mechanism.value_to_file(k, inputs[k]), mechanism.unit_of(actuator))
     return Column("time", time * mechanism.duration, "s")
 
 

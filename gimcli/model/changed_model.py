@@ -97,8 +97,7 @@ class _ChangedSource(Source):
                 _validator(where).validate_python(value)
             except ValidationError as error:
                 for one in error.errors(include_url=False):
-                    limits = one.get("ctx", {})
-                    self.fault(where, expected(where, one["type"], value, limits))
+                    self.fault(where, expected(where, one["type"], value, one.get("ctx", {})))
         if self.faults:
             raise self.error()
 

@@ -213,8 +213,7 @@ def _check_shape(refs: References, where: Where, nodes: list[str], shape: dict[s
 def _check_points(refs: References) -> None:
     model = refs.model
     for name, point in model.points.items():
-        exists = refs.member(("points", name, "on"), point.on)
-        check_place(refs, ("points", name), point, "point", exists)
+        check_place(refs, ("points", name), point, "point", refs.member(("points", name, "on"), point.on))
         if name in model.nodes:
             refs.fault(("points", name), f"point '{name}' has the name of a node; rename it", key=True)
     known = [*model.points, *model.nodes]

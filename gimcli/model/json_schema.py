@@ -48,8 +48,7 @@ def json_schema() -> dict[str, Any]:
     sides["properties"] = {"side": {"enum": ["left", "right"], "description": PARTS["OpenNode"]["side"]}}
     schema["properties"]["nodes"]["additionalProperties"] = {"anyOf": [place, {"type": "null"}, sides]}
     schema["properties"]["ground"] = {"anyOf": [names, {"$ref": "#/$defs/Ground"}]}
-    profile = {"anyOf": [{"enum": list(PROFILES)}, {"$ref": "#/$defs/Profile"}]}
-    parts["Law"]["properties"]["profile"] = profile
+    parts["Law"]["properties"]["profile"] = {"anyOf": [{"enum": list(PROFILES)}, {"$ref": "#/$defs/Profile"}]}
     for key in ("polynomial", "table"):
         parts["Law"]["properties"][key] = parts["Profile"]["properties"][key]
     parts["Actuator"]["properties"]["effort"] = {"anyOf": [{"type": ["number", "string"]}, {"$ref": "#/$defs/Effort"}]}

@@ -28,8 +28,7 @@ Key = tuple[str, str]
 def steps_of(data: PlacingData, placed: Set[str]) -> tuple[list[PlacingStep], set[str]]:
     """Return the steps that place nodes, beginning with those that are placed, and the nodes that are left."""
     order = _Order(data, placed)
-    steps = list(order.steps())
-    return steps, set(data.order) - order.known
+    return list(order.steps()), set(data.order) - order.known
 
 
 class _Order:

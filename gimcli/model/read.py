@@ -101,6 +101,5 @@ def _plain(value: Any, where: tuple[Any, ...]) -> Any:
         return [_plain(part, (*where, k)) for k, part in enumerate(value)]
     if isinstance(value, Path):
         return str(value)
-    kind = type(value).__name__
-    text = f"expected a number, text, a list or a dict, got a value of type {kind}"
+    text = f"expected a number, text, a list or a dict, got a value of type {type(value).__name__}"
     raise ModelError([f"<dict>: {'.'.join(map(str, where))}: {text}"])

@@ -248,8 +248,7 @@ class BranchFollower(BranchState):
         before = [row for row in self.log if row.time < time]
         if not before and self.bridges:  # a rounding error before the start of the first bridge
             return self.bridges[0].at(time)
-        block = self.evaluate(np.array([time]), before)
-        return block.rows()[0]
+        return self.evaluate(np.array([time]), before).rows()[0]
 
     def _solves(self, times: FloatArray) -> bool:
         """Solve rows that only lead to others; return whether all are solved."""

@@ -73,8 +73,7 @@ def path_picture(
 ) -> Picture:  # fmt: skip
     """Return the paths of a point that one input moves, that of the drawn configuration first, and a pose (nodes,)."""
     scene = None if pose is None else solved(mechanism, pose)
-    shown = [*paths, *([scene.extent()] if scene else [])]
-    picture = plot(mechanism, title, shown, layout)
+    picture = plot(mechanism, title, [*paths, *([scene.extent()] if scene else [])], layout)
     for pen, name, group in (
         (PENS["outer"], "path of the initial configuration", paths[:1]),
         (OTHERS, "paths of other configurations", paths[1:]),
@@ -140,5 +139,4 @@ def _draw_density(picture: Picture, places: ComplexArray) -> None:
 
 def _levels(counts: FloatArray) -> np.ndarray:
     """Return the level of each count, 0 to the number of greys - 1, with about equal numbers of cells."""
-    edges = np.quantile(counts, np.arange(1, len(GREYS)) / len(GREYS))
-    return np.searchsorted(edges, counts, side="left")
+    return np.searchsorted(np.quantile(counts, np.arange(1, len(GREYS)) / len(GREYS)), counts, side="left")

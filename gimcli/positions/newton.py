@@ -96,5 +96,4 @@ class Packed:
         equations = [(e.kind, local[e.p], local[e.q], index(e.vector), e.value.actuator) for e in self.group.equations]
         values = [(e.value.constant, e.value.gain) for e in self.group.equations]
         heads = [(local.get(v.u, NONE), local.get(v.v, NONE), v.register, v.actuator, v.turn) for v in vectors]
-        factors = [(v.z.real, v.z.imag) for v in vectors]
-        return places, equations, heads, factors, values
+        return places, equations, heads, [(v.z.real, v.z.imag) for v in vectors], values

@@ -219,8 +219,7 @@ class PathIndex:
 
     def crossings(self) -> Iterator[tuple[int, Cut]]:
         """Yield path and cut of every crossing of paths with others or themselves."""
-        found = [self._overlapping(k) for k in range(len(self.closed))]
-        i, j = np.concatenate(found, axis=1)
+        i, j = np.concatenate([self._overlapping(k) for k in range(len(self.closed))], axis=1)
         a, b, t, u = self.hull[i], self.hull[j], np.full(len(i), 0.5), np.full(len(i), 0.5)
         for _ in range(MEETING.rounds):
             gap = _cubic(a, t) - _cubic(b, u)

@@ -109,8 +109,7 @@ def reach(
 
 def _from_everywhere(task: WorkspaceTask) -> tuple[list[CriticalCurve], bool]:
     """Return the curves through positions from random starts; used if orientations or several inputs are given."""
-    curve = CriticalPath(Stratum(task.free, task.output[0]))
-    return CriticalWalker(task, curve).take(Bank(task).x), True
+    return CriticalWalker(task, CriticalPath(Stratum(task.free, task.output[0]))).take(Bank(task).x), True
 
 
 def _initial_branch(task: WorkspaceTask, branches: list[CriticalCurve]) -> int:

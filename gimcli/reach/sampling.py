@@ -95,8 +95,7 @@ class Bank:
     def _any(self, places: FloatArray, starts: FloatArray) -> BoolArray:
         """Return for points (rows, 2) whether a position is found from any of its starts (rows, starts, n)."""
         rows, count, n = starts.shape
-        targets = np.repeat(places, count, axis=0)
-        x, good = settle(self._equations(targets), starts.reshape(-1, n))
+        x, good = settle(self._equations(np.repeat(places, count, axis=0)), starts.reshape(-1, n))
         good &= self.task.allowed(x)
         return np.asarray(good.reshape(rows, count).any(axis=1))
 

@@ -94,8 +94,7 @@ def formation(mechanism: Mechanism) -> Formation:
     parts = lower_pairs(mechanism)
     ends = _rows(parts)
     columns, drivers = _constraints(parts, ends)
-    count = sum(len(rows) for rows in ends.values())
-    blocks = split(count, columns, list(ends.values()))
+    blocks = split(sum(len(rows) for rows in ends.values()), columns, list(ends.values()))
     loose = [row for block in blocks if len(block.columns) < len(block.rows) for row in block.rows]
     if loose:
         names = [parts.links[k] for k, rows in ends.items() if set(rows) & set(loose)]

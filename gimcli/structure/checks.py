@@ -72,8 +72,7 @@ def _of_row(mechanism: Mechanism, row: PairRow, actuator: int) -> Check:
     if row.kind == HEIGHT:
         return _height(mechanism, row, actuator)
     arm, reference = (direction(mechanism, k) for k in row.members)
-    target = reference.driven(row.reference, actuator, 1)
-    return Check(row.name, ANGLE, first=arm.times(row.arm), second=target)
+    return Check(row.name, ANGLE, first=arm.times(row.arm), second=reference.driven(row.reference, actuator, 1))
 
 
 def _height(mechanism: Mechanism, row: PairRow, actuator: int) -> Check:

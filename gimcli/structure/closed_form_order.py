@@ -268,8 +268,7 @@ class Layout:
                 continue
             for other in self.kinematic[body]:  # a translating member shifts the loci of its other nodes
                 if other != node:
-                    offset = source.times(self.reach(body, other, node))
-                    yield from self.own_loci(other, offset)
+                    yield from self.own_loci(other, source.times(self.reach(body, other, node)))
             yield from self._carried_lines(node, body, source)
 
     def own_loci(self, node: int, offset: Vector | None) -> Iterator[Locus]:

@@ -83,8 +83,7 @@ def _body_at(layout: Layout, system: CoupledSystem, node: int) -> list[Unknown]:
 
 
 def _join(layout: Layout, system: CoupledSystem, node: int) -> None:
-    at = _bodies_at(layout, system, node)
-    parts = [system.bodies[b] for b in at]
+    parts = [system.bodies[b] for b in _bodies_at(layout, system, node)]
     pairs = [(p, []) for p in parts] if node in layout.placed else list(pairwise(parts))
     for first, second in pairs:
         both = [*first, *second]
@@ -228,8 +227,7 @@ class Builder:
         reach = self.layout.reach(body, u, v)
         rotation = self.layout.rotation
         self.direction[rotation.of[body]] = Vector(1.0 / (reach * rotation.phase[body]), u, v)
-        name = self.mechanism.members[body].name
-        self.equations.append(Constraint(name, SPAN, u, v, Value(abs(reach))))
+        self.equations.append(Constraint(self.mechanism.members[body].name, SPAN, u, v, Value(abs(reach))))
         return True
 
     def _finish(self, body: int) -> bool:

@@ -51,8 +51,7 @@ class LinkedEquations:
         z = self.mechanism.drawn
         y = np.append(self.system.coordinates(z), self.mechanism.drawn_inputs[self.followers])
         drawn = np.array([row.drawn for _, row, _ in self.reads])
-        read = [float(value) for value in self._readings(list(z), drawn)]
-        return LinkedPoint(y, np.array(read))
+        return LinkedPoint(y, np.array([float(value) for value in self._readings(list(z), drawn)]))
 
     def point(self, z: ComplexArray, inputs: FloatArray) -> LinkedPoint:
         """Return a position (nodes,) with inputs (actuators,) as one row; full turns of what is read do not matter."""

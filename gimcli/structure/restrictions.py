@@ -106,8 +106,7 @@ def member_models(mechanism: Mechanism, index: int, nodes: Sequence[int], known:
     fixed = [n for n in nodes if n in known]
     if len(fixed) < 2:  # as written: A B C is AB, BC and the angle at B
         joints = zip(chain, chain[1:], chain[2:], strict=False)
-        links = pairwise(chain)
-        models.append(wanted([rd(a, b) for a, b in links] + [ra(b, a, c) for a, b, c in joints]))
+        models.append(wanted([rd(a, b) for a, b in pairwise(chain)] + [ra(b, a, c) for a, b, c in joints]))
     for vertex in fixed[:2] if len(fixed) > 1 else nodes:
         others = [n for n in nodes if n != vertex]
         if len(fixed) > 1:  # angles from the arm between the two known nodes

@@ -34,8 +34,7 @@ def rigid_triangles(mechanism: Mechanism) -> tuple[RigidTriangle, ...]:
     found: list[RigidTriangle] = []
     while (triangle := next(_triangles(bodies), None)) is not None:
         found.append(triangle)
-        nodes = set[int]().union(*(bodies.pop(body) for body in triangle.bodies))
-        bodies[frozenset(triangle.members)] = nodes
+        bodies[frozenset(triangle.members)] = set[int]().union(*(bodies.pop(body) for body in triangle.bodies))
     return tuple(found)
 
 

@@ -40,8 +40,7 @@ def refuse_strangers(headers: Message, port: int) -> None:
     hosts = headers.get_all("Host", [])
     if len(hosts) != 1 or hosts[0].lower() not in [f"{name}:{port}" for name in NAMES]:
         raise Refused(HTTPStatus.FORBIDDEN, f"use the address http://127.0.0.1:{port}/")
-    origins = headers.get_all("Origin", [])
-    if any(origin.lower() != f"http://{hosts[0].lower()}" for origin in origins):
+    if any(origin.lower() != f"http://{hosts[0].lower()}" for origin in headers.get_all("Origin", [])):
         raise Refused(HTTPStatus.FORBIDDEN, "requests from other pages are refused")
     foreign = headers.get("Sec-Fetch-Site", "none") not in ("none", "same-origin")
     if foreign and headers.get("Sec-Fetch-Mode") != "navigate":  # a link to the page is no request of a script
