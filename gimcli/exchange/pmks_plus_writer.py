@@ -170,10 +170,8 @@ class PlusDrawing:
                 for name in self.drawn.bodies[slot.carrier]
                 if abs(self.drawn.places[name] - place) <= EXACT * self.drawn.size and not self.joints[name].slides
             ]
-            if near:
-                found.append(self.joints[near[0]].id)
-            else:
-                found.append(self._added(f"{slot.joint} {end}", place, slot.carrier).id)
+            own = self.joints[near[0]] if near else self._added(f"{slot.joint} {end}", place, slot.carrier)
+            found.append(own.id)
         return found
 
     # -- links and inputs -----------------------------------------------------------------------

@@ -150,9 +150,8 @@ def named_nodes(actuator: Actuator) -> set[str]:
 
 def starts_by_value(law: Law) -> bool:
     """Return whether a law gives its first value, so that it does not begin at that of the coordinates."""
-    if law.profile.table is not None or law.from_ is not None:
-        return True
-    return bool(law.profile.polynomial) and not ended(law)
+    known = law.profile.table is not None or law.from_ is not None
+    return known or (bool(law.profile.polynomial) and not ended(law))
 
 
 def _start(actuator: Actuator, folder: Path) -> Any:
