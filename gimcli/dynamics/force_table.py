@@ -68,11 +68,12 @@ def _frame_columns(forces: Forces) -> list[Column]:
 
 def _power_columns(forces: Forces) -> list[Column]:
     power = {"drive": forces.drive_power, **forces.loads.power}
-    columns = [Column(f"power.{kind}", _only(forces, values), "W") for kind, values in power.items()]
-    columns.append(Column("power.error", _only(forces, forces.power_error), "W"))
-    columns.append(Column("energy.kinetic", _only(forces, forces.loads.kinetic), "J"))
-    columns.append(Column("energy.potential", _only(forces, forces.loads.potential), "J"))
-    return columns
+    return [
+        *(Column(f"power.{kind}", _only(forces, values), "W") for kind, values in power.items()),
+        Column("power.error", _only(forces, forces.power_error), "W"),
+        Column("energy.kinetic", _only(forces, forces.loads.kinetic), "J"),
+        Column("energy.potential", _only(forces, forces.loads.potential), "J"),
+    ]
 
 
 def _only(forces: Forces, values: FloatArray) -> FloatArray:

@@ -31,6 +31,8 @@ def rotor_columns(forces: Forces) -> list[Column]:
         metre = 1.0 if actuator.rotary else mechanism.dynamics.metre or 1.0
         speed = rotor.ratio * reading(mechanism, actuator, forces.course)[1]
         name = f"{actuator.name}.rotor"
-        columns.append(Column(f"{name}.torque", forces.effort(rotor.actuator) * metre / rotor.ratio, "N m"))
-        columns.append(Column(f"{name}.speed", np.where(forces.good, speed * 30.0 / math.pi, np.nan), "1/min"))
+        columns += [
+            Column(f"{name}.torque", forces.effort(rotor.actuator) * metre / rotor.ratio, "N m"),
+            Column(f"{name}.speed", np.where(forces.good, speed * 30.0 / math.pi, np.nan), "1/min"),
+        ]
     return columns

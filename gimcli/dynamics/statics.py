@@ -112,10 +112,11 @@ class Statics:
 
     def entries(self, reaction: Reaction) -> list[tuple[int, int, int, float, int]]:
         """Return where a reaction enters the equations: body, axis, kind (axis or TURN), factor, node of action."""
-        found = []
-        for body, sense, node in self.senses(reaction):
-            for axis in self.axes(reaction, body, node):
-                found.append((body, axis, TURN if reaction.kind == COUPLE else axis, float(sense), node))
+        found = [
+            (body, axis, TURN if reaction.kind == COUPLE else axis, float(sense), node)
+            for body, sense, node in self.senses(reaction)
+            for axis in self.axes(reaction, body, node)
+        ]
         turned = [(body, factor) for body, factor in reaction.couples if body != NONE]
         found += [(body, MOMENT, TURN, factor, self.bodies[body].node) for body, factor in turned]
         return found

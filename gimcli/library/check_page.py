@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -15,9 +16,6 @@ from gimcli.motion.motion import Motion
 from gimcli.output.animation import Animation, Clip, Section
 from gimcli.rates.member_angles import in_rows
 from gimcli.table import Column, Table
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
 
 def check_page(

@@ -10,7 +10,7 @@ from gimcli.branching.enumeration import Circuits, EnumerationConstants, Strand,
 from gimcli.continuation.curve import LONGEST
 from gimcli.library.inputs import in_file_units, interval_of, refuse_count, refuse_linked
 from gimcli.library.machines import driven_machines, for_each_machine
-from gimcli.library.places import coordinates
+from gimcli.library.places import coordinates, input_columns
 from gimcli.library.result import Result
 from gimcli.library.rounding import at_inputs, intervals
 from gimcli.mechanism import Mechanism
@@ -124,9 +124,7 @@ class CircuitsResult(Result):
         ]
         for end in ("from", "to"):
             values = [inputs_at(found, b.start if end == "from" else b.end) for _, _, b in rows]
-            for a in self.mechanism.actuators:
-                named = np.array([v[a.name] for v in values])
-                columns.append(Column(f"{a.name}.{end}", named, self.mechanism.unit_of(a)))
+            columns += input_columns(self.mechanism, values, f".{end}")
         return Table(tuple(columns))
 
     def picture(self) -> Content | None:

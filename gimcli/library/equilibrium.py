@@ -19,7 +19,7 @@ from gimcli.errors import UsageError
 from gimcli.library.assembled import assembly_of
 from gimcli.library.inputs import in_file_units, inputs_of, refuse_count, refuse_linked
 from gimcli.library.machines import for_each_machine, released_machines
-from gimcli.library.places import coordinates
+from gimcli.library.places import coordinates, input_columns, node_columns
 from gimcli.library.released import released_inputs
 from gimcli.library.result import Result
 from gimcli.mechanism import FloatArray, Mechanism
@@ -27,7 +27,7 @@ from gimcli.positions.options import Options
 from gimcli.progress import Phases, limited, no_phases
 from gimcli.status import Status
 from gimcli.structure.drive_check import explained
-from gimcli.table import Column, Table, xy_columns
+from gimcli.table import Column, Table
 
 if TYPE_CHECKING:
     from gimcli.output.picture import Content
@@ -219,12 +219,10 @@ class EquilibriumResult(Result):
 
     def table(self) -> Table:
         """Return one row for each equilibrium: inputs, potential, stability, stiffness, pushes, coordinates."""
-        found, mechanism = self.found.found, self.mechanism
-        inputs = [self.inputs(one.inputs) for one in found]
-        columns = [Column("number", np.arange(1, len(found) + 1))]
-        for a in mechanism.actuators:
-            columns.append(Column(a.name, np.array([u[a.name] for u in inputs], dtype=float), mechanism.unit_of(a)))
-        columns += [
+        found = self.found.found
+        columns = [
+            Column("number", np.arange(1, len(found) + 1)),
+            *input_columns(self.mechanism, [self.inputs(one.inputs) for one in found]),
             Column("potential", np.array([one.potential for one in found], dtype=float), "J"),
             Column("stability", np.array([one.stability for one in found], dtype=str)),
             Column("negative", np.array([one.negative for one in found], dtype=np.int64)),
@@ -232,10 +230,8 @@ class EquilibriumResult(Result):
             *(self._pushes() if len(self.found.released) == 1 else ()),
             Column("residual", np.array([one.residual for one in found], dtype=float)),
             Column("status", np.array([one.status.word for one in found], dtype=str)),
+            *node_columns(self.mechanism, [one.z for one in found]),
         ]
-        z = np.array([mechanism.to_file(one.z) for one in found]).reshape(len(found), len(mechanism.nodes))
-        for k, name in enumerate(mechanism.nodes):
-            columns += xy_columns(f"{name}.", z[:, k], mechanism.length_unit)
         return Table(tuple(columns))
 
     def _pushes(self) -> list[Column]:

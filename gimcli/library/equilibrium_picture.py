@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,9 +11,7 @@ from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.output.equilibria import ShownEquilibrium, equilibria_picture
 from gimcli.output.graph import Axis, Curve, CurveGraph
 from gimcli.output.panels import with_panels
-
-if TYPE_CHECKING:
-    from gimcli.output.picture import Content
+from gimcli.output.picture import Content
 
 OUTSIDE = 3.0
 """Coordinate, in sizes, up to which a curve that goes to infinity is shown, unless there are equilibria beyond."""

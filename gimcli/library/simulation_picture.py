@@ -2,15 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from gimcli.dynamics.simulation_types import Simulation
 from gimcli.motion.coupler_points import carried_point
 from gimcli.output.drawing import motion_picture
-from gimcli.output.picture import Sheet
-
-if TYPE_CHECKING:
-    from gimcli.output.picture import Content
+from gimcli.output.picture import Content, Sheet
 
 
 def with_mechanism(found: Simulation, graphs: Sheet) -> Content:

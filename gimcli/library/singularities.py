@@ -10,13 +10,13 @@ from gimcli.branching.singular_positions import Found, Survey, first_turn, surve
 from gimcli.branching.singularities import STATIONARY, BranchRates, rates
 from gimcli.library.inputs import in_file_units, interval_of, refuse_linked
 from gimcli.library.machines import driven_machines, for_each_machine
-from gimcli.library.places import coordinates
+from gimcli.library.places import coordinates, input_columns, node_columns
 from gimcli.library.result import Result
 from gimcli.library.rounding import at_inputs, intervals
 from gimcli.mechanism import Mechanism
 from gimcli.progress import Phases, no_phases
 from gimcli.structure.drive_check import explained
-from gimcli.table import Column, Table, xy_columns
+from gimcli.table import Column, Table
 
 if TYPE_CHECKING:
     from gimcli.continuation.circuit import Circuit
@@ -120,18 +120,15 @@ class SingularitiesResult(Result):
 
     def table(self) -> Table:
         """Return one row for each singular position: kind, inputs, coordinates of the nodes, members, branches."""
-        found, mechanism = self.found.found, self.mechanism
-        at = [self.inputs(one) for one in found]
-        z = np.array([mechanism.to_file(self.found.curve.nodes(one.what.p)) for one in found])
-        z = z.reshape(len(found), len(mechanism.nodes))
-        columns = [Column("kind", np.array([one.what.kind for one in found], dtype=str))]
-        for a in mechanism.actuators:
-            columns.append(Column(a.name, np.array([u[a.name] for u in at], dtype=float), mechanism.unit_of(a)))
-        for k, name in enumerate(mechanism.nodes):
-            columns += xy_columns(f"{name}.", z[:, k], mechanism.length_unit)
-        columns.append(Column("about", np.array([" ".join(one.what.about) for one in found], dtype=str)))
-        numbers = (" ".join(str(b + 1) for b in one.circuits) for one in found)
-        columns.append(Column("branches", np.array(list(numbers), dtype=str)))
+        found = self.found.found
+        branches = [" ".join(str(b + 1) for b in one.circuits) for one in found]
+        columns = [
+            Column("kind", np.array([one.what.kind for one in found], dtype=str)),
+            *input_columns(self.mechanism, [self.inputs(one) for one in found]),
+            *node_columns(self.mechanism, [self.found.curve.nodes(one.what.p) for one in found]),
+            Column("about", np.array([" ".join(one.what.about) for one in found], dtype=str)),
+            Column("branches", np.array(branches, dtype=str)),
+        ]
         return Table(tuple(columns))
 
     def picture(self) -> Content:

@@ -10,10 +10,11 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from typing import TYPE_CHECKING, cast
+from typing import cast
 
 import numpy as np
 
+from gimcli.continuation.arc import ArcPassage, Gap
 from gimcli.continuation.gap_interpolation import BEYOND
 from gimcli.errors import UsageError
 from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
@@ -25,9 +26,6 @@ from gimcli.positions.newton import Run
 from gimcli.progress import Progress
 from gimcli.status import Status
 from gimcli.structure.steps import Plan
-
-if TYPE_CHECKING:
-    from gimcli.continuation.arc import ArcPassage, Gap
 
 TURN = 2.0 * math.pi
 

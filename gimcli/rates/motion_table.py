@@ -50,10 +50,11 @@ def motion_table(
 def first_columns(motion: Motion, first: int) -> list[Column]:
     """Return the first columns of every motion: steps numbered from `first`, time, inputs."""
     mechanism, steps = motion.mechanism, np.arange(first, first + len(motion.time))
-    columns = [Column("step", steps), Column("time", motion.time * mechanism.duration, "s")]
-    for k, a in enumerate(mechanism.actuators):
-        columns.append(Column(a.name, mechanism.value_to_file(k, motion.inputs[k]), mechanism.unit_of(a)))
-    return columns
+    inputs = [
+        Column(a.name, mechanism.value_to_file(k, motion.inputs[k]), mechanism.unit_of(a))
+        for k, a in enumerate(mechanism.actuators)
+    ]
+    return [Column("step", steps), Column("time", motion.time * mechanism.duration, "s"), *inputs]
 
 
 def status_column(codes: IntArray, name: str = "status") -> Column:
