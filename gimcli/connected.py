@@ -1,8 +1,8 @@
-"""Elements by what they share: connected sets, and groups with the same key."""
+"""Elements by what they share: connected sets, groups with the same key, elements that differ."""
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable, Set as AbstractSet
+from collections.abc import Callable, Hashable, Iterable, Set as AbstractSet
 from typing import TypeVar
 
 Element = TypeVar("Element", bound=Hashable)
@@ -27,3 +27,12 @@ def grouped(pairs: Iterable[tuple[Key, Value]]) -> dict[Key, list[Value]]:
     for key, value in pairs:
         groups.setdefault(key, []).append(value)
     return groups
+
+
+def unlike(items: Iterable[Value], same: Callable[[Value, Value], bool]) -> list[Value]:
+    """Return the elements without those that are the same as one before; `same` compares one with an earlier one."""
+    kept: list[Value] = []
+    for one in items:
+        if not any(same(one, other) for other in kept):
+            kept.append(one)
+    return kept

@@ -63,9 +63,8 @@ class Unknowns:
     def of(self, index: int) -> list[tuple[str, int]]:
         """Return the unknowns of a joint."""
         joint = self.linkage.joints[index]
-        own = [("p", joint.body), ("p", self.linkage.bodies + joint.node)]
-        own += [("t", self.linkage.classes[joint.body]), ("s", index)]
-        return [u for u in own if u in self.column]
+        places = ("p", joint.body), ("p", self.linkage.bodies + joint.node)
+        return [u for u in (*places, ("t", self.linkage.classes[joint.body]), ("s", index)) if u in self.column]
 
 
 def independent(linkage: Linkage) -> Linkage:
@@ -170,10 +169,11 @@ def _refuse(linkage: Linkage) -> None:
     moving = np.ones(unknowns.count, dtype=bool)
     free = np.setdiff1d(np.arange(unknowns.count), pivots)
     moving[pivots] = (reduced[:, free] != 0).any(axis=1)
-    names = []
-    for (kind, which), at in unknowns.column.items():
-        if kind == "p" and which >= linkage.bodies and moving[at : at + 2].any():
-            names.append(linkage.mechanism.nodes[which - linkage.bodies])
+    names = [
+        linkage.mechanism.nodes[which - linkage.bodies]
+        for (kind, which), at in unknowns.column.items()
+        if kind == "p" and which >= linkage.bodies and moving[at : at + 2].any()
+    ]
     raise StructureError(
         f"nothing drives {'nodes ' + ', '.join(names) if names else linkage.mechanism.name}: the mechanism can move"
         " at these inputs; add an actuator for each freedom"

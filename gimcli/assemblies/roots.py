@@ -19,6 +19,7 @@ from gimcli.assemblies.loops import LoopFamily, Loops
 from gimcli.assemblies.pencil import candidates, pencil_of
 from gimcli.assemblies.root_paths import Tracked, corrected, track
 from gimcli.assemblies.start_cache import known_count, known_start
+from gimcli.connected import unlike
 from gimcli.mechanism import BoolArray, ComplexArray
 from gimcli.progress import Progress, no_progress, spend
 
@@ -209,9 +210,5 @@ def _diverging(family: LoopFamily, done: Tracked) -> BoolArray:
 
 def _clusters(family: LoopFamily, w: ComplexArray, near: float) -> ComplexArray:
     """Return one point of each cluster."""
-    kept: list[int] = []
     gap = distances(family, w, w) if len(w) else np.zeros((0, 0))
-    for k in range(len(w)):
-        if not any(gap[k, j] < near for j in kept):
-            kept.append(k)
-    return w[kept]
+    return w[unlike(range(len(w)), lambda k, j: bool(gap[k, j] < near))]

@@ -101,8 +101,8 @@ def _print(result: EquilibriumResult) -> None:
             *(labelled(a.name, mechanism.unit_of(a)) for a in mechanism.actuators),
             "potential [J]",
             "stability",
+            *_heads(result),
         ]
-        head += _heads(result)
         rows = [_row(result, k, one) for k, one in enumerate(found.found[:SHOWN])]
         numbers = (0, *range(1, 2 + len(mechanism.actuators)), *range(3 + len(mechanism.actuators), len(head)))
         print_table(result.headline(), head, rows, numbers)

@@ -39,8 +39,10 @@ def _print_works(found: FrictionSummary) -> None:
         typer.echo("efficiency: not determined, because some rows have no forces")
         return
     size = greatest([*found.works.values(), *found.lost.values()])
-    rows = [(name, number(value, size), "J") for name, value in found.works.items() if value]
-    rows += [(f"lost in {name}", number(-value, size), "J") for name, value in found.lost.items() if value]
+    rows = [
+        *((name, number(value, size), "J") for name, value in found.works.items() if value),
+        *((f"lost in {name}", number(-value, size), "J") for name, value in found.lost.items() if value),
+    ]
     print_table("work over the motion", ("", "work", "unit"), rows, (1,))
     if found.efficiency is not None:
         typer.echo(f"efficiency {100 * found.efficiency:.4g} %: outputs / inputs of the works above")

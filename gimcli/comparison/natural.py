@@ -31,8 +31,11 @@ class NaturalCoordinates:
         self.points = kinematic_nodes(mechanism)
         self.free = list(free_nodes(mechanism))
         self.base = [self._base(k) for k in range(len(mechanism.members))]
-        rows = [*self._members(), *(self._row(row, NONE) for row in mechanism.pairs)]
-        rows += [self._row(actuator, k) for k, actuator in enumerate(mechanism.actuators)]
+        rows = [
+            *self._members(),
+            *(self._row(row, NONE) for row in mechanism.pairs),
+            *(self._row(actuator, k) for k, actuator in enumerate(mechanism.actuators)),
+        ]
         self.heads = np.array([head for head, _ in rows], dtype=np.int64).reshape(-1, 8)
         self.factors = np.array([factor for _, factor in rows], dtype=float).reshape(-1, 3)
         self.columns = np.full(len(mechanism.nodes), NONE, dtype=np.int64)

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from gimcli.connected import unlike
 from gimcli.dynamics.coulomb_status import FrictionStatus
 from gimcli.mechanism import BoolArray, ComplexArray, FloatArray, IntArray
 
@@ -178,10 +179,7 @@ def _starts(reduced: _Reduced) -> FloatArray:
 
 def _different(ends: FloatArray) -> FloatArray:
     """Return the solutions that differ by more than the error of the iteration (found, pairs)."""
-    kept: list[FloatArray] = []
-    for end in ends:
-        if all(np.max(np.abs(end - other)) > np.sqrt(FOUND) * np.max(end) for other in kept):
-            kept.append(end)
+    kept = unlike(ends, lambda end, other: not np.max(np.abs(end - other)) > np.sqrt(FOUND) * np.max(end))
     return np.array(kept).reshape(-1, ends.shape[1])
 
 

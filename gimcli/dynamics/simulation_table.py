@@ -19,9 +19,11 @@ ENERGIES = ("kinetic", "potential", "dissipated", "supplied")
 
 def column_names(mechanism: Mechanism) -> list[str]:
     """Return the names of the columns except those of reactions; no simulation is needed for them."""
-    names = ["step", "time", "status", *(f"energy.{kind}" for kind in (*ENERGIES, "drift"))]
-    names += [a.name + part for a in mechanism.actuators for part in ("", ".speed", ".acceleration", ".effort")]
-    return [*names, *(f"{name}.{axis}" for name in mechanism.traced for axis in "xy")]
+    return [
+        "step", "time", "status", *(f"energy.{kind}" for kind in (*ENERGIES, "drift")),
+        *(a.name + part for a in mechanism.actuators for part in ("", ".speed", ".acceleration", ".effort")),
+        *(f"{name}.{axis}" for name in mechanism.traced for axis in "xy"),
+    ]  # fmt: skip
 
 
 def simulation_table(found: Simulation, times: FloatArray, forces: Forces | None = None) -> Table:
@@ -38,8 +40,8 @@ def simulation_table(found: Simulation, times: FloatArray, forces: Forces | None
     for name in mechanism.traced:
         path = np.asarray(mechanism.to_file(carried_point(mechanism, name, found.nodes[0])))
         columns += xy_columns(f"{name}.", path, mechanism.length_unit)
-    for name, values in zip((*ENERGIES, "drift"), (*found.energy, found.drift), strict=True):
-        columns.append(Column(f"energy.{name}", values, "J"))
+    energies = zip((*ENERGIES, "drift"), (*found.energy, found.drift), strict=True)
+    columns += [Column(f"energy.{name}", values, "J") for name, values in energies]
     if forces is None:
         columns += _efforts(found)
     else:

@@ -176,11 +176,11 @@ class _StaticsBuilder:
         normals = dict(enumerate(k for k, row in zip(held, mechanism.pairs, strict=True) if row.kind == HEIGHT))
         efforts = tuple(NONE if k in mechanism.geared else self._row(a) for k, a in enumerate(mechanism.actuators))
         teeth = self._gears() if mechanism.gears else ()
-        bodies = [Body(k, self._moment_node(k)) for k in range(1, len(mechanism.members))]
-        bodies += [Body(NONE, n) for n in self.loose]
+        moving = (Body(k, self._moment_node(k)) for k in range(1, len(mechanism.members)))
+        bodies = (*moving, *(Body(NONE, n) for n in self.loose))
         pushed = tuple(self.body_of_member.get(self._slider(gauge), NONE) for gauge in mechanism.gauges)
         return Statics(
-            mechanism, tuple(bodies), tuple(self.reactions), pins, normals, efforts, teeth,
+            mechanism, bodies, tuple(self.reactions), pins, normals, efforts, teeth,
             self.body_of_member, self.body_of_pin, pushed, frozenset(self.on_pins),
         )  # fmt: skip
 

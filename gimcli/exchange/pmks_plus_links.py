@@ -41,8 +41,8 @@ class PlusStructure:
     def _refer(self) -> None:
         """Check that all joints, bars and carriers that are named exist."""
         for link in self.links.values():
-            missing = [name for name in link.joints if name not in self.joints]
-            missing += [name for name in link.parts if name not in self.links]
+            parts = [name for name in link.parts if name not in self.links]
+            missing = [*(name for name in link.joints if name not in self.joints), *parts]
             if missing or not link.joints:
                 raise self.fault(f"link {link.id}: '{', '.join(missing)}' is missing; copy the whole address again")
         for joint in self.joints.values():

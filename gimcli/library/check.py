@@ -123,11 +123,9 @@ class CheckResult(Result):
         return check_page(self.mechanism, motion, z, self.sections(), self.warnings, note)
 
     def __repr__(self) -> str:
-        texts = [self.headline()]
-        for section in self.sections():
-            texts += ["", section.heading, *section.lines()]
+        texts = [text for section in self.sections() for text in ("", section.heading, *section.lines())]
         warned = (": ".join(filter(None, ("warning", one["where"], one["text"]))) for one in self.warnings)
-        return "\n".join([*texts, *warned])
+        return "\n".join([self.headline(), *texts, *warned])
 
     # -- the parts ------------------------------------------------------------------------------
 

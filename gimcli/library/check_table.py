@@ -18,8 +18,8 @@ Row = tuple[str, str, str, str, str, str]
 
 def check_table(mechanism: Mechanism, report: dict[str, Any]) -> Table:
     """Return one row for each value; numbers have all digits, `at` has the inputs."""
-    rows = [*_structure(mechanism, report), *_motion(mechanism, report)]
-    rows += [("warning", one["where"], "", one["text"], "", "") for one in report["warnings"]]
+    warnings = [("warning", one["where"], "", one["text"], "", "") for one in report["warnings"]]
+    rows = [*_structure(mechanism, report), *_motion(mechanism, report), *warnings]
     return Table(tuple(Column(n, np.array(c, dtype=str)) for n, c in zip(HEAD, zip(*rows, strict=True), strict=True)))
 
 

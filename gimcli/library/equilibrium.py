@@ -257,13 +257,19 @@ class EquilibriumResult(Result):
         history, mechanism = self.found.history, self.mechanism
         if history is None:
             return None
-        main = self.found.released[0]
-        columns = [Column("fraction", history.fraction)]
-        for k, a in enumerate(mechanism.actuators):
-            columns.append(Column(a.name, mechanism.value_to_file(k, history.inputs[k]), mechanism.unit_of(a)))
         effort = np.where(np.isfinite(history.effort), history.effort, np.nan)
-        columns += [Column("potential", history.potential, "J"), Column("effort", effort, self.unit(main))]
-        return Table(tuple(columns))
+        inputs = (
+            Column(a.name, mechanism.value_to_file(k, history.inputs[k]), mechanism.unit_of(a))
+            for k, a in enumerate(mechanism.actuators)
+        )
+        return Table(
+            (
+                Column("fraction", history.fraction),
+                *inputs,
+                Column("potential", history.potential, "J"),
+                Column("effort", effort, self.unit(self.found.released[0])),
+            )
+        )
 
     def arrays(self) -> dict[str, NDArray[Any]]:
         """Return the columns, and those of the curve as `curve.NAME`."""

@@ -50,8 +50,7 @@ def _clip(
     rates: ComplexArray | None, without: str, note: str = "",
 ) -> Clip:  # fmt: skip
     """Return a clip of one row with the inputs and the coordinates of nodes and points."""
-    columns = [Column(a.name, np.array([inputs[a.name]]), mechanism.unit_of(a)) for a in mechanism.actuators]
-    for point, place in places.items():
-        columns += xy_columns(f"{point}.", np.array([place]), mechanism.length_unit)
-    at, table = mechanism.to_file(z)[None], Table(tuple(columns))
+    own = [Column(a.name, np.array([inputs[a.name]]), mechanism.unit_of(a)) for a in mechanism.actuators]
+    points = [c for n, at in places.items() for c in xy_columns(f"{n}.", np.array([at]), mechanism.length_unit)]
+    at, table = mechanism.to_file(z)[None], Table((*own, *points))
     return Clip(name, at, np.zeros(1), ("ok",), table, rates=rates, without=without, note=note)

@@ -86,9 +86,11 @@ def law_rates(motion: Motion) -> ComplexArray | None:
 def _law_events(motion: Motion) -> list[tuple[float, str, str]]:
     """Return the normalised time, kind and text of every event."""
     mechanism, at = motion.mechanism, law_inputs(motion.mechanism)
-    found = [("sequence exchanged", time, at(np.array([time]))[:, 0]) for time in motion.exchanged]
-    found += [("change point", time, u) for time, (_, u) in zip(motion.bridged, motion.meetings, strict=False)]
-    found += [("limit", time, np.array(u)) for time, u in (*motion.turned_back, *motion.touched)]
+    found = [
+        *(("sequence exchanged", time, at(np.array([time]))[:, 0]) for time in motion.exchanged),
+        *(("change point", time, u) for time, (_, u) in zip(motion.bridged, motion.meetings, strict=False)),
+        *(("limit", time, np.array(u)) for time, u in (*motion.turned_back, *motion.touched)),
+    ]
     if motion.limit is not None and not motion.turned_back and motion.first_status is Status.OK:
         found.append(("limit", motion.limit, at(np.array([motion.limit]))[:, 0]))
     named = [(time, kind, event_text(mechanism, kind, mechanism.inputs_to_file(u))) for kind, time, u in found]

@@ -222,10 +222,11 @@ class Unassembled:
     def _largest_errors(self) -> str:
         """Return the constraints with the largest errors in the position that satisfies all of them best."""
         z = self._closest()
-        found = []
-        for check, (_, _, error) in zip(checks(self.mechanism), self._errors(z), strict=True):
-            if error > NEGLIGIBLE:
-                found.append((float(error), self._wrong(check, float(error), z)))
+        found = [
+            (float(error), self._wrong(check, float(error), z))
+            for check, (_, _, error) in zip(checks(self.mechanism), self._errors(z), strict=True)
+            if error > NEGLIGIBLE
+        ]
         named = [text for _, text in sorted(found, reverse=True)[:NAMED]]
         return f"; in the closest one, {_and(named)}" if named else ""
 

@@ -111,9 +111,11 @@ def _inputs(model: Model, data: PlacingData) -> str:
     """Return the inputs of a message."""
     turn, units = math.pi / 180.0 if model.units.angle == "deg" else 1.0, model.units
     unit = "" if units.length == "unit" else f" {units.length}"
-    values = [f"{one.name} = {number(one.angle / turn)} {units.angle}" for one in data.angles]
-    values += [f"{one.name} = {number(one.value)}{unit}" for one in data.distances]
-    values += [f"{one.name} = {number(one.value)}{unit}" for one in data.travels]
+    values = [
+        *(f"{one.name} = {number(one.angle / turn)} {units.angle}" for one in data.angles),
+        *(f"{one.name} = {number(one.value)}{unit}" for one in data.distances),
+        *(f"{one.name} = {number(one.value)}{unit}" for one in data.travels),
+    ]
     return f" at {', '.join(values)}" if values else ""
 
 

@@ -39,10 +39,9 @@ def yaml_text(
         as identify them. Text is quoted only where a reader of YAML 1.1 or 1.2 needs it; the key `on` of a part
         is not: such a reader's `true` is understood in its place.
     """
-    lines = [f"# {_printable(line)}".rstrip() for comment in comments for line in comment.split("\n")]
-    for name, value in data.items():
-        lines += _entry(str(name), value, (), notes or {})
-    return "".join(f"{line}\n" for line in lines)
+    head = [f"# {_printable(line)}".rstrip() for comment in comments for line in comment.split("\n")]
+    body = [line for name, value in data.items() for line in _entry(str(name), value, (), notes or {})]
+    return "".join(f"{line}\n" for line in (*head, *body))
 
 
 def _entry(name: str, value: Any, above: tuple[str, ...], notes: Mapping[tuple[str, ...], str]) -> Iterator[str]:

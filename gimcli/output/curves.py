@@ -6,6 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from gimcli.connected import unlike
 from gimcli.mechanism import ComplexArray, FloatArray
 
 MOST_PIECES = 12
@@ -65,11 +66,7 @@ def _once(run: ComplexArray, near: float) -> list[ComplexArray]:
     ends = [0, *reversals.tolist(), len(run) - 1]
     pieces = [run[a : b + 1] for a, b in pairwise(ends) if b > a]
     pieces.sort(key=lambda piece: -float(np.sum(np.abs(np.diff(piece)))))
-    kept: list[ComplexArray] = []
-    for piece in pieces:
-        if not any(_covers(other, piece, near) for other in kept):
-            kept.append(piece)
-    return kept
+    return unlike(pieces, lambda piece, other: _covers(other, piece, near))
 
 
 def _covers(path: ComplexArray, piece: ComplexArray, near: float) -> bool:

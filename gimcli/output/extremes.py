@@ -12,7 +12,7 @@ from gimcli.output.drawing import length_labels
 from gimcli.output.gallery import NAMED, columns_of, window_of
 from gimcli.output.labels import Labels
 from gimcli.output.picture import LAYOUT, Frame, Gallery, Picture, PictureLayout, composition
-from gimcli.output.pose import draw_ghost, draw_markers, draw_strong
+from gimcli.output.pose import draw_ghost, draw_markers, draw_strong, part_names
 from gimcli.output.scene import Scene
 from gimcli.output.style import Mark, Pen
 
@@ -51,9 +51,7 @@ def _panel(scene: Scene, frame: Frame, title: str, all_names: bool) -> Picture:
         draw_ghost(panel, scene, 1)
     with panel.named("other-extreme"):
         _draw_other(panel, scene, scene.poses[2])
-    names = [mechanism.members[body.member].name for body in scene.bodies]
-    names += [*(slider.name for slider in scene.sliders), *(drive.name for drive in scene.drives)]
-    draw_strong(panel, scene, colours=dict.fromkeys(names, style.PALETTE[0]))
+    draw_strong(panel, scene, colours=dict.fromkeys(part_names(scene), style.PALETTE[0]))
     draw_markers(panel, scene)
     labels = Labels(panel)
     for node in sorted(scene.used if all_names else scene.used & scene.fixed):

@@ -110,8 +110,10 @@ class Frames:
     def __init__(self, animation: Animation) -> None:
         self.animation, self.scene, self.options = animation, animation.scene, animation.options or PictureOptions()
         self.paths = {clip.name: curves(self.scene, clip) for clip in animation.clips}
-        shown = [z for paths in self.paths.values() for z in paths.values()]
-        shown += [np.ravel(clip.positions[:, sorted(self.scene.used)]) for clip in animation.clips]
+        shown = [
+            *(z for paths in self.paths.values() for z in paths.values()),
+            *(np.ravel(clip.positions[:, sorted(self.scene.used)]) for clip in animation.clips),
+        ]
         names = list(next(iter(self.paths.values()), {}))
         self.background = self.options.printed(film_background(self.scene, animation.title, shown, names))
 

@@ -52,10 +52,15 @@ def gear_symbols() -> Any:
     return gear_symbols
 
 
+def part_names(scene: Scene) -> list[str]:
+    """Return the names of the members, sliding pairs and drives."""
+    bodies = [scene.mechanism.members[body.member].name for body in scene.bodies]
+    return bodies + [slider.name for slider in scene.sliders] + [drive.name for drive in scene.drives]
+
+
 def _parts(scene: Scene, only: Sequence[str]) -> set[str]:
     """Return the names of the parts that are drawn; all if none is given."""
-    names = [scene.mechanism.members[body.member].name for body in scene.bodies]
-    names += [slider.name for slider in scene.sliders] + [drive.name for drive in scene.drives]
+    names = part_names(scene)
     for name in only:
         if name not in names:
             raise UsageError(f"ghosts: no member '{name}'; members: {', '.join(dict.fromkeys(names))}")

@@ -185,10 +185,14 @@ class Scene:
     @cached_property
     def used(self) -> frozenset[int]:
         """Nodes at which a moving member, a slide, a linear actuator, a spring or a damper is attached."""
-        nodes = {node for k in self.moving for node in self.mechanism.members[k].nodes}
-        nodes |= {slide.node for slide in self.mechanism.slides}
-        nodes |= {n for a in (*self.mechanism.actuators, *self.mechanism.gauges) if a.kind == SPAN for n in a.nodes[:2]}
-        return frozenset(nodes)
+        spans = (a for a in (*self.mechanism.actuators, *self.mechanism.gauges) if a.kind == SPAN)
+        return frozenset(
+            (
+                *(node for k in self.moving for node in self.mechanism.members[k].nodes),
+                *(slide.node for slide in self.mechanism.slides),
+                *(node for a in spans for node in a.nodes[:2]),
+            )
+        )
 
     @cached_property
     def pins(self) -> tuple[int, ...]:
@@ -255,8 +259,8 @@ class Scene:
     def elements(self) -> tuple[ForceElement, ...]:
         """The springs and dampers; those with the same ends are side by side."""
         data = self.mechanism.dynamics
-        named = [(spring.name, "spring", spring.gauge) for spring in data.springs]
-        named += [(damper.name, "damper", damper.gauge) for damper in data.dampers]
+        springs = [(spring.name, "spring", spring.gauge) for spring in data.springs]
+        named = [*springs, *((damper.name, "damper", damper.gauge) for damper in data.dampers)]
         placed = [(name, kind, *self._measured(self.mechanism.gauges[gauge])) for name, kind, gauge in named]
         beside: dict[object, list[str]] = {}
         for drive in self.drives:

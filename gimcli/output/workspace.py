@@ -44,10 +44,12 @@ def workspace_picture(
     `density` (rows,) are reached positions, drawn as cells; without it the region is filled.
     """
     scene = None if pose is None else solved(mechanism, pose)
-    shown = [z for group in curves.values() for z in group]
-    shown += [scene.extent()] if scene else []
-    shown += [density] if density is not None else []
-    shown += [np.array([point[1]])] if point[1] is not None else []
+    shown = [
+        *(z for group in curves.values() for z in group),
+        *([scene.extent()] if scene else []),
+        *([density] if density is not None else []),
+        *([np.array([point[1]])] if point[1] is not None else []),
+    ]
     picture = plot(mechanism, title, shown, layout)
     if density is not None:
         with picture.named("positions"):

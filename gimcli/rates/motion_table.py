@@ -129,7 +129,9 @@ def events(motion: Motion) -> list[dict[str, Any]]:
     times = [("sequence exchanged", t) for t in motion.exchanged]
     if motion.limit is not None and not motion.turned_back and motion.first_status is Status.OK:
         times.append(("limit", motion.limit))
-    events = [("change point", at) for _, at in motion.meetings]
-    events += [(kind, law_inputs(motion.mechanism)(np.array([time]))[:, 0]) for kind, time in times]
-    events += [("limit", np.array(at)) for _, at in sorted((*motion.turned_back, *motion.touched))]
+    events = [
+        *(("change point", at) for _, at in motion.meetings),
+        *((kind, law_inputs(motion.mechanism)(np.array([time]))[:, 0]) for kind, time in times),
+        *(("limit", np.array(at)) for _, at in sorted((*motion.turned_back, *motion.touched))),
+    ]
     return [{"kind": kind, "at": motion.mechanism.inputs_to_file(at)} for kind, at in events]

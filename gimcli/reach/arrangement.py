@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from gimcli.connected import unlike
 from gimcli.mechanism import FloatArray
 from gimcli.reach.arcs import MEETING, Cut, PathArc, PathIndex, footpoints
 
@@ -32,11 +33,7 @@ def _once(arc: PathArc) -> list[PathArc]:
 
 def distinct(arcs: Sequence[PathArc]) -> list[PathArc]:
     """Return the paths without duplicates."""
-    kept: list[PathArc] = []
-    for arc in sorted(arcs, key=lambda a: len(a.held)):
-        if not any(_same(arc, other) for other in kept):
-            kept.append(arc)
-    return kept
+    return unlike(sorted(arcs, key=lambda a: len(a.held)), _same)
 
 
 def _same(a: PathArc, b: PathArc) -> bool:
@@ -63,12 +60,9 @@ def _at_crossings(arcs: Sequence[PathArc]) -> list[list[Cut]]:
 
 def _ends(arcs: Sequence[PathArc]) -> FloatArray:
     """Return the ends (rows, 2) of the open paths, without duplicates."""
-    ends: list[FloatArray] = []
-    for arc in arcs:
-        for z in () if arc.closed else (arc.y[0], arc.y[-1]):
-            if not any(np.linalg.norm(z - other) < 0.1 * MEETING.same for other in ends):
-                ends.append(z)
-    return np.reshape(ends, (-1, 2))
+    ends = (z for arc in arcs if not arc.closed for z in (arc.y[0], arc.y[-1]))
+    kept = unlike(ends, lambda z, other: bool(np.linalg.norm(z - other) < 0.1 * MEETING.same))
+    return np.reshape(kept, (-1, 2))
 
 
 def _inner(arc: PathArc, cut: Cut) -> bool:

@@ -97,8 +97,10 @@ def _middle_of(part: CriticalCurve) -> FloatArray:
 
 def _connected(task: WorkspaceTask, parts: list[tuple[Circuit, CriticalCurve]], first: int) -> list[int]:
     """Return the indices of the parts that are connected with the first one by points that they share."""
-    points = [_x(task, met.p) for circuit, _ in parts for met in circuit.crossings.values()]
-    points += [part.x[end] for _, part in parts if not part.closed for end in (0, -1)]
+    points = [
+        *(_x(task, met.p) for circuit, _ in parts for met in circuit.crossings.values()),
+        *(part.x[end] for _, part in parts if not part.closed for end in (0, -1)),
+    ]
     shared = [{k for k, (_, part) in enumerate(parts) if _has(part, point)} for point in points]
     kept = {first}
     while True:

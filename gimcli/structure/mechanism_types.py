@@ -84,9 +84,8 @@ def _resolved(chain: KinematicChain) -> Iterator[dict[Edge, str]]:
     if sum(joint.pairs > 1 for joint in chain.joints) > 3:
         return
     for bases in product(*choices):
-        edges: dict[Edge, str] = {}
-        for joint, base in zip(chain.joints, bases, strict=True):
-            edges |= _star(joint, base)
+        stars = (_star(joint, base) for joint, base in zip(chain.joints, bases, strict=True))
+        edges = {edge: kind for star in stars for edge, kind in star.items()}
         if len(edges) == chain.pairs:  # otherwise two links are joined twice
             yield edges
 
