@@ -172,15 +172,11 @@ def remarks(result: EquilibriumResult) -> list[str]:
     elif found.starts:
         failed = f"; {found.failed} did not converge" if found.failed else ""
         lines.append(f"searched from {found.starts} starts{failed}: no proof that there are no others (--starts)")
-    if found.crossings:
-        lines.append(
-            f"{found.crossings} change point{'s' * (found.crossings != 1)} on the circuit: the branches that leave"
-            " there were not searched (gim singularities lists them)"
-        )
-    if found.gain:
-        lines.append(f"the potential changes by {found.gain:.6g} J in each turn of the circuit")
-    if found.cut:
-        lines.append("a torsion spring is wound in each turn: equilibria in further turns were not searched")
-    if found.history is not None and not found.closed:
-        lines.append(f"the circuit is not closed: {found.ended}")
-    return lines
+    left = f"{found.crossings} change point{'s' * (found.crossings != 1)} on the circuit: the branches that leave"
+    further = (
+        (found.crossings, f"{left} there were not searched (gim singularities lists them)"),
+        (found.gain, f"the potential changes by {found.gain:.6g} J in each turn of the circuit"),
+        (found.cut, "a torsion spring is wound in each turn: equilibria in further turns were not searched"),
+        (found.history is not None and not found.closed, f"the circuit is not closed: {found.ended}"),
+    )
+    return [*lines, *(text for holds, text in further if holds)]

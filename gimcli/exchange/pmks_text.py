@@ -298,11 +298,11 @@ class PmksRows:
         self.rows.append(PmksRow(links, kind, self.drawn.places[joint], angle, traced, driver))
 
     def _note(self) -> None:
-        left_out = self.drawn.pose.left_out
+        own = self.drawn.mechanism
         self.drawn.note_laws(cylinders=False)
-        if self.drawn.mechanism.length_unit != "unit":
-            left_out.append(f"{PROGRAM} has no units; lengths are in {self.drawn.mechanism.length_unit}")
-        if not self.drawn.mechanism.dynamics.empty:
-            left_out.append("masses, loads, springs, dampers and friction are left out")
-        if not self.drawn.mechanism.actuators:
-            left_out.append(f"the model has no input; {PROGRAM} drives the first joint that can be driven")
+        notes = (
+            (own.length_unit != "unit", f"{PROGRAM} has no units; lengths are in {own.length_unit}"),
+            (not own.dynamics.empty, "masses, loads, springs, dampers and friction are left out"),
+            (not own.actuators, f"the model has no input; {PROGRAM} drives the first joint that can be driven"),
+        )
+        self.drawn.pose.left_out.extend(note for holds, note in notes if holds)

@@ -61,18 +61,18 @@ class _Texts:
     def mechanism(self) -> Rows:
         """Return type, dimensions, loops, formula, mobility, groups and initial coordinates."""
         report = self.report
-        rows: Rows = [("type", report["type"]), *self._loops()]
-        if report["multiple_joints"]:
-            rows.append(("multiple joints", ", ".join(report["multiple_joints"])))
-        rows.append(("Grübler's formula", report["formula"]))
-        rows.append(("mobility", "not known" if report["mobility"] is None else str(report["mobility"])))
-        rows.append(("redundant constraints", ", ".join(report["redundant"]) or "none"))
-        for key, title in (("undriven", "undriven nodes"), ("overdriven", "over-driven by")):
-            if report[key]:
-                rows.append((title, ", ".join(report[key])))
-        if report["groups"]:
-            rows.append(("groups", "; ".join(f"{g['kind']} ({', '.join(g['links'])})" for g in report["groups"])))
-        return [*rows, *self._drawing()]
+        rows: Rows = [
+            ("type", report["type"]),
+            *self._loops(),
+            ("multiple joints", ", ".join(report["multiple_joints"])),
+            ("Grübler's formula", report["formula"]),
+            ("mobility", "not known" if report["mobility"] is None else str(report["mobility"])),
+            ("redundant constraints", ", ".join(report["redundant"]) or "none"),
+            ("undriven nodes", ", ".join(report["undriven"])),
+            ("over-driven by", ", ".join(report["overdriven"])),
+            ("groups", "; ".join(f"{g['kind']} ({', '.join(g['links'])})" for g in report["groups"])),
+        ]
+        return [*((title, text) for title, text in rows if text), *self._drawing()]
 
     def _loops(self) -> Rows:
         """Return the dimensions of the mechanism if it is one loop, else one row for each loop."""

@@ -250,13 +250,14 @@ def _open(found: Configurations) -> str:
     multiple, free = sum(g.doubtful for g in found.groups), [", ".join(g.nodes) for g in found.groups if g.free]
     if found.limited:
         return "the search ended at its bound on work"
-    reasons = []
-    if found.missing:
-        reasons.append(f"{found.missing} complex solution{'s were' if found.missing != 1 else ' was'} not found")
-    if multiple:
-        reasons.append(f"{multiple} multiple solution{'s' * (multiple != 1)}")
-    if found.unfit:
-        reasons.append(f"{found.unfit} of the solutions violate{'s' * (found.unfit == 1)} a constraint")
-    text = ", ".join(reasons) or "some solutions are neither proved real nor proved not real"
+    counts = (
+        (found.missing, f"{found.missing} complex solution{'s were' if found.missing != 1 else ' was'} not found"),
+        (multiple, f"{multiple} multiple solution{'s' * (multiple != 1)}"),
+        (found.unfit, f"{found.unfit} of the solutions violate{'s' * (found.unfit == 1)} a constraint"),
+    )
+    text = (
+        ", ".join(reason for count, reason in counts if count)
+        or "some solutions are neither proved real nor proved not real"
+    )
     turning = f"; where a dyad is folded, {' and '.join(free)} can rotate freely" if free else ""
     return f"{text} (a singular position, or a motion with constant inputs){turning}"
