@@ -75,13 +75,11 @@ def _print_group(number: int, group: SequenceGroupReport, explain: bool) -> None
     observed = "no convergence" if group.observed_sweeps is None else str(group.observed_sweeps)
     title = f"{number}. {group.kind} {' '.join(group.nodes)}"
     head = ["step", "move", "about", "by", "rule"] + (["states after it"] if explain else [])
-    rows = []
-    for k, s in enumerate(group.steps, start=1):
-        row = [str(k), s.node, " ".join(s.about), s.constraint, s.rule]
-        if explain:
-            row.append(" ".join(f"{n}:{t}" for n, t in s.states.items()))
-        rows.append(row)
-    print_table(title, head, rows)
+    rows = [
+        (str(k), s.node, " ".join(s.about), s.constraint, s.rule, " ".join(f"{n}:{t}" for n, t in s.states.items()))
+        for k, s in enumerate(group.steps, start=1)
+    ]
+    print_table(title, head, (row[: len(head)] for row in rows))
     typer.echo(
         f"   spectral radius {group.radius:.4f} (classic {group.classic_radius:.4f}), {group.candidates} candidates;"
         f" sweeps: predicted {predicted}, observed {observed}"

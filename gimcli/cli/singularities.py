@@ -87,8 +87,8 @@ def _rates(result: SingularitiesResult, one: Found) -> str:
     spread = {n: max(t.members[n] for t in tangents) - min(t.members[n] for t in tangents) for n in names}
     least = ALIKE * max(spread.values(), default=0.0)
     chosen = [n for n in sorted(names, key=lambda n: -spread[n])[:MEMBERS] if spread[n] > least] or names[:MEMBERS]
-    lines = []
-    for t in tangents:
-        rest = "with the input at rest: " if t.rests else ""
-        lines.append(rest + ", ".join(f"{n} {t.members[n]:+.6g}" for n in chosen))
+    lines = [
+        ("with the input at rest: " if t.rests else "") + ", ".join(f"{n} {t.members[n]:+.6g}" for n in chosen)
+        for t in tangents
+    ]
     return "\n".join(lines + free)

@@ -37,8 +37,8 @@ def source_powers(forces: Forces) -> dict[str, FloatArray]:
         actuator = mechanism.actuators[k]
         rate = reading(mechanism, actuator, forces.course)[1] * (1.0 if actuator.rotary else metre)
         found[actuator.name] = forces.effort(k) * rate
-    found |= {name: forces.loads.power[kind] for kind, name in SOURCES.items()}
-    return {**found, "inertia": -forces.loads.kinetic_rate}
+    applied = {name: forces.loads.power[kind] for kind, name in SOURCES.items()}
+    return {**found, **applied, "inertia": -forces.loads.kinetic_rate}
 
 
 def lost_powers(forces: Forces, dry: DryFriction) -> dict[str, FloatArray]:

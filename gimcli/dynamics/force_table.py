@@ -37,12 +37,11 @@ def determined_rows(motion: Motion, forces: Forces) -> BoolArray:
 def reaction_columns(forces: Forces) -> list[Column]:
     """Return efforts and reactions [N, N m]; an indeterminate reaction is NaN."""
     mechanism = forces.mechanism
-    columns = []
-    for k, actuator in enumerate(mechanism.actuators):
-        if k in mechanism.geared:
-            continue
-        unit = "N m" if actuator.rotary else "N"
-        columns.append(Column(f"{actuator.name}.effort", forces.effort(k), unit))
+    columns = [
+        Column(f"{actuator.name}.effort", forces.effort(k), "N m" if actuator.rotary else "N")
+        for k, actuator in enumerate(mechanism.actuators)
+        if k not in mechanism.geared
+    ]
     for pin in forces.statics.pins:
         node, alone = mechanism.nodes[pin.node], len(pin.members) == 2 and not pin.loaded
         for member in pin.members[1:] if alone else pin.members:

@@ -55,8 +55,7 @@ class WorkBalance:
 def actuator_powers(forces: Forces) -> dict[str, FloatArray]:
     """Return the power [W] of each actuator by its name (rows,)."""
     mechanism, metre = forces.mechanism, forces.mechanism.dynamics.metre or 1.0
-    found = {}
-    for k, actuator in enumerate(mechanism.actuators):
-        _, rate, _ = reading(mechanism, actuator, forces.course)
-        found[actuator.name] = np.asarray(forces.effort(k) * rate * (1.0 if actuator.rotary else metre))
-    return found
+    return {
+        a.name: np.asarray(forces.effort(k) * reading(mechanism, a, forces.course)[1] * (1.0 if a.rotary else metre))
+        for k, a in enumerate(mechanism.actuators)
+    }

@@ -262,10 +262,11 @@ class Scene:
         springs = [(spring.name, "spring", spring.gauge) for spring in data.springs]
         named = [*springs, *((damper.name, "damper", damper.gauge) for damper in data.dampers)]
         placed = [(name, kind, *self._measured(self.mechanism.gauges[gauge])) for name, kind, gauge in named]
-        beside: dict[object, list[str]] = {}
-        for drive in self.drives:
-            if drive.kind == "cylinder":
-                beside[-1, frozenset(Anchor(node) for node in drive.nodes)] = [drive.name]
+        beside: dict[object, list[str]] = {
+            (-1, frozenset(Anchor(node) for node in drive.nodes)): [drive.name]
+            for drive in self.drives
+            if drive.kind == "cylinder"
+        }
         for name, _, ends, pivot in placed:
             beside.setdefault((pivot, frozenset(ends)), []).append(name)
         found = []

@@ -145,10 +145,10 @@ def _constraints(parts: LowerPairs, ends: dict[int, list[int]]) -> tuple[list[li
 def _groups(parts: LowerPairs, found: list[tuple[list[int], list[int], int]]) -> list[AssurGroup]:
     """Return the groups with their pairs; links at a pin are joined to that of them which is formed first."""
     rank = {link: k for k, (links, _, _) in enumerate(found) for link in links} | {FRAME: -1}
-    base: dict[int, int] = {}
-    for pin in parts.pins:
-        there = [pair.b for pair in parts.pairs if pair.a == pin]
-        base[pin] = min(there, key=lambda link: (rank[link], link))
+    base = {
+        pin: min((pair.b for pair in parts.pairs if pair.a == pin), key=lambda link: (rank[link], link))
+        for pin in parts.pins
+    }
     pairs = []
     for pair in parts.pairs:
         a = base.get(pair.a, pair.a)

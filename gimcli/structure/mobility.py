@@ -116,16 +116,19 @@ class Jacobian:
         frame = set(mechanism.members[FRAME].nodes)
         self.free = list(free_nodes(mechanism))
         self.column = {n: 2 * k for k, n in enumerate(self.free)}
-        restrictions: list[Restriction] = []
-        for index, nodes in enumerate(kinematic):
-            if index != FRAME and not set(nodes) <= frame:
-                ranked = sorted(nodes, key=lambda n: n not in frame)
-                restrictions += member_models(mechanism, index, ranked, frame)[0]
+        models = [
+            member_models(mechanism, index, sorted(nodes, key=lambda n: n not in frame), frame)[0]
+            for index, nodes in enumerate(kinematic)
+            if index != FRAME and not set(nodes) <= frame
+        ]
         pairs = pair_restrictions(mechanism, frame, kinematic)
         drives = {a.name for a in mechanism.actuators}
         independent = {mechanism.actuators[k].name for k in mechanism.drivers}
-        self.constraints: list[Restriction | CoupledRow] = [*restrictions, *(r for r in pairs if r.name not in drives)]
-        self.constraints += [CoupledRow(mechanism, coupling) for coupling in mechanism.couplings]
+        self.constraints: list[Restriction | CoupledRow] = [
+            *(restriction for model in models for restriction in model),
+            *(r for r in pairs if r.name not in drives),
+            *(CoupledRow(mechanism, coupling) for coupling in mechanism.couplings),
+        ]
         self.drives = [r for r in pairs if r.name in independent]
 
     @cached_property
