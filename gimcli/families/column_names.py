@@ -140,8 +140,7 @@ def _needs(mechanism: Mechanism) -> dict[str, ColumnNeed]:
     """Return the numeric columns of a motion."""
     length, angle = mechanism.length_unit, mechanism.angle_unit
     needs = {"step": ColumnNeed(), "time": ColumnNeed("s"), "residual": ColumnNeed()}
-    for k, a in enumerate(mechanism.actuators):
-        needs[a.name] = ColumnNeed(mechanism.unit_of(a), actuator=k)
+    needs |= {a.name: ColumnNeed(mechanism.unit_of(a), actuator=k) for k, a in enumerate(mechanism.actuators)}
     for name in dict.fromkeys([*mechanism.traced, *(p.name for p in mechanism.points), *mechanism.nodes]):
         for order, letter in enumerate(LETTERS):
             unit = per_second(length, order) if order else length

@@ -51,9 +51,9 @@ class Centre(Measure):
     def values(self, derivatives: PathDerivatives) -> list[FloatArray]:
         """Return x, y in the frame, then x, y in the own frame of each moving member."""
         place = instant_centre(derivatives.along, *self.pair)
-        columns = [self.mechanism.to_file(place)]
-        columns += [
-            local_place(self.mechanism, m, place, derivatives.motion.z) * self.mechanism.scale for m in self.moving
+        columns = [
+            self.mechanism.to_file(place),
+            *(local_place(self.mechanism, m, place, derivatives.motion.z) * self.mechanism.scale for m in self.moving),
         ]
         return [part for column in columns for part in (column.real, column.imag)]
 

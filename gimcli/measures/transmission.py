@@ -216,8 +216,11 @@ def _at_node(mechanism: Mechanism, spec: str, node: int) -> list[Measure]:
 
 
 def _between(mechanism: Mechanism, spec: str, first: str, second: str) -> Measure:
-    known = [m.name for m in mechanism.members[FRAME + 1 :]]
-    known += [*(s.pair for s in mechanism.slides), *(r.name for r in _rams(mechanism))]
+    known = [
+        *(m.name for m in mechanism.members[FRAME + 1 :]),
+        *(s.pair for s in mechanism.slides),
+        *(r.name for r in _rams(mechanism)),
+    ]
     for name in (first, second):
         if name not in known:
             raise naming.unknown(spec, "member, sliding pair or linear actuator", name, known)

@@ -91,8 +91,10 @@ def coloured_picture(
 def _number(picture: Picture, scene: Scene, numbers: Mapping[str, int]) -> None:
     """Write the number of its group on each link, and the names of the nodes."""
     labels, z = Labels(picture), scene.poses[0]
-    places = {scene.mechanism.members[b.member].name: [scene.place(a, z) for a in b.outline] for b in scene.bodies}
-    places |= {drive.name: list(z[list(drive.nodes)]) for drive in scene.drives if drive.kind == "cylinder"}
+    places = {
+        **{scene.mechanism.members[b.member].name: [scene.place(a, z) for a in b.outline] for b in scene.bodies},
+        **{drive.name: list(z[list(drive.nodes)]) for drive in scene.drives if drive.kind == "cylinder"},
+    }
     along = np.array([0.5, 0.42, 0.58, 0.34, 0.66, 0.26, 0.74])
     for link, number in numbers.items():
         corners = np.array(places.get(link, ()), dtype=np.complex128)
