@@ -17,8 +17,9 @@ from gimcli.families.design_motions import DesignMotions
 from gimcli.families.design_table import DesignTable
 from gimcli.families.family import Family
 from gimcli.families.four_bar_type import LETTERS
+from gimcli.families.machine_columns import MachineColumns, joined_designs
 from gimcli.families.quantity_text import KeptQuantity, quantity
-from gimcli.mechanism import FRAME, IntArray, Mechanism
+from gimcli.mechanism import FRAME, FloatArray, IntArray, Mechanism
 from gimcli.progress import Notify
 from gimcli.status import Status
 
@@ -65,6 +66,16 @@ class SweepJob:
         """The names of columns and dimensions."""
         by_law = not any(a.name == n.partition(".")[0] for a in self.mechanism.actuators for n in self.table.names)
         return ColumnNames(self.mechanism, self.table.names, by_law)
+
+    @cached_property
+    def machines(self) -> tuple[tuple[Family, ColumnNames, list[int]], ...]:
+        """Of each machine the family, the names, and the places of its dimensions; empty if there is one machine."""
+        found = []
+        for one in self.mechanism.driven_machines if len(self.mechanism.machines) > 1 else ():
+            own = [k for k, name in enumerate(self.table.names) if name in one.mechanism.written.dimensions]
+            names = [self.table.names[k] for k in own]
+            found.append((Family(one.mechanism, names, self.tolerance), ColumnNames(one.mechanism, names), own))
+        return tuple(found)
 
     @cached_property
     def kept(self) -> tuple[KeptQuantity, ...]:
@@ -126,9 +137,8 @@ class SweepJob:
         options: dict[str, Any] = {"reachable": reachable, "threads": self.threads, "jit": self.jit}
         if self.notify is not None:
             options["notify"] = self.notify
-        solved = self.family.solve(designs, self.steps, **options)
-        columns = DesignColumns(DesignMotions(self.family, solved, options), self.names, self.together)
-        status = solved.status
+        columns = self.columns(designs, self.steps, options)
+        status = columns.solved.status
         rows = np.empty(len(designs), dtype=self.row)
         rows[DESIGN], rows[STATUS] = np.arange(first + 1, first + 1 + len(designs)), status
         for k, name in enumerate(self.table.names):
@@ -139,7 +149,20 @@ class SweepJob:
             rows[GOAL] = self.aim.values(columns)
         if self.filter is not None:
             rows = rows[np.broadcast_to(self.filter.values(columns), len(designs))]
-        return packed(np.bincount(status, minlength=len(Status)), solved.careful, self.chosen(rows))
+        return packed(np.bincount(status, minlength=len(Status)), columns.solved.careful, self.chosen(rows))
+
+    def columns(self, designs: FloatArray, steps: int, options: dict[str, Any]) -> DesignColumns:
+        """Solve designs (designs, dimensions) and return their columns; `options` are those of Family.solve."""
+
+        def of(family: Family, names: ColumnNames, own: FloatArray) -> DesignColumns:
+            motions = DesignMotions(family, family.solve(own, steps, **options), options)
+            return DesignColumns(motions, names, self.together)
+
+        if not self.machines:
+            return of(self.family, self.names, designs)
+        parts = [of(family, names, designs[:, own]) for family, names, own in self.machines]
+        solved = joined_designs(self.family, designs, [part.solved for part in parts])
+        return MachineColumns(parts, DesignMotions(self.family, solved, options), self.names, self.together)
 
     def chosen(self, rows: Rows) -> Rows:
         """Return the best rows by the goal, the best first; all rows if all are kept."""

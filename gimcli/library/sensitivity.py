@@ -43,19 +43,28 @@ BLOCK_SECONDS = 3e-4
 
 
 def _machines(mechanism: Mechanism, given: dict[str, Any]) -> Sequence[Machine]:
-    """Return the machines whose quantities are found; the whole mechanism for a quantity or dimension of several."""
+    """Return the machines whose quantities are found, and the whole mechanism for quantities of several machines."""
     _dimensions(mechanism, _texts(given.get("by", ())))  # refuses names that no machine has
-    parts = {one: _own(one.mechanism, given) for one in mechanism.driven_machines}
-    found = [one for one, own in parts.items() if all(own.get(k) or not given.get(k) for k in ("of", "by"))]
-    known = {text for one in found for text in parts[one].get("of", ())}
-    return found if found and known >= set(_texts(given.get("of", ()))) else [mechanism.as_machine]
+    of, by, every = given.get("of"), given.get("by"), (*mechanism.driven_machines, mechanism.as_machine)
+    parts = {one: _own(one.mechanism, given) for one in every}
+    found = [one for one, own in parts.items() if (own["of"] or not of) and (own["by"] or not by)]
+    zero = [text for own in parts.values() if by and not own["by"] for text in own["of"]]
+    if zero:
+        text = f"of {', '.join(zero)}: all derivatives are 0, the dimensions belong to other machines"
+        if not found:
+            raise UsageError(text)
+        (given.get("notify") or no_phases)(text)
+    return found if of else found[:-1] or every[-1:]
 
 
 def _own(mechanism: Mechanism, given: dict[str, Any]) -> dict[str, Any]:
-    """Return the arguments for a machine: its own quantities and dimensions."""
-    find = {"of": lambda texts: _quantities(mechanism, texts, True), "by": lambda names: _dimensions(mechanism, names)}
-    own = {key: [text for text in _texts(given[key]) if accepted(find[key], [text])] for key in find if key in given}
-    return {**given, **own}
+    """Return the arguments for a machine: its own quantities and dimensions; of the whole those of no machine alone."""
+    of, by = _texts(given.get("of", ())), _texts(given.get("by", ()))
+    own = [text for text in of if accepted(_quantities, mechanism, [text], True)]
+    if len(mechanism.machines) > 1:
+        alone = [text for one in mechanism.driven_machines for text in _own(one.mechanism, given)["of"]]
+        own = [text for text in of if text not in alone]
+    return {**given, "of": own, "by": [text for text in by if accepted(_dimensions, mechanism, [text])]}
 
 
 def _texts(given: str | Sequence[str]) -> list[str]:

@@ -121,8 +121,6 @@ def swept(
     texts = (keep,) if isinstance(keep, str) else tuple(keep)
     if len(mechanism.machines) > 1:
         mechanism = _swept_machine(mechanism, SweepJob(mechanism, table, steps, texts, where, goal, best, tolerance))
-        if len(mechanism.machines) > 1 and notify is not None:
-            notify("the dimensions and quantities belong to several machines: only rows that all of them reach count")
     with explained(mechanism):
         make_plan(mechanism)
         refuse_unmoved(mechanism, "add an actuator")

@@ -7,7 +7,6 @@ import math
 import numpy as np
 
 from gimcli.families.design_columns import DesignColumns
-from gimcli.families.design_motions import DesignMotions
 from gimcli.families.design_table import DesignTable
 from gimcli.library.rounding import number
 from gimcli.library.sweep_tables import SweepTables
@@ -38,7 +37,7 @@ def sweep_animation(found: SweepTables) -> Animation | None:
     most = max(1, min(MOST_DESIGNS, MOST_PLACES // ((steps + 1) * len(mechanism.nodes))))
     numbers, sliders = chosen_designs(job.table, most, found)
     designs = np.concatenate([job.table.rows(k, k + 1) for k in numbers.tolist()])
-    columns = DesignColumns(DesignMotions(job.family, job.family.solve(designs, steps), {}), job.names)
+    columns = job.columns(designs, steps, {})
     if not columns.solved.good.any():
         return None
     kept = _kept(found, columns)

@@ -1,0 +1,65 @@
+"""Columns of designs of several independent machines: each with the rows that its own machine reaches."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from gimcli.families.column_names import ColumnNames
+from gimcli.families.design_columns import ColumnsAtRow, DesignColumns
+from gimcli.families.design_motions import DesignMotions
+from gimcli.families.designs import Designs
+from gimcli.families.family import Family
+from gimcli.mechanism import FRAME, FloatArray
+
+
+class MachineColumns(DesignColumns):
+    """The columns of a file with several machines; those of no machine alone have the rows that all of them reach."""
+
+    def __init__(
+        self, parts: Sequence[DesignColumns], motions: DesignMotions, names: ColumnNames, together: bool
+    ) -> None:  # fmt: skip
+        super().__init__(motions, names, together)
+        self.parts = parts
+
+    def rows(self, name: str) -> FloatArray:
+        """Return a column, or the columns of a measure (designs, rows, columns); NaN if its machine is not solved."""
+        own = [part.rows(name) for part in self.parts if part.names.kind(name)]
+        if not own:
+            return super().rows(name)
+        return np.fmax.reduce(own) if name in self.names.needs else np.concatenate(own, axis=2)
+
+    def at(self, actuator: str, value: float) -> Any:
+        """Return the columns at the first position at which an input has a value [file's unit]."""
+        own = next(part for part in self.parts if actuator in part.names.needs)
+        whole = DesignColumns(self.motions, self.names, self._together)
+        return _ColumnsAt(own, partial(own.at, actuator, value), partial(whole.at, actuator, value))
+
+
+class _ColumnsAt:
+    """The columns where an input of one machine has a value; those of other machines where all are solved."""
+
+    def __init__(self, own: DesignColumns, *at: partial[DesignColumns | ColumnsAtRow]) -> None:
+        self._own, self._at = own, at
+
+    def rows(self, name: str) -> FloatArray:
+        """Return a column (designs, 1, columns)."""
+        return self._at[not self._own.names.kind(name)]().rows(name)
+
+
+def joined_designs(family: Family, designs: FloatArray, parts: Sequence[Designs]) -> Designs:
+    """Return the positions of all machines; the status of a row is the worst one."""
+    mechanism, time, frame = family.mechanism, parts[0].time, family.mechanism.members[FRAME]
+    z = np.full((len(designs), len(mechanism.nodes), len(time)), complex(math.nan, math.nan))
+    z[:, list(frame.nodes)] = frame.shape[:, None]
+    for machine, part in zip(mechanism.driven_machines, parts, strict=True):
+        placed, nodes = (machine.mechanism.to_file(part.z) - mechanism.origin) / mechanism.scale, list(machine.nodes)
+        z[:, nodes] = np.where(np.isfinite(placed), placed, z[:, nodes])
+    codes = np.max([part.codes for part in parts], axis=0)
+    residual = np.max([part.residual for part in parts], axis=0)  # NaN where a machine is not solved
+    inputs = family.law_inputs(time, family.tables(designs))
+    return Designs(designs, time, inputs, z, codes, residual, max(part.careful for part in parts))
