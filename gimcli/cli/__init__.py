@@ -26,7 +26,6 @@ import typer
 from typer.core import TyperGroup
 
 from gimcli import __version__
-from gimcli.cli.console import print_json, printable
 from gimcli.cli.help import Command
 from gimcli.cli.plain_values import taking_plain_values
 from gimcli.cli.progress import end_bars, progress_bar
@@ -178,6 +177,8 @@ def _main(
 def _print_json_error(text: str, exit_code: int) -> None:
     """Print an error as a JSON object, if --json is given."""
     if "--json" in sys.argv[1:]:
+        from gimcli.cli.console import print_json
+
         print_json({"error": text, "exit": exit_code})
 
 
@@ -206,6 +207,8 @@ def main() -> None:
     try:
         app(prog_name="gim")
     except GimError as error:
+        from gimcli.cli.console import printable
+
         text = printable(str(error))
         typer.echo(f"gim: {text}" if "\n" not in text else f"gim:\n{text}", err=True)
         _print_json_error(text, error.exit_code)

@@ -30,7 +30,6 @@ from gimcli.motion.motion import Motion
 from gimcli.positions.dispatch import choose
 from gimcli.rates.member_angles import full_turn
 from gimcli.rates.motion_table import motion_table
-from gimcli.rates.path_derivatives import PathDerivatives
 
 
 class DesignColumns:
@@ -186,7 +185,7 @@ class DesignColumns:
         def of(motion: Motion, angles: Any) -> FloatArray:
             measure = next(m for m in measures_of(motion.mechanism, spec) if m.spec == own)
             number = [h.name for h in measure.heads].index(head)
-            return measure.values(_derivatives(motion, angles))[number]
+            return measure.values(derivatives_of(motion, angles))[number]
 
         return of
 
@@ -227,10 +226,6 @@ class ColumnsAtRow:
     def at(self, actuator: str, value: float) -> DesignColumns | ColumnsAtRow:
         """Return the columns at another value."""
         return self._columns.at(actuator, value)
-
-
-def _derivatives(motion: Motion, angles: Any) -> PathDerivatives:
-    return derivatives_of(motion, angles)
 
 
 def _complex(pairs: FloatArray) -> ComplexArray:

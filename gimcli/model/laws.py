@@ -147,26 +147,21 @@ class Sampled:
     """Shape-preserving cubic interpolation of samples; constant before the first sample and after the last."""
 
     def __init__(self, at: Sequence[float], value: Sequence[float]) -> None:
-        self._at, self._value = np.asarray(at, dtype=float), np.asarray(value, dtype=float)
-
-    @property
-    def at(self) -> FloatArray:
-        """The abscissas of the samples."""
-        return self._at
+        self.at, self._value = np.asarray(at, dtype=float), np.asarray(value, dtype=float)
 
     @cached_property
     def _curve(self) -> Any:
         from scipy.interpolate import PchipInterpolator  # imported late: only forces need it
 
-        return PchipInterpolator(self._at, self._value)
+        return PchipInterpolator(self.at, self._value)
 
     def __call__(self, at: FloatArray) -> FloatArray:
         """Return the interpolated value at each abscissa."""
-        return np.asarray(self._curve(np.clip(at, self._at[0], self._at[-1])), dtype=float)
+        return np.asarray(self._curve(np.clip(at, self.at[0], self.at[-1])), dtype=float)
 
     def slope(self, at: float) -> float:
         """Return the derivative of the interpolated value; 0 before the first sample and after the last."""
-        return float(self._curve(at, 1)) if self._at[0] < at < self._at[-1] else 0.0
+        return float(self._curve(at, 1)) if self.at[0] < at < self.at[-1] else 0.0
 
 
 @dataclass(frozen=True)
