@@ -119,7 +119,8 @@ class GearCompiler:
         travel = self.own.quantity(name, schema.Gauge(node=nodes[0], guide=slide.guide))
         guide, carrier = travel.guide, self.number[carrier_of(self.model, part)]
         line = "ground" if guide == FRAME else self.own.members[guide].name
-        start = self.own.point(name, schema.Tracer(on=line, at=self.model.nodes[nodes[0]]))
+        drawn = self.model.nodes[nodes[0]]  # may be recorded numbers, which are not validated
+        start = self.own.point(name, schema.Tracer(on=line).with_value("at", lambda _: drawn))
         self.travels[name] = replace(travel, point=start.local, drawn=0.0)  # not from a guide's node, which may be far
         pivot = self.own.index[part.pivots[0]]
         radius = (part.radii or [0.0])[0] / self.own.scale
