@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from gimcli.dynamics.bearing_loads import BearingLoad
     from gimcli.dynamics.force_statistics import Statistic
     from gimcli.dynamics.work_balance import Work
-    from gimcli.library.machine_forces import ForcesBeside
+    from gimcli.library.machine_forces import ForcesBeside, MachineForces
     from gimcli.output.graph import CurveGraph
     from gimcli.output.picture import Content
 
@@ -56,7 +56,7 @@ FORCES = ("N", "N m", "W")
 def forces(
     mechanism: Mechanism, steps: int = 360, *, tolerance: float = 1e-10, jit: str = "auto",
     plot: str | Sequence[str] = (), notify: Notify | None = None, progress: Phases = no_phases,
-) -> ForcesResult:  # fmt: skip
+) -> ForcesResult | MachineForces:  # fmt: skip
     """Find driving efforts, reactions and shaking force along the actuators' laws (inverse dynamics).
 
     Args:
@@ -73,7 +73,7 @@ def forces(
         A ForcesResult: forces [N], torques [N m] and powers [W] as the columns of the CSV file, by name, (rows,); NaN
         where they are not determined. `.statistics[name]` has mean, RMS, least and greatest value of an effort,
         reaction or moment, `.work[name]` the work of an actuator or a kind of force, `.bearings[name]` the mean load
-        of a pin. Of several independent machines a MachinesResult, whose `each` has one by the name of each machine.
+        of a pin. Of several independent machines a MachineForces, whose `each` has one by the name of each machine.
 
     Raises:
         UsageError: an invalid argument.
@@ -81,7 +81,7 @@ def forces(
         StructureError: the mechanism has no actuator, or is not fully driven, over-driven or contradictory.
     """
     found = forces_along(mechanism, steps, tolerance, jit, plot, notify, progress)
-    return found.result(joined(found.tables()))  # type: ignore[return-value]  # of machines: has the same
+    return found.result(joined(found.tables()))
 
 
 def forces_along(

@@ -22,6 +22,9 @@ COMMON = ("step", "time")
 SUMS = ("shaking.", "power.", "energy.")
 """Beginnings of the names of columns that are added; those of each machine are there too, after its name."""
 
+GRAPHS, CURVES = ",", "+"
+"""Signs between the graphs of a text, and between the curves of a graph."""
+
 SHAKING = ("shaking.fx", "shaking.fy", "shaking.moment")
 
 
@@ -40,15 +43,18 @@ class ForcesBeside:
 
     def __init__(self, mechanism: Mechanism, begun: dict[str, Any], plot: Sequence[str]) -> None:
         self.mechanism, self.begun, self.solved = mechanism, begun, 0
-        texts: dict[str, list[str]] = {name: [] for name in begun}
-        for text in plot:
-            owners = [name for name, one in begun.items() if one.knows(text)]
-            if not owners:
-                raise UsageError(f"plot {text}: no machine has these columns; machines: {', '.join(begun)}")
-            for name in owners:
-                texts[name].append(text)
-        for name, one in begun.items():
-            one.choose(texts[name])
+
+        def owned(text: str) -> bool:
+            return any(one.knows(text) for one in begun.values())
+
+        texts = list(plot)
+        for sign in GRAPHS, CURVES:  # each machine has a picture of its own, with its own graphs and curves
+            texts = [part for text in texts for part in ([text] if owned(text) else text.split(sign))]
+        unknown = [text.strip() for text in texts if not owned(text)]
+        if unknown:
+            raise UsageError(f"plot {unknown[0]}: no machine has these columns; machines: {', '.join(begun)}")
+        for one in begun.values():
+            one.choose([text for text in texts if one.knows(text)])
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -41,7 +41,7 @@ class MachinesResult(Result):
     def __init__(self, mechanism: Mechanism, each: Mapping[str, Result], table: Table | None = None) -> None:
         self.mechanism, self.each, self._table = mechanism, each, table
         self.limited = any(one.limited for one in each.values())
-        self.destinations = next(iter(each.values())).destinations  # type: ignore[method-assign]
+        self.destinations = next(iter(each.values())).destinations  # type: ignore[method-assign]  # of their class
 
     def __getattr__(self, name: str) -> Any:
         """Return dicts of the results, such as `statistics`, as one; names that several have follow that of theirs."""

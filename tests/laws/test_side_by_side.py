@@ -203,6 +203,15 @@ def test_a_limit_of_one_machine_leaves_the_forces_of_the_other():
     assert report["statistics"]["E"] == crank.report()["statistics"]["E"]
 
 
+def test_graphs_of_several_machines_are_drawn_in_the_picture_of_each():
+    mechanism = gimcli.loads(TWO_LOADED)
+    found = gimcli.forces(mechanism, steps=4, plot=["A.fx+E.fy, rocker.effort", "shaking.fy"])
+    curves = {name: [[c.name for c in graph.curves] for graph in one.graphs()] for name, one in found.each.items()}
+    assert curves == {"rocker": [["A.fx"], ["rocker.effort"], ["shaking.fy"]], "crank": [["E.fy"], ["shaking.fy"]]}
+    with pytest.raises(gimcli.UsageError, match="plot crank.effort/rocker.effort: no machine has these columns"):
+        gimcli.forces(mechanism, steps=4, plot="E.fx,crank.effort/rocker.effort")
+
+
 def test_the_shaking_force_of_several_machines_is_their_sum_about_the_first_ground_node():
     """Two masses on cranks: the weights at their places, and centrifugal forces."""
     text = """
