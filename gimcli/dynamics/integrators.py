@@ -54,9 +54,23 @@ def of_scipy(name: str) -> Begin:
         solver = getattr(integrate, name)(slopes, start, y, end, rtol=control.rtol, atol=control.atol, **known)
         if hasattr(solver, "h_abs"):  # LSODA has its own first step
             solver.h_abs = min(max(solver.h_abs, control.least), end - start)
+        else:
+            solver._step_impl = _quiet(solver._step_impl)
         return solver
 
     return begin
+
+
+def _quiet(step: Callable[[], Any]) -> Callable[[], Any]:
+    """Return the step of LSODA without the warning of scipy: that it failed is the status of the solver."""
+    import warnings
+
+    def quiet() -> Any:
+        with warnings.catch_warnings():
+            warnings.filterwarnings("ignore", "lsoda")
+            return step()
+
+    return quiet
 
 
 def in_equal_steps(slopes: Slopes, start: float, y: FloatArray, end: float, control: StepControl) -> Any:

@@ -13,6 +13,7 @@ from in_process import gim
 import gimcli
 from gimcli.dynamics import equilibria_curve
 from gimcli.dynamics.integration import Integration
+from gimcli.dynamics.integrators import INTEGRATORS, StepControl
 from gimcli.dynamics.simulation import simulate
 from gimcli.dynamics.simulation_types import SIMULATION, Settings
 from gimcli.errors import ModelError, UsageError
@@ -117,6 +118,14 @@ def test_the_step_after_an_infinite_slope_fails():
         found = Integration(model, np.linspace(0, 5, 3), Settings(), compiled, lambda a, b: None).simulation()
     assert found.status is not Status.OK
     assert len(found.time) < 3
+
+
+def test_a_failed_step_is_a_status_without_a_warning():
+    """A tolerance of 0 at a state of 0."""
+    control = StepControl(1e-9, np.zeros(1), 0.1, 1e-12, lambda t, y: np.zeros((1, 1)))
+    solver = INTEGRATORS["lsoda"].begin(lambda t, y: np.ones(1), 0.0, np.zeros(1), 2.0, control)
+    solver.step()
+    assert solver.status == "failed"
 
 
 def test_equilibria_end_at_the_bound(monkeypatch):
