@@ -291,7 +291,7 @@ class Mechanism:
     @cached_property
     def loaded_machines(self) -> tuple[Machine, ...]:
         """Those with masses and forces; springs, dampers, and loads over an input, join machines."""
-        return self.machines if len(self.machines) == 1 else self.written.machines(self, False, loaded=True)
+        return self.machines if len(self.machines) == 1 else self.written.machines(self, True, loaded=True)
 
     @property
     def as_machine(self) -> Machine:

@@ -56,7 +56,7 @@ def joined_designs(family: Family, designs: FloatArray, parts: Sequence[Designs]
     mechanism, time, frame = family.mechanism, parts[0].time, family.mechanism.members[FRAME]
     z = np.full((len(designs), len(mechanism.nodes), len(time)), complex(math.nan, math.nan))
     z[:, list(frame.nodes)] = frame.shape[:, None]
-    for machine, part in zip(mechanism.driven_machines, parts, strict=True):
+    for machine, part in zip(mechanism.machines, parts, strict=True):
         placed, nodes = (machine.mechanism.to_file(part.z) - mechanism.origin) / mechanism.scale, list(machine.nodes)
         z[:, nodes] = np.where(np.isfinite(placed), placed, z[:, nodes])
     codes = np.max([part.codes for part in parts], axis=0)

@@ -71,7 +71,7 @@ class SweepJob:
     def machines(self) -> tuple[tuple[Family, ColumnNames, list[int]], ...]:
         """Of each machine the family, the names, and the places of its dimensions; empty if there is one machine."""
         found = []
-        for one in self.mechanism.driven_machines if len(self.mechanism.machines) > 1 else ():
+        for one in self.mechanism.machines if len(self.mechanism.machines) > 1 else ():
             own = [k for k, name in enumerate(self.table.names) if name in one.mechanism.written.dimensions]
             names = [self.table.names[k] for k in own]
             found.append((Family(one.mechanism, names, self.tolerance), ColumnNames(one.mechanism, names), own))

@@ -90,6 +90,8 @@ def forces_along(
 ) -> ForcesAlong | ForcesBeside:  # fmt: skip
     """Begin to find forces with the arguments of `forces`; the tables can be written piece by piece."""
     texts = [text for text in ([plot] if isinstance(plot, str) else plot) if text.strip()]
+    require_action(mechanism)
+    refuse_unmoved(mechanism, "add an actuator")
     if len(mechanism.machines) == 1:
         return ForcesAlong(mechanism, steps, tolerance, jit, texts, notify, progress)
     from gimcli.library.machine_forces import ForcesBeside
@@ -110,10 +112,8 @@ class ForcesAlong:
     ) -> None:  # fmt: skip
         refuse_count("steps", steps, 1, MOST_STEPS)
         chosen = Options.checked("auto", "spectral", tolerance, jit)
-        require_action(mechanism)
         self.steps, self.options = steps, chosen
         with explained(mechanism):
-            refuse_unmoved(mechanism, "add an actuator")
             self._pieces = stream(mechanism, steps, chosen, notify=notify, progress=progress("forces along the motion"))
             self._first: Motion = next(self._pieces)
         first = self._first
@@ -225,7 +225,7 @@ class ForcesResult(RowsResult):
     def _inputs_at(self, times: FloatArray) -> FloatArray:
         """Return the inputs (actuators, times) at normalised times, in the file's units."""
         inputs = law_inputs(self.mechanism)(times)
-        return np.array([self.mechanism.value_to_file(k, row) for k, row in enumerate(inputs)])
+        return np.array([self.mechanism.value_to_file(k, row) for k, row in enumerate(inputs)]).reshape(inputs.shape)
 
     @property
     def complete(self) -> bool:

@@ -16,7 +16,7 @@ from gimcli.dynamics.force_table import force_table, open_reactions
 from gimcli.dynamics.forces import Forces, motion_forces
 from gimcli.dynamics.physical import require_action
 from gimcli.errors import UsageError
-from gimcli.library.inputs import in_file_units, inputs_of, refuse_unmoved
+from gimcli.library.inputs import in_file_units, inputs_of
 from gimcli.library.machines import for_each_machine, loaded_machines
 from gimcli.library.places import places
 from gimcli.library.result import Result
@@ -68,7 +68,6 @@ def holding_forces(
     require_action(mechanism)
     values = inputs_of(mechanism, at, inputs)
     with explained(mechanism):
-        refuse_unmoved(mechanism, "add an actuator")
         position = solve_position(mechanism, values, chosen)
     require_consistent(mechanism, position.z, position.inputs, position.status, tolerance)
     return HoldingResult(position, time)

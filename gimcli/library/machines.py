@@ -149,13 +149,18 @@ def accepted(find: Callable[..., Any], *args: Any) -> bool:
 
 
 def loaded_machines(mechanism: Mechanism, _: object = None) -> Sequence[Machine]:
-    """Return the machines on which forces act; the first one if there are none."""
-    every = mechanism.loaded_machines
+    """Return the machines on which forces act, those with inputs first; the first one if there are none.
+
+    Raise StructureError for other parts that can move.
+    """
+    driven_machines(mechanism)
+    every = sorted(mechanism.loaded_machines, key=lambda one: not one.actuators)
     return [one for one in every if not one.mechanism.dynamics.empty] or every[:1]
 
 
 def released_machines(mechanism: Mechanism, given: dict[str, Any]) -> list[Machine]:
-    """Return the machines with released inputs; the others are held."""
+    """Return the machines with released inputs; the others are held. Raise StructureError for parts that can move."""
+    driven_machines(mechanism)
     released = {*released_inputs(mechanism, given.get("free", ()))}
     return [one for one in mechanism.loaded_machines if released & {*one.actuators}]
 

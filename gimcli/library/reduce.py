@@ -12,7 +12,7 @@ from gimcli.dynamics.physical import require_masses
 from gimcli.dynamics.reduction import Reduction, chosen_input, reduce_to_input, reduction_table
 from gimcli.errors import UsageError
 from gimcli.library.inputs import MOST_STEPS, refuse_choice, refuse_count, refuse_unmoved
-from gimcli.library.machines import for_each_machine, loaded_machines
+from gimcli.library.machines import driven_machines, for_each_machine, loaded_machines
 from gimcli.library.result import RowsResult
 from gimcli.mechanism import Machine, Mechanism
 from gimcli.positions.dispatch import choose
@@ -75,7 +75,7 @@ def reduce(
 def _reduced(mechanism: Mechanism, name: str) -> Sequence[Machine]:
     """Return the machine of an input; all machines on which forces act if it has no name."""
     if not name:
-        return loaded_machines(mechanism)
+        return [one for one in loaded_machines(mechanism) if one.actuators] or driven_machines(mechanism)[:1]
     return [one for one in mechanism.loaded_machines if chosen_input(mechanism, name) in one.actuators]
 
 

@@ -18,8 +18,8 @@ from gimcli.families.family import Family
 from gimcli.families.motion_sensitivity import MotionNumber, motion_number
 from gimcli.families.position_quantities import PositionQuantity, PositionState, QuantityFinder
 from gimcli.families.tolerances import DEVIATIONS, SampledSpread, drawn, sampled_spread
-from gimcli.library.inputs import MOST_STEPS, inputs_of, refuse_choice, refuse_count, refuse_linked, refuse_unmoved
-from gimcli.library.machines import accepted, for_each_machine
+from gimcli.library.inputs import MOST_STEPS, inputs_of, refuse_choice, refuse_count, refuse_linked
+from gimcli.library.machines import accepted, driven_machines, for_each_machine
 from gimcli.library.sensitivity_result import SensitivityResult
 from gimcli.mechanism import FloatArray, Machine, Mechanism
 from gimcli.model.dimensions import Dimension, dimension, dimensions, tolerances
@@ -44,8 +44,9 @@ BLOCK_SECONDS = 3e-4
 
 def _machines(mechanism: Mechanism, given: dict[str, Any]) -> Sequence[Machine]:
     """Return the machines whose quantities are found, and the whole mechanism for quantities of several machines."""
+    driven_machines(mechanism)  # refuses other parts that can move
     _dimensions(mechanism, _texts(given.get("by", ())))  # refuses names that no machine has
-    of, by, every = given.get("of"), given.get("by"), (*mechanism.driven_machines, mechanism.as_machine)
+    of, by, every = given.get("of"), given.get("by"), (*mechanism.machines, mechanism.as_machine)
     parts = {one: _own(one.mechanism, given) for one in every}
     found = [one for one, own in parts.items() if (own["of"] or not of) and (own["by"] or not by)]
     zero = [text for own in parts.values() if by and not own["by"] for text in own["of"]]
@@ -62,7 +63,7 @@ def _own(mechanism: Mechanism, given: dict[str, Any]) -> dict[str, Any]:
     of, by = _texts(given.get("of", ())), _texts(given.get("by", ()))
     own = [text for text in of if accepted(_quantities, mechanism, [text], True)]
     if len(mechanism.machines) > 1:
-        alone = [text for one in mechanism.driven_machines for text in _own(one.mechanism, given)["of"]]
+        alone = [text for one in mechanism.machines for text in _own(one.mechanism, given)["of"]]
         own = [text for text in of if text not in alone]
     return {**given, "of": own, "by": [text for text in by if accepted(_dimensions, mechanism, [text])]}
 
@@ -116,11 +117,9 @@ def sensitivity(
     refuse_count("steps", steps, 1, MOST_STEPS)
     refuse_count("seed", seed, 0, 2**63)
     refuse_count("samples", SAMPLES if samples is None else samples, 0, MOST_STEPS)
-    whole = not at and not inputs
+    whole = bool(mechanism.drivers) and not at and not inputs
     with explained(mechanism):
         make_plan(mechanism)
-        if whole:
-            refuse_unmoved(mechanism, "add an actuator")
     reduced, quantities = _quantities(mechanism, _texts(of), whole)
     chosen = _dimensions(mechanism, _texts(by))
     with explained(mechanism):

@@ -26,7 +26,7 @@ from gimcli.dynamics.simulation_types import SIMULATION, Settings, Simulation
 from gimcli.errors import UsageError
 from gimcli.library.force_plots import force_vocabulary
 from gimcli.library.inputs import MOST_STEPS, refuse_choice, refuse_count, refuse_linked
-from gimcli.library.machines import accepted, for_each_machine
+from gimcli.library.machines import accepted, driven_machines, for_each_machine
 from gimcli.library.places import angles, pairs, places
 from gimcli.library.plots import PlannedGraph, drawn, only_angle
 from gimcli.library.result import ByName, RowsResult
@@ -60,6 +60,7 @@ A_SECOND = 1500
 
 def _machines(mechanism: Mechanism, given: dict[str, Any]) -> Sequence[Machine]:
     """Return the machines with free inputs; the whole mechanism if there are none, or for a graph of several."""
+    driven_machines(mechanism)  # refuses other parts that can move
     found = [m for m in mechanism.loaded_machines if any(r.free for r in m.mechanism.dynamics.releases)]
     known = {text for one in found for text in _own(one.mechanism, given)["plot"]}
     return found if found and known >= set(_texts(given.get("plot", ()))) else [mechanism.as_machine]

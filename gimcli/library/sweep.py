@@ -19,7 +19,7 @@ from gimcli.families.sweep_run import SweepRun
 from gimcli.families.variation import MOST_VALUES, varied
 from gimcli.library.grid import contents_hash, model_hash
 from gimcli.library.inputs import MOST_STEPS, refuse_count, refuse_linked, refuse_unmoved
-from gimcli.library.machines import accepted
+from gimcli.library.machines import accepted, driven_machines
 from gimcli.library.result import RowsResult, joined
 from gimcli.library.sweep_tables import SweepTables
 from gimcli.mechanism import Mechanism
@@ -139,7 +139,7 @@ def swept(
 
 def _swept_machine(mechanism: Mechanism, job: SweepJob) -> Mechanism:
     """Return the machine that has all dimensions and quantities; the mechanism itself if several have some of them."""
-    machines = [one.mechanism for one in mechanism.driven_machines]
+    machines = [one.mechanism for one in driven_machines(mechanism)]
     owners = [one for one in machines if any(accepted(dimension, one, name) for name in job.table.names)]
     whole = len(owners) != 1 or not all(accepted(dimension, owners[0], name) for name in job.table.names)
     return mechanism if whole or not accepted(replace(job, mechanism=owners[0]).check) else owners[0]

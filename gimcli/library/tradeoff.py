@@ -11,7 +11,7 @@ from gimcli.comparison.tradeoff import TOLERANCES, Tradeoff, advise, tradeoff as
 from gimcli.connected import grouped
 from gimcli.errors import UsageError
 from gimcli.library.inputs import MOST_STEPS, refuse_choice, refuse_count, refuse_linked, refuse_unmoved
-from gimcli.library.machines import for_each_machine
+from gimcli.library.machines import driven_machines, for_each_machine
 from gimcli.library.result import Result
 from gimcli.mechanism import Mechanism
 from gimcli.positions.options import JIT
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 FINEST, COARSEST = 1e-14, 1.0
 
 
-@for_each_machine()
+@for_each_machine(driven_machines)
 def tradeoff(
     mechanism: Mechanism, steps: int = 72, *, tolerances: Sequence[float] = (), seconds: float = 10.0,
     jit: str = "auto", notify: Notify | None = None, progress: Phases = no_phases,

@@ -208,7 +208,7 @@ def test_graphs_of_several_machines_are_drawn_in_the_picture_of_each():
     found = gimcli.forces(mechanism, steps=4, plot=["A.fx+E.fy, rocker.effort", "shaking.fy"])
     curves = {name: [[c.name for c in graph.curves] for graph in one.graphs()] for name, one in found.each.items()}
     assert curves == {"rocker": [["A.fx"], ["rocker.effort"], ["shaking.fy"]], "crank": [["E.fy"], ["shaking.fy"]]}
-    with pytest.raises(gimcli.UsageError, match="plot crank.effort/rocker.effort: no machine has these columns"):
+    with pytest.raises(gimcli.UsageError, match=r"plot crank\.effort/rocker\.effort: no machine has these columns"):
         gimcli.forces(mechanism, steps=4, plot="E.fx,crank.effort/rocker.effort")
 
 
