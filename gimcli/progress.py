@@ -18,28 +18,20 @@ Notify = Callable[[str], None]
 """Called with a one-line notice for the user."""
 
 
-def deadline(seconds: float | None) -> Callable[[], bool]:
-    """Return a function that says whether `seconds` have passed since this call; None: they never pass."""
-    end = math.inf if seconds is None else time.monotonic() + seconds
-    return lambda: time.monotonic() > end
-
-
-def never() -> bool:
-    """Return that no deadline has passed."""
-    return False
-
-
 class WorkLimit:
     """The bound on a computation, in units of work and in seconds; `reached` is whether it ended there."""
 
-    def __init__(self, most: float, seconds: float | None, outer: WorkLimit | None) -> None:
-        self.most, self.late, self.outer, self.spent, self.reached = most, deadline(seconds), outer, 0, False
+    def __init__(
+        self, most: float = math.inf, seconds: float | None = None, outer: WorkLimit | None = None
+    ) -> None:  # fmt: skip
+        self.most, self.outer, self.spent, self.reached = most, outer, 0, False
+        self.end = math.inf if seconds is None else time.monotonic() + seconds
 
-    def spend(self, work: int) -> bool:
+    def spend(self, work: int = 0) -> bool:
         """Count work; return whether the computation shall end now."""
         self.spent += work
         above = self.outer is not None and self.outer.spend(work)
-        self.reached = self.reached or above or self.spent > self.most or self.late()
+        self.reached = self.reached or above or self.spent > self.most or time.monotonic() > self.end
         return self.reached
 
 

@@ -20,7 +20,7 @@ from gimcli.fitting.law_quantity import LawQuantity
 from gimcli.fitting.quantity import FittedQuantity, QuantityRates
 from gimcli.fitting.targets import FREE, GIVEN, Targets
 from gimcli.mechanism import FloatArray
-from gimcli.progress import never
+from gimcli.progress import WorkLimit
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ class FitProblem:
     periodic: NDArray[np.bool_]  # (dimensions,) directions, which may pass their bounds: these are a full turn apart
     whole: bool = True  # only designs that move through the whole range of the input
     admits: Callable[[FloatArray], NDArray[np.bool_]] | None = None  # which designs may be starts; None: all
-    stop: Callable[[], bool] = never  # whether the search shall end
+    stop: Callable[[], bool] = WorkLimit().spend  # whether the search shall end
 
     @property
     def least(self) -> FloatArray:

@@ -8,19 +8,13 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from gimcli.progress import deadline
+from gimcli.progress import WorkLimit
 
 
-class SearchStop:
-    """Says whether a search shall end; `interrupted` is set by the first Ctrl-C."""
+class SearchStop(WorkLimit):
+    """The bound on a search in seconds; the first Ctrl-C reaches it too, and sets `interrupted`."""
 
-    def __init__(self, seconds: float | None = None) -> None:
-        self.late, self.interrupted, self.ended = deadline(seconds), False, False
-
-    def __call__(self) -> bool:
-        """Return whether the search shall end now."""
-        self.ended = self.ended or self.interrupted or self.late()
-        return self.ended
+    interrupted = False
 
     @contextmanager
     def listening(self) -> Iterator[None]:
@@ -31,7 +25,7 @@ class SearchStop:
         before = signal.getsignal(signal.SIGINT)
 
         def heard(*_: Any) -> None:
-            self.interrupted = True
+            self.interrupted = self.reached = True
             signal.signal(signal.SIGINT, before)
 
         signal.signal(signal.SIGINT, heard)

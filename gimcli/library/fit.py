@@ -29,7 +29,7 @@ from gimcli.library.fit_result import FitCounts, FitResult, GoalResult
 from gimcli.library.fit_targets import FittedTask, columns_of, input_range, task_of
 from gimcli.library.inputs import refuse_count, refuse_unmoved
 from gimcli.mechanism import BoolArray, FloatArray, Mechanism
-from gimcli.progress import Notify, Phases, Progress, deadline, no_phases
+from gimcli.progress import Notify, Phases, Progress, WorkLimit, no_phases
 from gimcli.status import Status
 from gimcli.structure.drive_check import explained
 
@@ -113,13 +113,13 @@ def fit(
         raise UsageError(f"vary {name}: it changes no length, shape or law, so that it cannot be fitted; remove it")
     quantities = DesignQuantities(family, [where] if isinstance(where, str) and where else tuple(where), goal)
     report = progress("fitting")
-    stop = SearchStop(seconds)
+    stop = SearchStop(seconds=seconds)
     if task is None:
         with stop.listening():
             return _least_goal(quantities, lower, upper, starts, seed, report, stop)
     task, varied = _with_law(family, task, lower, upper)
     problem = _problem(quantities, task, lower, upper, notify, varied)
-    problem = replace(problem, stop=stop)
+    problem = replace(problem, stop=stop.spend)
     with stop.listening():
         return _least_error(quantities, problem, task, starts, seed, report, notify, stop)
 
@@ -130,7 +130,7 @@ def _least_goal(
 ) -> FitResult:  # fmt: skip
     """Return the feasible design with the least goal."""
     assert quantities.goal is not None
-    search = goal_search(quantities, lower, upper, starts, seed, progress, stop)
+    search = goal_search(quantities, lower, upper, starts, seed, progress, stop.spend)
     checker, nominal = GoalChecker(quantities), quantities.family.mechanism
     tried = zip(search.designs[:MOST_CHECKED], search.goals.tolist(), strict=False)
     found = next((one for design, goal in tried if (one := checker.checked(design, goal)) is not None), None)
@@ -148,15 +148,15 @@ def _least_error(
     """Return the feasible design with the least error; an exact one ends the search."""
     family, found, counts, reason = quantities.family, None, FitCounts(0, 0, 0, seed), ""
     free: tuple[str, ...] = ()
-    due = deadline(NOTICES)
+    due = WorkLimit(seconds=NOTICES)
     for last in search(problem, family.nominal, starts, seed):
         progress(last.drawn, starts)
         counts = FitCounts(last.drawn, last.started, 0, seed, _ended(stop))
-        if notify is not None and due() and len(last.trials):
-            due = deadline(NOTICES)
+        if notify is not None and due.spend() and len(last.trials):
+            due = WorkLimit(seconds=NOTICES)
             best_yet = last.trials.error[0] + task.targets.constant
             notify(f"fitting: {last.drawn} of {starts} random designs, least sum of squares so far {best_yet:.6g}")
-        if not last.exact(problem.zero) and last.drawn < starts and not stop():
+        if not last.exact(problem.zero) and last.drawn < starts and not stop.spend():
             continue
         best = under_conditions(problem, quantities, last.trials) if quantities.texts else last.trials
         checker = TargetChecker(problem, task, quantities)
@@ -172,7 +172,7 @@ def _least_error(
 
 def _ended(stop: SearchStop) -> str:
     """Return how a search ended: the word of a status, or "interrupted"."""
-    return "interrupted" if stop.interrupted else (Status.WORK_LIMIT if stop.ended else Status.OK).word
+    return "interrupted" if stop.interrupted else (Status.WORK_LIMIT if stop.reached else Status.OK).word
 
 
 def _stand(found: FittedDesign | None, lower: FloatArray, upper: FloatArray) -> BoolArray:
