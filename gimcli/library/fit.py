@@ -8,6 +8,7 @@ from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -28,7 +29,8 @@ from gimcli.library.fit_check import FittedDesign, GoalChecker, TargetChecker
 from gimcli.library.fit_result import FitCounts, FitResult, GoalResult
 from gimcli.library.fit_targets import FittedTask, columns_of, input_range, task_of
 from gimcli.library.inputs import refuse_count, refuse_unmoved
-from gimcli.mechanism import BoolArray, FloatArray, Mechanism
+from gimcli.library.machines import accepted, driven_machines, for_each_machine
+from gimcli.mechanism import BoolArray, FloatArray, Machine, Mechanism
 from gimcli.progress import Notify, Phases, Progress, WorkLimit, no_phases
 from gimcli.status import Status
 from gimcli.structure.drive_check import explained
@@ -51,6 +53,18 @@ MOST_CHECKED = 60
 """Largest number of fitted designs whose real motion is traced."""
 
 
+def _machine(mechanism: Mechanism, given: dict[str, Any]) -> list[Machine]:
+    """Return the machine that has all dimensions; raise UsageError if several have some of them."""
+    from gimcli.model.dimensions import dimension
+
+    names = [dimension(mechanism, name).name for name in given["vary"]]
+    found = [m for m in driven_machines(mechanism) if all(accepted(dimension, m.mechanism, name) for name in names)]
+    if len(found) != 1:
+        raise UsageError(f"vary {', '.join(names)}: a fit is of one machine; vary dimensions that only one machine has")
+    return found
+
+
+@for_each_machine(_machine)
 def fit(
     mechanism: Mechanism, vary: Mapping[str, tuple[float, float]],
     through: Path | str | Mapping[str, Sequence[float]] | Sequence[Sequence[float]] | None = None, *,
@@ -61,8 +75,8 @@ def fit(
     """Find dimensions for which a point, a member or an output passes targets, or for which a goal is least.
 
     Args:
-        mechanism: from `load` or `loads`. For targets it has one actuator. Its dimensions are where the search begins,
-            and its configuration is the one that is fitted.
+        mechanism: from `load` or `loads`; of several machines the one that has all dimensions. For targets it has one
+            actuator. Its dimensions are where the search begins, and its configuration is the one that is fitted.
         vary: least and greatest value of each dimension that varies, by name, in the file's units.
         through: targets: a CSV file with a header, or a dict of columns. `x,y`: places of a point; `x,y,x2,y2`: pairs
             of places, both as near as possible; `x,y,angle`: poses of a member; `input,output`: a function. Places and

@@ -58,6 +58,7 @@ class DesignChecker:
         if nominal.path is None:
             return self._plain.with_(changes)
         read = read_text(changed_text(nominal, changes).text.lstrip(BOM.decode()), nominal.written.source.folder)
+        read = next(one.mechanism for one in read.machines if one.mechanism.nodes == nominal.nodes)
         return replace(read, name=nominal.name, files=nominal.files, path=nominal.path)
 
     def quantities_of(self, mechanism: Mechanism) -> tuple[bool, float]:

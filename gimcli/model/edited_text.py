@@ -73,6 +73,8 @@ def _check(mechanism: Mechanism, text: str) -> None:
     except ModelError as error:
         raise UsageError(f"{path}: the new numbers cannot be written in place: {error}") from None
     new = {f"{name}.{axis}" for name in own.model.open.chosen for axis in AXES}
-    wrong = [name for name in {**wanted, **found} if wanted.get(name) != found.get(name) and name not in new]
+    whole = own.model.nodes.keys() >= own.source.data["nodes"].keys()  # not one of several machines
+    names = {**wanted, **found} if whole else wanted
+    wrong = [name for name in names if wanted.get(name) != found.get(name) and name not in new]
     if wrong:
         raise UsageError(f"{path}: {wrong[0]} cannot be written in place; write it into the file by hand")

@@ -125,3 +125,30 @@ def test_end_at_seconds_and_at_an_interrupt(tmp_path):
     assert stopped.status == "interrupted"
     assert stopped.feasible
     assert stopped.on_bounds == ("crank.length",)
+
+
+BESIDE = (
+    MODEL.replace("O4: [100, 0],", "O4: [100, 0], E: [300, 0], F: [310, 0], U: [500, 0], V: [520, 0], W: [510, 1],")
+    .replace("ground: [O2, O4]", "ground: [O2, O4, E, U, V]")
+    .replace("  crank: {nodes", "  other: [E, F]\n  left: [U, W]\n  right: [W, V]\n  crank: {nodes")
+    .replace("from: s, by: w}}}", "from: s, by: w}}, fan: {pivot: E, arm: F, law: {by: 360}}}")
+)
+
+
+@pytest.mark.parametrize("read", [written, lambda _, text: loads(text)])
+def test_a_fit_is_of_the_machine_that_has_the_dimensions(tmp_path, read):
+    """P of a crank of 40 at four inputs, beside a fan and a strut; the text of the file keeps all of it."""
+    inputs = np.array([210.0, 230.0, 250.0, 290.0])
+    targets, _ = position(inputs)
+    mechanism = read(tmp_path, BESIDE)
+    columns = {"x": targets.real, "y": targets.imag, "input": inputs}
+    found = fit(mechanism, {"crank": (30, 50)}, columns, starts=200)
+    assert found.dimensions["crank.length"] == pytest.approx(40.0, abs=1e-8)
+    assert found.rms < 1e-9
+    if mechanism.path is not None:
+        assert {one.name for one in loads(found.model().text).machines} == {"motor", "fan", "W"}
+
+
+def test_a_fit_of_dimensions_of_several_machines_is_refused():
+    with pytest.raises(UsageError, match=r"vary crank\.length, F\.x: a fit is of one machine"):
+        fit(loads(BESIDE), {"crank": (30, 50), "F.x": (305, 315)}, [[60, 90], [40, 97]], starts=10)
