@@ -18,6 +18,9 @@ from gimcli.kernels.reduction import Acting
 from gimcli.mechanism import ANGLE, SPAN, ComplexArray, FloatArray
 from gimcli.structure.steps import NONE
 
+LEVER = 1e-3
+"""Least lever of a force in its scale, relative to the greatest of all nodes: where no force has one, all are balanced."""
+
 
 @dataclass(frozen=True)
 class InfluenceCoefficients:
@@ -46,6 +49,7 @@ class ForceSlopes:
         """Return stiffness (k, k), its scale, the scale of the forces (k,), and damping (k, k)."""
         k = len(place.b)
         self.total, self.rough, self.scale = np.zeros((k, k)), np.zeros((k, k)), np.zeros(k)
+        self.least = LEVER * np.max(np.abs(place.b), axis=1)
         self._add_weights(place)
         self._add_loads(place)
         self._add_springs(place)
@@ -72,13 +76,17 @@ class ForceSlopes:
         self.rough += np.abs(slopes) + bend
         self.scale += scale
 
+    def _lever(self, rates: FloatArray | ComplexArray, turns: bool = False) -> FloatArray:
+        """Return the magnitudes of rates (k,) of a place, or of a rotation, at least those of the least lever."""
+        return np.asarray(np.maximum(np.abs(rates), self.least / (self.size if turns else 1.0)))
+
     def _add_weights(self, at: InfluenceCoefficients) -> None:
         p, size = self.acting, self.size
         gravity = complex(*p.gravity) * p.metre
         for (u, v), (x, y, mass, *_) in zip(p.masses, p.mass, strict=True):
-            rates = np.abs(carried(at.b, u, v, complex(x, y)))
+            lever = self._lever(carried(at.b, u, v, complex(x, y)))
             slopes = mass * (np.conj(gravity) * carried(at.bb, u, v, complex(x, y))).real
-            self._add(slopes, mass * abs(gravity) * rates, mass * abs(gravity) / size * _outer(rates))
+            self._add(slopes, mass * abs(gravity) * lever, mass * abs(gravity) / size * _outer(lever))
 
     def _add_loads(self, at: InfluenceCoefficients) -> None:
         p, size = self.acting, self.size
@@ -95,7 +103,7 @@ class ForceSlopes:
             if load.curve is not None and load.over != TIME:
                 value = at.v[at.first + load.over]
                 slopes = slopes + load.curve.slope(value) * along[:, None] * at.r[:, load.over]
-            far, twist = abs(factor * force) * np.abs(rates), abs(factor * torque) * np.abs(turns)
+            far, twist = abs(factor * force) * self._lever(rates), abs(factor * torque) * self._lever(turns, True)
             bend = abs(factor * force) / size * _outer(np.abs(rates)) + abs(factor * torque) * _outer(np.abs(turns))
             self._add(slopes, far + twist, bend)
 
@@ -105,8 +113,8 @@ class ForceSlopes:
             rates, bends, value = at.r[:, variable - at.first], at.rr[..., variable - at.first], at.v[variable]
             stretch = value + free if kind == SPAN and value < 0.0 else value - free
             factor = stiffness * (1.0 if kind == ANGLE else p.metre**2)
-            own, other = factor * _outer(rates), factor * stretch * bends
-            self._add(-own - other, factor * (abs(value) + abs(free)) * np.abs(rates), np.abs(own) + np.abs(other))
+            own, other, lever = factor * _outer(rates), factor * stretch * bends, self._lever(rates, kind == ANGLE)
+            self._add(-own - other, factor * (abs(value) + abs(free)) * lever, np.abs(own) + np.abs(other))
 
     def _add_efforts(self, at: InfluenceCoefficients) -> None:
         """Add the driving efforts, which can depend on the value of their own inputs."""
@@ -117,7 +125,9 @@ class ForceSlopes:
             rates, slopes = at.r[:, actuator], now * at.rr[..., actuator]
             if effort.curve is not None and effort.over == "value":
                 slopes = slopes + effort.curve.slope(self._argument(k, at)) * unit * _outer(rates)
-            self._add(slopes, abs(now) * np.abs(rates), abs(now) / size * _outer(np.abs(rates)))
+            self._add(
+                slopes, abs(now) * self._lever(rates, bool(p.motors[k, 1])), abs(now) / size * _outer(np.abs(rates))
+            )
 
     def _damping(self, at: InfluenceCoefficients) -> FloatArray:
         """Return the matrix of dampers, viscous friction, and driving efforts that depend on the speed."""

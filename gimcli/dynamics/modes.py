@@ -26,6 +26,9 @@ ZERO = 1e-9
 MASSLESS = 1e-13
 """Least eigenvalue of M, scaled to a diagonal of 1, below which a direction of motion has no mass."""
 
+STILL = 1e-16
+"""Least mass of a coordinate relative to that of all masses if each moved as far as any node: below, it is rounding."""
+
 SAME, MIXED = 1e-9, 1e-6
 """Difference of equal frequencies, relative to the greatest; part of a column of their shapes that is not rounding."""
 
@@ -98,12 +101,15 @@ def member_rates(found: Linearised) -> FloatArray:
 
 def _root(found: Linearised) -> FloatArray:
     """Return the inverse Cholesky factor of M: L^-1 with M = L L'."""
-    diagonal = np.diag(found.mass)
-    bare = [name for name, m in zip(found.names, diagonal, strict=True) if not m > 0.0]
+    diagonal, dynamics = np.diag(found.mass), found.mechanism.dynamics
+    whole = sum(part.mass * (dynamics.metre or 1.0) ** 2 + part.moment for part in dynamics.inertias)
+    least = STILL * whole * np.max(np.abs(found.node_rates), axis=1) ** 2
+    bare = [name for name, m in zip(found.names, diagonal - least, strict=True) if not m > 0.0]
     scale = np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
     if bare or np.linalg.eigvalsh(found.mass / scale[:, None] / scale)[0] < MASSLESS:
         what = f"no mass moves with {' and '.join(bare)}" if bare else "a motion of the released inputs moves no mass"
-        raise ModelError([f"{found.mechanism.name}: {what}: add masses of these members, or hold the input"])
+        remedy = "add masses of these members, hold the input, or give another position"
+        raise ModelError([f"{found.mechanism.name}: {what} at this position: {remedy}"])
     return np.asarray(np.linalg.inv(np.linalg.cholesky(found.mass)))
 
 

@@ -403,3 +403,38 @@ def test_the_assembly_of_an_equilibrium_is_named():
     assert there.found.stiffness[0, 0] == pytest.approx(second["stiffness"][0][0], rel=1e-6)
     printed = gim("equilibrium", "hatch").text
     assert "equilibrium 2 --assembly 2, 3 --assembly 2" in " ".join(printed.split())
+
+
+# -- positions in which masses cannot move ----------------------------------------------------------
+
+DEAD = """
+units: {length: cm}
+nodes: {E: [10, 0], F: [10.5, 0.5], G: [13, 2.5], H: [14, 0]}
+ground: [E, H]
+links: {crank: [E, F], coupler: [F, G], rocker: [G, H]}
+actuators: {q: {pivot: E, arm: F, law: {by: 360}, free: true}}
+gravity: [0, -9.81]
+"""
+CRANK, COUPLER, ROCKER = math.hypot(0.5, 0.5), math.hypot(2.5, 2.0), math.hypot(1.0, 2.5)
+
+
+def height(q):
+    """Return the height [cm] of G above the ground, from two circles, for a crank angle [rad]."""
+    f = CRANK * np.exp(1j * q)
+    d = 4.0 - f
+    along = (abs(d) ** 2 + COUPLER**2 - ROCKER**2) / (2.0 * abs(d))
+    return (f + d / abs(d) * (along + 1j * math.sqrt(COUPLER**2 - along**2))).imag
+
+
+def test_an_equilibrium_in_which_the_only_mass_cannot_move():
+    """G is lowest where the crank and the coupler overlap: E-G is the difference of their lengths."""
+    away = COUPLER - CRANK
+    turn = math.acos((away**2 + 16.0 - ROCKER**2) / (8.0 * away))
+    with pytest.raises(ModelError, match="no mass moves with q at this position"):
+        gimcli.modes(gimcli.loads(DEAD + "masses: {G: 2}"), settle=True)
+    found = gimcli.modes(gimcli.loads(DEAD + "masses: {G: 2, crank: {mass: 1e-9, inertia: 1e-3}}"), settle=True)
+    lowest = math.degrees(turn) + 180.0
+    assert found.inputs["q"] == pytest.approx(lowest, abs=1e-6)
+    h, q = 1e-4, math.radians(lowest)
+    stiffness = 2.0 * 9.81 * 0.01 * (height(q + h) - 2.0 * height(q) + height(q - h)) / h**2
+    assert found["omega"] == pytest.approx([math.sqrt(stiffness / 1e-3)], rel=1e-6)
