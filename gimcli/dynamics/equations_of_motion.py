@@ -80,7 +80,7 @@ class Equations:
             if k >= own and self.friction is not None:
                 step = SIMULATION.difference * min(1.0, self.friction.slip)
             moved = y.copy()
-            moved[k] += step
+            moved[k] += max(step, float(np.spacing(abs(y[k]))))
             table[:, k] = (self.slopes(time, moved) - base) / (moved[k] - y[k])
         return np.nan_to_num(table, posinf=0.0, neginf=0.0)
 

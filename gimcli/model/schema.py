@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 SHORTEST, LONGEST = 1e-12, 1e12
 """Least and greatest duration of a motion [s]; powers of other durations would underflow or overflow."""
 LARGEST = 1e30
-"""Greatest mass, force and the like; products of greater values would overflow."""
+"""Greatest mass, force, lever arm and the like; products of greater values would overflow."""
 FARTHEST = 1e100
-"""Greatest offset of a guide and coordinate of a point of a member, as of a mechanism's size."""
+"""Greatest coordinate of a node or point, and offset of a guide, as of a mechanism's size."""
 MOST_COEFFICIENTS = 100
 """Most coefficients of a polynomial: its roots take long to compute, and high powers of the time hardly differ."""
 NO_FORMULAS: Mapping[tuple[str | int, ...], Formula] = MappingProxyType({})
@@ -73,7 +73,7 @@ LENGTH = _number(gt=0)
 POSITIVE = _number(ge=0, le=LARGEST)
 AMOUNT = _number(ge=-LARGEST, le=LARGEST)
 SECONDS = _number(ge=SHORTEST, le=LONGEST)
-PLACE, VECTOR = _list(NUMBER, 2, 2), _list(AMOUNT, 2, 2)
+VECTOR = _list(AMOUNT, 2, 2)
 DISTANCE = _number(ge=-FARTHEST, le=FARTHEST)
 POINT = _list(DISTANCE, 2, 2)
 NAMES, PAIR = _list(NAME), _list(NAME, 2, 2)
@@ -120,7 +120,7 @@ class OpenNodes(NamedTuple):
 
 
 NO_OPEN_NODES = OpenNodes()
-NODE = core_schema.no_info_wrap_validator_function(_place_or_open, PLACE)
+NODE = core_schema.no_info_wrap_validator_function(_place_or_open, POINT)
 
 
 class Ground(Part):
@@ -145,7 +145,7 @@ class Element(Part):
     """
 
     nodes: list[str] = _list(NAME, 3)
-    shape: dict[str, list[float]] | None = _optional(_by_name(PLACE))
+    shape: dict[str, list[float]] | None = _optional(_by_name(POINT))
 
 
 class Prismatic(Part):
@@ -299,7 +299,7 @@ class Mass(Part):
 
     mass: float = POSITIVE
     inertia: float | None = _optional(POSITIVE)
-    centre: list[float] | None = _optional(POINT)
+    centre: list[float] | None = _optional(VECTOR)
 
 
 class Load(Part):
@@ -310,8 +310,8 @@ class Load(Part):
     """
 
     on: str = NAME
-    at: list[float] | None = _optional(POINT)
-    local: list[float] | None = _optional(POINT)
+    at: list[float] | None = _optional(VECTOR)
+    local: list[float] | None = _optional(VECTOR)
     force: list[float] | None = _optional(VECTOR)
     follower: list[float] | None = _optional(VECTOR)
     torque: float | None = _optional(AMOUNT)
@@ -325,8 +325,8 @@ class Spring(Gauge):
     `free` is the length, travel or angle without force (file's unit).
     """
 
-    stiffness: float = LENGTH
-    free: float | None = _optional(NUMBER)
+    stiffness: float = _number(gt=0, le=LARGEST)
+    free: float | None = _optional(AMOUNT)
 
 
 class Damper(Gauge):

@@ -120,7 +120,7 @@ REFUSED = {
     "one coordinate": (nodes("[1]"), "5:6", ["at least 2 entries", "got 1"]),
     "three coordinates": (nodes("[1, 2, 3]"), "5:6", ["at most 2", "got 3"]),
     "no coordinates": (nodes(""), "5:3", ["A has no coordinates", "give the `length` of crank"]),
-    "enormous mechanism": (nodes("[1e200, 0]"), "3:3", ["size of the mechanism is 1e+200", "unit of length"]),
+    "enormous mechanism": (nodes("[1e200, 0]"), "5:7", ["at most 1e+100", "got 1e+200"]),
     "unknown unit": ("units: {length: mmm}\n" + TOP, "1:17", ["'mmm'", "expected one of m, mm", "did you mean 'mm'"]),
     "units as a word": ("units: mm\n" + TOP, "1:8", ["expected a mapping such as {length: ...}", "'mm'"]),
     "zero duration": (TOP + "duration: 0\n", "4:11", ["duration", "at least 1e-12", "got 0"]),
