@@ -46,7 +46,8 @@ def _machines(mechanism: Mechanism, given: dict[str, Any]) -> Sequence[Machine]:
     """Return the machines whose quantities are found, and the whole mechanism for quantities of several machines."""
     driven_machines(mechanism)  # refuses other parts that can move
     _dimensions(mechanism, _texts(given.get("by", ())))  # refuses names that no machine has
-    of, by, every = given.get("of"), given.get("by"), (*mechanism.machines, mechanism.as_machine)
+    whole = mechanism.as_machine._replace(name="+".join(one.name for one in mechanism.machines))
+    of, by, every = given.get("of"), given.get("by"), (*mechanism.machines, whole)
     parts = {one: _own(one.mechanism, given) for one in every}
     found = [one for one, own in parts.items() if (own["of"] or not of) and (own["by"] or not by)]
     zero = [text for own in parts.values() if by and not own["by"] for text in own["of"]]

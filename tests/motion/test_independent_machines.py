@@ -299,10 +299,12 @@ def test_a_loaded_strut_has_reactions_beside_a_machine():
 
 def test_derivatives_of_a_strut_beside_a_machine():
     """K is at (1, h) with h^2 = s^2 - 1 for equal bars s: a longer left bar moves it by s/2 to the right."""
-    found = gimcli.sensitivity(
-        gimcli.loads(STRUT.format(height=0.5, mass="")), ["K.x", "B.x"], by=["s", "crank"], steps=4
-    )
+    mechanism = gimcli.loads(STRUT.format(height=0.5, mass=""))
+    found = gimcli.sensitivity(mechanism, ["K.x", "B.x"], by=["s", "crank"], steps=4)
     assert found.each["K"].derivatives["K.x"]["s.length"] == pytest.approx(math.sqrt(1.25) / 2.0)
+    both = gimcli.sensitivity(mechanism, ["B.x", "angle:crank/s"], by="motor", steps=4)
+    assert both.each["motor"].derivatives["B.x"]["motor"][1] == pytest.approx(-math.pi / 180.0)
+    assert both.each["K+motor"].derivatives["angle:crank/s"]["motor"] == pytest.approx([1.0] * 5)
 
 
 @pytest.mark.parametrize("verb", ["simulate", "modes", "equilibrium", "forces", "reduce", "sensitivity", "tradeoff"])
