@@ -19,7 +19,7 @@ from gimcli.mechanism import ANGLE, SPAN, ComplexArray, FloatArray
 from gimcli.structure.steps import NONE
 
 LEVER = 1e-3
-"""Least lever of a force in its scale, relative to the greatest of all nodes: where no force has one, all are balanced."""
+"""Least lever of a force in its scale, relative to the greatest of all nodes; without a lever a force is balanced."""
 
 
 @dataclass(frozen=True)
