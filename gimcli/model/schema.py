@@ -19,7 +19,9 @@ if TYPE_CHECKING:
 SHORTEST, LONGEST = 1e-12, 1e12
 """Least and greatest duration of a motion [s]; powers of other durations would underflow or overflow."""
 LARGEST = 1e30
-"""Greatest mass, force, lever arm and the like; products of greater values would overflow."""
+"""Greatest mass, force and the like; products of greater values would overflow."""
+LONGEST_ARM = 1e15
+"""Greatest coordinate of a centre of mass and of a point where a load acts: moments of inertia have its square."""
 FARTHEST = 1e100
 """Greatest coordinate of a node or point, and offset of a guide, as of a mechanism's size."""
 MOST_COEFFICIENTS = 100
@@ -73,7 +75,7 @@ LENGTH = _number(gt=0)
 POSITIVE = _number(ge=0, le=LARGEST)
 AMOUNT = _number(ge=-LARGEST, le=LARGEST)
 SECONDS = _number(ge=SHORTEST, le=LONGEST)
-VECTOR = _list(AMOUNT, 2, 2)
+VECTOR, ARM = _list(AMOUNT, 2, 2), _list(_number(ge=-LONGEST_ARM, le=LONGEST_ARM), 2, 2)
 DISTANCE = _number(ge=-FARTHEST, le=FARTHEST)
 POINT = _list(DISTANCE, 2, 2)
 NAMES, PAIR = _list(NAME), _list(NAME, 2, 2)
@@ -299,7 +301,7 @@ class Mass(Part):
 
     mass: float = POSITIVE
     inertia: float | None = _optional(POSITIVE)
-    centre: list[float] | None = _optional(VECTOR)
+    centre: list[float] | None = _optional(ARM)
 
 
 class Load(Part):
@@ -310,8 +312,8 @@ class Load(Part):
     """
 
     on: str = NAME
-    at: list[float] | None = _optional(VECTOR)
-    local: list[float] | None = _optional(VECTOR)
+    at: list[float] | None = _optional(ARM)
+    local: list[float] | None = _optional(ARM)
     force: list[float] | None = _optional(VECTOR)
     follower: list[float] | None = _optional(VECTOR)
     torque: float | None = _optional(AMOUNT)
