@@ -55,11 +55,13 @@ def joined_designs(family: Family, designs: FloatArray, parts: Sequence[Designs]
     """Return the positions of all machines; the status of a row is the worst one."""
     mechanism, time, frame = family.mechanism, parts[0].time, family.mechanism.members[FRAME]
     z = np.full((len(designs), len(mechanism.nodes), len(time)), complex(math.nan, math.nan))
-    z[:, list(frame.nodes)] = frame.shape[:, None]
+    tables = family.tables(designs)
+    ground = tables.shapes[:, : len(frame.nodes)]  # the frame is the first member
+    z[:, list(frame.nodes)] = ground[..., :1] + 1j * ground[..., 1:]
     for machine, part in zip(mechanism.machines, parts, strict=True):
         placed, nodes = (machine.mechanism.to_file(part.z) - mechanism.origin) / mechanism.scale, list(machine.nodes)
         z[:, nodes] = np.where(np.isfinite(placed), placed, z[:, nodes])
     codes = np.max([part.codes for part in parts], axis=0)
     residual = np.max([part.residual for part in parts], axis=0)  # NaN where a machine is not solved
-    inputs = family.law_inputs(time, family.tables(designs))
+    inputs = family.law_inputs(time, tables)
     return Designs(designs, time, inputs, z, codes, residual, max(part.careful for part in parts))

@@ -8,7 +8,7 @@ cycloidal, harmonic).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -141,6 +141,13 @@ class Scaled:
     def stops(self) -> FloatArray:
         """Return the times at which the law may reverse."""
         return self.law.stops()
+
+
+def scaled(law: InputLaw, factor: float) -> InputLaw:
+    """Return a law times a factor; a law with two ends keeps them, as they may vary."""
+    if isinstance(law, RunLaw):
+        return replace(law, start=factor * law.start, end=factor * law.end)
+    return Scaled(law, factor)
 
 
 class Sampled:

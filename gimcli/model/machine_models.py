@@ -16,7 +16,7 @@ from gimcli.model.bearers import node_of
 from gimcli.model.compile import compile_model
 from gimcli.model.dimensions import dimensions_of
 from gimcli.model.kept_assembly import in_assembly_of
-from gimcli.model.laws import Scaled
+from gimcli.model.laws import scaled
 from gimcli.model.pairs import PAIRS, fixed_nodes, measured_nodes, used_nodes
 from gimcli.model.schema import Model
 from gimcli.model.source import Where
@@ -151,7 +151,7 @@ def _machine(own: Any, mechanism: Mechanism, moving: set[str], first: bool, load
     ratio = mechanism.scale / compiled.scale
     laws = [mechanism.actuators[k].law for k in numbers]
     actuators = tuple(
-        replace(one, law=law if one.rotary else Scaled(law, ratio))
+        replace(one, law=law if one.rotary else scaled(law, ratio))
         for one, law in zip(compiled.actuators, laws, strict=True)
     )
     alone = replace(

@@ -56,3 +56,28 @@ def test_many_designs_of_two_machines_in_compiled_code():
     assert found["min(F.vy)"] == pytest.approx(-2.0 * math.pi * (found["F.x"] - 10.0), rel=1e-9)
     lows = [np.nanmin(closed_forms(1.0, ground)[1].imag) for ground in found["D.x"]]
     assert found["min(B.y)"] == pytest.approx(lows, rel=1e-9)
+
+
+SHARED = """
+units: {length: m}
+parameters: {r: 1}
+nodes: {E: [0, 0], F: [1, 0], A: [10000, 0], B: [10001, 0], O: [5, 0], U: [6, 0], S: [5, 0], L: [0, 9]}
+ground: [E, A, O, U, L]
+links: {e: {nodes: [E, F], length: r}, a: {nodes: [A, B], length: 2*r}}
+prismatic: {s: {node: S, guide: [O, U]}}
+actuators:
+  m: {pivot: E, arm: F, law: {by: 360}}
+  n: {pivot: A, arm: B, law: {by: 180}}
+  x: {node: S, guide: [O, U], law: {by: 2}}
+"""
+
+
+def test_parameters_laws_and_ground_nodes_of_several_machines_vary():
+    """Cranks r and 2 r, a slider that moves by 2 from its place, and a node of the ground that no machine has."""
+    keep = ["range(F.x)", "range(B.x)", "at(F.y, m=95)", "max(S.x)", "max(x)", "max(L.x)", "solved"]
+    vary = {"r": "1,2", "S.x": "5,5.5", "x.by": "2,3", "L.x": "0,1"}
+    found = gimcli.sweep(gimcli.loads(SHARED), vary, steps=STEPS, keep=keep)
+    r, place, by, left = (found[name] for name in ("r", "S.x", "x.by", "L.x"))
+    expected = 2.0 * r, 4.0 * r, r * math.sin(math.radians(95.0)), place + by, place - 5.0 + by, left, 37.0 + 0.0 * r
+    for name, values in zip(keep, expected, strict=True):
+        assert found[name] == pytest.approx(values, rel=1e-9, abs=1e-9), name
