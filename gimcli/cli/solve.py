@@ -143,9 +143,10 @@ def _print(method: Method, found: SolveResult) -> None:
     )
     if status.value:
         typer.echo(found.reason)
-    if status.solved:
-        nodes, points = found.places()
-        rows = [(k, length(mechanism, v.real), length(mechanism, v.imag)) for k, v in (nodes | points).items()]
+    report = found.report()
+    places = report["nodes"] | report["points"]
+    if places:
+        rows = [(name, *(length(mechanism, value) for value in xy)) for name, xy in places.items()]
         print_table("", ("node", *(labelled(axis, mechanism.length_unit) for axis in "xy")), rows, right=(1, 2))
     if law is not None:
         rows = [(str(k), f"{a:.3e}", f"{b:.3e}") for k, (a, b) in enumerate(law.errors)]

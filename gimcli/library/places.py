@@ -26,8 +26,8 @@ def pairs(z: ComplexArray) -> FloatArray:
 
 
 def coordinates(found: Mapping[str, complex]) -> dict[str, list[float]]:
-    """Return complex numbers by name as x and y, for a report."""
-    return {name: [float(z.real), float(z.imag)] for name, z in found.items()}
+    """Return complex numbers by name as x and y, for a report; without those that are not known."""
+    return {name: [float(z.real), float(z.imag)] for name, z in found.items() if np.isfinite(z)}
 
 
 def angles(mechanism: Mechanism, z: ComplexArray, shape: Callable[[FloatArray], Any]) -> ByName:

@@ -58,7 +58,8 @@ def solve(
         inputs: inputs by name, in the file's units. Inputs that are not given have the value at the start of their law.
 
     Returns:
-        A SolveResult; `.status` is "ok" if the position is solved, otherwise coordinates and angles are NaN.
+        A SolveResult; `.status` is "ok" if the position is solved, otherwise coordinates and angles are NaN; of several
+        machines those of machines that are not solved.
 
     Raises:
         UsageError: an unknown name or an invalid argument.
@@ -141,12 +142,12 @@ class SolveResult(Result):
 
     @property
     def _z(self) -> Any:
-        bad = not self.position.status.solved
-        return np.full((len(self.mechanism.nodes), 1), complex(np.nan, np.nan)) if bad else self.position.z[:, None]
+        z = self.position.z if self.position.status.solved else self.position.known
+        return np.full((len(self.mechanism.nodes), 1), complex(np.nan, np.nan)) if z is None else z[:, None]
 
     def places(self) -> tuple[dict[str, complex], dict[str, complex]]:
-        """Return the coordinates of nodes and of points as complex numbers, also where the position is not solved."""
-        found = places(self.mechanism, self.position.z[:, None], lambda z: complex(z[0]))
+        """Return the coordinates of nodes and of points as complex numbers; NaN of machines that are not solved."""
+        found = places(self.mechanism, self._z, lambda z: complex(z[0]))
         nodes = {name: found[name] for name in self.mechanism.nodes}
         return nodes, {p.name: found[p.name] for p in self.mechanism.points}
 
@@ -158,13 +159,12 @@ class SolveResult(Result):
         """Return the report that --json prints."""
         position = self.position
         nodes, points = self.places()
-        good = position.status.solved
         report: dict[str, Any] = {
             "status": position.status.word,
             "residual": self.residual,
             "sweeps": position.sweeps,
-            "nodes": coordinates(nodes) if good else {},
-            "points": coordinates(points) if good else {},
+            "nodes": coordinates(nodes),
+            "points": coordinates(points),
             "inputs": self.inputs,
         }
         if position.status.value:
@@ -183,8 +183,7 @@ class SolveResult(Result):
         """
         nodes, points = self.places()
         found, unit = nodes | points, self.mechanism.length_unit
-        bad = complex(np.nan, np.nan)
-        z = np.array(list(found.values()) if self.position.status.solved else [bad] * len(found))
+        z = np.array(list(found.values()))
         return Table(
             (
                 Column("node", np.array(list(found))), *xy_columns("", z, unit),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.motion.assemble import Assembler, Assembly
 from gimcli.motion.side_by_side import machine_inputs, whole_positions
@@ -42,8 +44,9 @@ def _of_machines(mechanism: Mechanism, inputs: FloatArray, options: Options) -> 
     ]  # fmt: skip
     worst = max(found, key=lambda one: (one.status, one.residual.total[0]))
     z = whole_positions(mechanism, [one.z for one in found])
+    known = whole_positions(mechanism, [one.z * (1.0 if one.status.solved else np.nan) for one in found])
     sweeps = sum(one.sweeps for one in found)
-    return Position(mechanism, inputs, z, worst.status, worst.residual, sweeps, None, options)
+    return Position(mechanism, inputs, z, worst.status, worst.residual, sweeps, None, options, known)
 
 
 def _checked(mechanism: Mechanism, inputs: FloatArray, found: Assembly, options: Options) -> Position:

@@ -22,6 +22,7 @@ class Position:
     sweeps: int  # number of sweeps or iterations
     history: FloatArray | None = field(default=None, repr=False)  # (sweeps + 1, 2) errors after each sweep
     options: Options | None = None
+    known: ComplexArray | None = field(default=None, repr=False)  # of several machines: z, NaN of those without one
 
     @property
     def worst(self) -> str:

@@ -133,6 +133,10 @@ def test_solve_names_the_machine_that_cannot_be_assembled():
     found = gimcli.solve(gimcli.loads(TWO), rocker=150, crank=45)
     assert found.status == "not-assembled"
     assert found.reason.startswith("rocker: b (3.2 cm) and c (1.5 cm) cannot span B-D")
+    assert found.xy["F"] == pytest.approx([10.5, 0.5])
+    assert np.isnan(found.xy["C"]).all()
+    assert {"F", "G"} <= set(found.report()["nodes"])
+    assert "C" not in found.report()["nodes"]
     good = gimcli.solve(gimcli.loads(TWO), rocker=90, crank=45)
     assert good.status == "ok"
     assert abs(complex(*(good.xy["G"] - good.xy["H"]))) == pytest.approx(math.hypot(1.0, 2.5), rel=1e-14)
