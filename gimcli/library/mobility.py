@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -25,9 +26,9 @@ def mobility(mechanism: Mechanism) -> MobilityResult:
     Raises:
         UnassembledError: no assembled position was found near the drawn one.
     """
-    parts = [_of_machine(mechanism, one.mechanism) for one in mechanism.machines]
-    start = next((start for _, start in parts if start != REGULAR), REGULAR)
-    return MobilityResult(mechanism, of_machines([found for found, _ in parts]), start)
+    parts = {one.name: MobilityResult(mechanism, *_of_machine(mechanism, one.mechanism)) for one in mechanism.machines}
+    start = next((part.start for part in parts.values() if part.start != REGULAR), REGULAR)
+    return MobilityResult(mechanism, of_machines([part.found for part in parts.values()]), start, parts)
 
 
 def _of_machine(whole: Mechanism, mechanism: Mechanism) -> tuple[Mobility, str]:
@@ -51,8 +52,10 @@ class MobilityResult(Result):
 
     KIND = "mobility"
 
-    def __init__(self, mechanism: Mechanism, found: Mobility, start: str) -> None:
-        self.mechanism, self.found, self.start = mechanism, found, start
+    def __init__(
+        self, mechanism: Mechanism, found: Mobility, start: str, each: Mapping[str, MobilityResult] | None = None
+    ) -> None:
+        self.mechanism, self.found, self.start, self.each = mechanism, found, start, each or {}
 
     @property
     def mobility(self) -> int:
@@ -70,13 +73,14 @@ class MobilityResult(Result):
         return f"{self.mechanism.name}: mobility {found.mobility}, Grübler's count {found.gruebler}, rank {found.rank}"
 
     def report(self) -> dict[str, Any]:
-        """Return the report that --json prints."""
-        found = self.found
+        """Return the report that --json prints; of several independent machines also that of each."""
+        found, several = self.found, len(self.each) > 1
         return {
             "gruebler": found.gruebler, "rank": found.rank, "mobility": found.mobility,
             "redundant": list(found.redundant), "undriven": list(found.undriven),
             "actuators": len(found.actuators), "start": self.start,
             "overdriven": list(found.overdriven), "apparent": found.apparent, "singular": found.singular,
+            **({"machines": [{"name": name, **one.report()} for name, one in self.each.items()]} if several else {}),
         }  # fmt: skip
 
     def table(self) -> Table:

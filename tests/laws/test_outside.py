@@ -29,10 +29,6 @@ FREE = {
 widths of intervals of samples, and arc lengths."""
 
 
-UNASKED = {"mobility", "forces, picture"}
-"""Answers on all machines together."""
-
-
 def told(result):
     """Return the report and the rows of the table, without those of new nodes."""
     table = result.table()
@@ -42,7 +38,7 @@ def told(result):
 
 
 ASKED = {
-    "mobility": lambda m: told(gimcli.mobility(m)),
+    "mobility": lambda m: gimcli.mobility(m).report(),
     "solve": lambda m: told(gimcli.solve(m)),
     "trace": lambda m: told(gimcli.trace(m, 24, derivatives=1)),
     "trace, skip": lambda m: told(gimcli.trace(m, 24, at_limit="skip")),
@@ -69,6 +65,8 @@ def answer(ask, mechanism):
 
 def of_first(told):
     """Return an answer with what it says of the first machine; warnings are those of the file."""
+    if isinstance(told, list):  # the graphs of forces, which the other machine has none of
+        return told
     report = told.get("report", told)
     kept = {"warnings": report.get("warnings"), "machines": None, "name": None}
     own = {**report, **next(iter(report.get("machines", [])), {}), **kept}
@@ -109,7 +107,7 @@ def held(name, change):
         return []
     (size, one), (_, other) = (answers(json.dumps(part)) for part in data)
     if change == MACHINE:  # errors name the inputs of all machines
-        verbs = [verb for verb in one.keys() - UNASKED if not {"error"} & {*one[verb], *other[verb]}]
+        verbs = [verb for verb in one if "error" not in one[verb] and "error" not in other[verb]]
         one, other = ({verb: of_first(part[verb]) for verb in verbs} for part in (one, other))
     return list(differences(one, other, size))
 
