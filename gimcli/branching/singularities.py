@@ -15,7 +15,7 @@ import numpy as np
 
 from gimcli.canonical import ranks
 from gimcli.continuation.arclength import CurvePoint
-from gimcli.continuation.bifurcation import Crossing
+from gimcli.continuation.bifurcation import BRANCHING, Crossing
 from gimcli.continuation.circuit import Circuit, ordered
 from gimcli.continuation.curve import PositionCurve
 from gimcli.continuation.folds import REST, Rate, between, folds, roots
@@ -217,9 +217,10 @@ def _sliding(at: int, direction: complex) -> Rate:
 
 
 def _null_left(table: FloatArray, rank: int) -> FloatArray:
-    """Return the left vector (m, 1) of the least singular value that is not 0 at positions of full rank."""
-    left, _, _ = np.linalg.svd(table)
-    return np.asarray(left[:, rank - 1 : rank])
+    """Return the left null vectors (m, r), r >= 1, of which positions of full `rank` have none."""
+    left, values, _ = np.linalg.svd(table)
+    lost = max(1, int(np.sum(values[:rank] <= BRANCHING.lost * values[0])))
+    return np.asarray(left[:, rank - lost : rank])
 
 
 def _involved(curve: PositionCurve, left: FloatArray) -> tuple[str, ...]:

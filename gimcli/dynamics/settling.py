@@ -46,25 +46,24 @@ def settled(
 ) -> Settled:
     """Return the equilibrium that a position moves to under its forces; arguments as for `linearised`.
 
-    Raises ModelError and StructureError as `linearised`.
+    Raises ModelError and StructureError as `linearised`; also StructureError if the forces lead to a singular position.
     """
     equations = Linearisation(mechanism, released, time)
-    found = equations.at(z, inputs)
+    found, status = equations.at(z, inputs), Status.NOT_CONVERGED
     for _ in range(STEPS):
         before = float(np.max(found.unbalance))
         if before <= BALANCED:
             break
         ahead, status = _next(equations, found)
-        if ahead is None:
-            return Settled(Status.OK if before <= ACCEPTED else status, found)
-        if before <= ACCEPTED and np.max(ahead.unbalance) >= before:
+        if ahead is None or (before <= ACCEPTED and np.max(ahead.unbalance) >= before):
             break
         found = ahead
-    return Settled(Status.OK if np.max(found.unbalance) <= ACCEPTED else Status.NOT_CONVERGED, found)
+    equations.require_regular()
+    return Settled(Status.OK if np.max(found.unbalance) <= ACCEPTED else status, found)
 
 
 def _next(equations: Linearisation, found: Linearised) -> tuple[Linearised | None, Status]:
-    """Return the linearised equations after a step, shortened where it goes too far; None if no step is possible."""
+    """Return the linearised equations after a step, shortened where it goes too far, or None, and the status there."""
     step, status = _step(found), Status.NOT_CONVERGED
     for _ in range(HALVINGS):
         place = equations.moved(step)
@@ -73,7 +72,7 @@ def _next(equations: Linearisation, found: Linearised) -> tuple[Linearised | Non
         else:
             ahead = _at(equations, place)
             if ahead is not None and _is_good(found, ahead, step):
-                return ahead, Status.OK
+                return ahead, Status.NOT_CONVERGED
             equations.at(found.z, found.inputs, found.gauges)
         step = 0.5 * step
     return None, status

@@ -35,6 +35,9 @@ from gimcli.structure.polynomials import (
     with_linked_gauges,
 )
 
+NEARLY = 1e-6
+"""Ratio of singular values below which steps end at a singular position: it is found to half the digits only."""
+
 
 @dataclass(frozen=True)
 class Linearised:
@@ -195,9 +198,14 @@ class Linearisation:
             raise self._singular()
         return self.room.acceleration.copy()
 
-    def _singular(self) -> StructureError:
+    def require_regular(self) -> None:
+        """Raise StructureError if the position of the last `at` is singular up to rounding."""
+        if free_choice(self.terms, self.place.v, self.held, len(self.released), NEARLY) is None:
+            raise self._singular("the forces lead to a position that is")
+
+    def _singular(self, which: str = "the position is") -> StructureError:
         return StructureError(
-            f"{self.mechanism.name}: the position is singular, so that the motion from there is not unique; choose"
+            f"{self.mechanism.name}: {which} singular, so that the motion from there is not unique; choose"
             " another position, or release other inputs"
         )
 

@@ -58,10 +58,12 @@ def functions(terms: Terms, v: FloatArray) -> tuple[FloatArray, FloatArray]:
     return np.array(values), np.array(slopes)
 
 
-def free_choice(terms: Terms, v: FloatArray, given: Sequence[int], count: int) -> Choice | None:
+def free_choice(
+    terms: Terms, v: FloatArray, given: Sequence[int], count: int, singular: float = SINGULAR
+) -> Choice | None:
     """Return the best-conditioned choice of independent variables; None at a singular position.
 
-    given: actuators that follow laws. count: number of the other freedoms.
+    given: actuators that follow laws. count: number of the other freedoms. singular: as SINGULAR.
     """
     from scipy.linalg import qr, svd
 
@@ -70,7 +72,7 @@ def free_choice(terms: Terms, v: FloatArray, given: Sequence[int], count: int) -
     open_ones = [k for k in active if k not in known]
     _, values, across = svd(gradients(terms, v)[:, open_ones])
     rank = len(open_ones) - count
-    if rank > len(values) or (rank and not values[rank - 1] > SINGULAR * values[0]):
+    if rank > len(values) or (rank and not values[rank - 1] > singular * values[0]):
         return None
     chosen = qr(across[rank:], mode="r", pivoting=True)[1][:count]
     return _choice(terms, v, (*sorted(open_ones[k] for k in chosen), *known), active)

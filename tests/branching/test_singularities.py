@@ -19,7 +19,17 @@ import gimcli
 from gimcli import load
 from gimcli.branching.resampling import circuit_motion
 from gimcli.branching.singular_positions import Found, Survey, survey
-from gimcli.branching.singularities import CHANGE, DEAD, LIMIT, STATIONARY, TANGENCY, dead_points, limits, rates
+from gimcli.branching.singularities import (
+    CHANGE,
+    DEAD,
+    LIMIT,
+    STATIONARY,
+    TANGENCY,
+    _null_left,
+    dead_points,
+    limits,
+    rates,
+)
 from gimcli.cli import app
 from gimcli.continuation.arclength import ArclengthConstants, place, walk
 from gimcli.continuation.bifurcation import crossing
@@ -336,3 +346,14 @@ def test_rows_of_the_table_name_the_members_and_branches():
     row = found["motor"].tolist().index(pytest.approx(180.0, abs=1e-9))
     assert set(found["about"][row].split()) == {"crank", "coupler", "follower"}
     assert found["branches"][row] == "1 2"
+
+
+@pytest.mark.parametrize("lost", [1, 2, 3])
+@pytest.mark.parametrize("seed", range(3))
+def test_a_limit_names_what_all_self_stresses_involve(lost, seed):
+    """The null space of a table is that of its construction, whatever rounding does to single vectors."""
+    rng = np.random.default_rng(seed)
+    q, p = (np.linalg.qr(rng.normal(size=(6, 6)))[0] for _ in range(2))
+    values = np.append(rng.uniform(0.1, 1.0, 6 - lost), 1e-15 * rng.uniform(size=lost))
+    left = _null_left(q * values @ p, 6)
+    assert left @ left.T == pytest.approx(q[:, 6 - lost :] @ q[:, 6 - lost :].T, abs=1e-12)

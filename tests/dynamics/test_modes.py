@@ -12,7 +12,7 @@ from in_process import gim
 from small_vibrations import LAGUERRE, SLIDER_CRANK, chain, geared_pendulums
 
 import gimcli
-from gimcli.errors import ModelError, UsageError
+from gimcli.errors import ModelError, StructureError, UsageError
 from gimcli.structure.residual import residual
 
 G = 9.81
@@ -438,3 +438,10 @@ def test_an_equilibrium_in_which_the_only_mass_cannot_move():
     h, q = 1e-4, math.radians(lowest)
     stiffness = 2.0 * 9.81 * 0.01 * (height(q + h) - 2.0 * height(q) + height(q - h)) / h**2
     assert found["omega"] == pytest.approx([math.sqrt(stiffness / 1e-3)], rel=1e-6)
+
+
+def test_forces_that_lead_to_a_singular_position():
+    """The upright table, with the pins in one line: its rank is lost by two, in any coordinates."""
+    mechanism = gimcli.load(MODELS / "lift_table.yaml")
+    with pytest.raises(StructureError, match="the forces lead to a position that is singular, so that the motion from"):
+        gimcli.modes(mechanism, settle=True, cylinder=0.6)
