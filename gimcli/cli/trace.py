@@ -190,12 +190,14 @@ def _print_other_side(motion: Motion, stops: list[dict[str, Any]]) -> None:
     from gimcli.rates.member_angles import full_turn
 
     mechanism = motion.mechanism
-    if not stops or len(mechanism.actuators) != 1 or motion.good.all():
+    moving = np.flatnonzero(np.ptp(motion.inputs, axis=1))  # of others, the same values are elsewhere on the curve
+    if not stops or len(moving) != 1 or motion.good.all():
         return
-    actuator, values = mechanism.actuators[0], mechanism.value_to_file(0, motion.inputs[0])
+    (k,) = moving.tolist()
+    actuator, values = mechanism.actuators[k], mechanism.value_to_file(k, motion.inputs[k])
     turn = full_turn(mechanism) if actuator.rotary else np.finfo(float).max  # no value is one turn away
     own = values[~motion.good]
-    for low, high in stops[-1]["interval"].values():
+    for low, high in [stops[-1]["interval"][actuator.name]]:
         within = (own >= low) & (own <= high)
         moved = np.where(within, own, own - np.where(within, 0.0, turn) * np.ceil((own - high) / turn))
         also = moved[~within & (moved >= low)]
