@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from gimcli.canonical import ranks
+from gimcli.canonical import first_greatest, ranks
 from gimcli.continuation.arclength import CurvePoint
 from gimcli.continuation.bifurcation import BRANCHING, Crossing
 from gimcli.continuation.circuit import Circuit, ordered
@@ -88,7 +88,7 @@ def interval(circuit: Circuit, found: list[Singularity]) -> tuple[float, float]:
 class BranchRates:
     """Rates of inputs and members on a branch (file's units), relative to the rate of the input that moves most.
 
-    If all input rates are zero they are relative to the rate of the member that turns fastest.
+    If all input rates are zero they are relative to the rate of the first member that turns fastest.
     """
 
     inputs: dict[str, float]
@@ -111,7 +111,8 @@ def rates(curve: PositionCurve, p: FloatArray, v: FloatArray) -> BranchRates:
     }
     dust = REST * max(map(abs, turns.values()), default=0.0)  # rotations below this are rounding
     members = {name: degree * rate if abs(rate) > dust else 0.0 for name, rate in turns.items()}
-    unit = max(inputs.values(), key=abs) or max(members.values(), key=abs, default=0.0) or 1.0
+    fast = np.array([0.0, *(inputs if any(inputs.values()) else members).values()])
+    unit = float(fast[first_greatest(np.abs(fast))]) or 1.0
     return BranchRates({k: r / unit + 0.0 for k, r in inputs.items()}, {k: r / unit + 0.0 for k, r in members.items()})
 
 

@@ -43,7 +43,9 @@ def check(refs: References, name: str) -> None:
 
 def rows(own: GeometryCompiler, name: str, pair: Prismatic) -> list[PairRow]:
     """Return one constraint per sliding node: its height over the line of sliding is 0."""
-    member, point, along = own.line(pair.guide)
-    point += 1j * along * pair.offset / own.scale
+    member, _, along = own.line(pair.guide)
+    body = own.members[member]
+    near = min((own.index[n] for n in pair.guide), key=body.remote.__contains__)  # a far one has fewer decimals
+    point = body.local(near) + 1j * along * pair.offset / own.scale
     names = {name if pair.node is not None else f"{name} {node}": node for node in nodes(pair)}
     return [PairRow(n, HEIGHT, (own.index[v],), (member,), point, 1j * along, pair=name) for n, v in names.items()]

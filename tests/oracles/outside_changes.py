@@ -52,23 +52,26 @@ def with_ground_node(data, times):
     return data
 
 
-def with_guide_nodes(data, times):
-    """Return the model with a new second node of each guide, of the same member, `times` the distance away."""
+def with_guide_nodes(data, times, first=False):
+    """Return the model with a new second node of each guide, of the same member, `times` the distance away.
+
+    first: a new first node of the guides of pairs instead; travels are counted from that of the others.
+    """
     data, own, made = copy.deepcopy(data), written(data), {}
-    for section in ("prismatic", "actuators", "springs", "dampers"):
+    for section in ("prismatic",) if first else ("prismatic", "actuators", "springs", "dampers"):
         for part in (data.get(section) or {}).values():
             if part.get("guide"):
                 guide = tuple(part["guide"])
                 if guide not in made:
                     made[guide] = f"{NEW}{len(made)}"
-                    _add(data, own, guide, made[guide], times)
-                part["guide"] = [guide[0], made[guide]]
+                    _add(data, own, guide[::-1] if first else guide, made[guide], times)
+                part["guide"] = [made[guide], guide[1]] if first else [guide[0], made[guide]]
     return data if made else None
 
 
-def with_plates(data):
+def with_plates(data, first=False):
     """Return the model whose links with guides are elements as in `with_guide_nodes`: members keep their order."""
-    made = with_guide_nodes(data, 2.0)
+    made = with_guide_nodes(data, 2.0, first)
     return data if made is None or made.get("links") == data.get("links") else made
 
 
@@ -120,4 +123,5 @@ CHANGES = {
     "a ground node at 1e6": (lambda data: data, lambda data: with_ground_node(data, 1e6)),
     MACHINE: (lambda data: data, lambda data: with_machine(data, 1e3)),
     "guide nodes at 1e4": (with_plates, lambda data: with_guide_nodes(data, FAR)),
+    "first guide nodes at 1e4": (lambda data: with_plates(data, True), lambda data: with_guide_nodes(data, FAR, True)),
 }
