@@ -74,7 +74,7 @@ class Circuit:
     places: tuple[CurvePoint, ...] = field(repr=False)
     crossings: dict[int, Crossing] = field(repr=False)  # {index of the point: crossing of branches there}
     ended: str  # one of Ended
-    turns: float = 0.0  # of a single rotary input from the start to the end
+    turns: float = 0.0  # of the rotary input that is the parameter, from the start to the end
     start: int = 0  # index of the point from which it was followed
     infinite: tuple[float | None, float | None] = (None, None)  # parameter at infinity at both ends, if it goes there
 
@@ -82,6 +82,11 @@ class Circuit:
     def closed(self) -> bool:
         """Whether the mechanism returns to its initial configuration."""
         return self.ended == Ended.CLOSED
+
+    @property
+    def turning(self) -> bool:
+        """Whether inputs turn on without a limit: the curve closes after turns, or has no end in reach."""
+        return self.turns != 0.0 or self.ended == Ended.LONG
 
     @property
     def p(self) -> FloatArray:
@@ -401,6 +406,6 @@ def follow_circuit(curve: PositionCurve, start: CurvePoint) -> Circuit:
 
 
 def _turns(curve: PositionCurve, places: list[CurvePoint]) -> float:
-    if curve.single and curve.rotary[curve.main]:
+    if curve.line is not None and curve.rotary[curve.main]:
         return float(round((places[-1].p[-1] - places[0].p[-1]) / (2.0 * math.pi)))
     return 0.0

@@ -234,7 +234,7 @@ class CheckResult(Result):
         reach = self._reach()
         laws = law_inputs(mechanism)(np.linspace(0.0, 1.0, 1001)) if mechanism.actuators else np.zeros((0, 1))
         limit = self.summary.motion.limit if self.summary else None
-        turning = self.circuit is not None and (self.circuit.turns or len(mechanism.drivers) > 1)  # of one only
+        turning = self.circuit is not None and self.circuit.turning
         found = []
         for k, actuator in enumerate(mechanism.actuators):
             values = mechanism.value_to_file(k, laws[k])

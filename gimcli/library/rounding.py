@@ -69,10 +69,9 @@ def interval(mechanism: Mechanism, name: str, low: float, high: float, turns: fl
 
 
 def intervals(mechanism: Mechanism, spans: Mapping[str, Sequence[float]], turns: float, between: str = ", ") -> str:
-    """Return intervals of actuators by their names, without those of followers; `turns` is known of a single one."""
-    named = {name: spans[name] for name in _independent(mechanism, spans)}
-    own = turns if len(named) == 1 else 1.0
-    return between.join(f"{name}: {interval(mechanism, name, low, high, own)}" for name, (low, high) in named.items())
+    """Return intervals of actuators by their names, without those of followers; `turns`: as for `interval`."""
+    named = ((name, spans[name]) for name in _independent(mechanism, spans))
+    return between.join(f"{name}: {interval(mechanism, name, low, high, turns)}" for name, (low, high) in named)
 
 
 def _independent(mechanism: Mechanism, names: Iterable[str]) -> list[str]:
