@@ -313,6 +313,11 @@ class Mechanism:
         return frozenset().union(*(member.remote for member in self.members))
 
     @cached_property
+    def close(self) -> tuple[int, ...]:
+        """The nodes that are not remote."""
+        return tuple(k for k in range(len(self.nodes)) if k not in self.remote)
+
+    @cached_property
     def carried(self) -> dict[int, tuple[int, int, complex]]:
         """For each carried remote node, the ends u, v of its member and the factor of u + factor (v - u)."""
         moving = ((member, *member.ends) for member in self.members[FRAME + 1 :])

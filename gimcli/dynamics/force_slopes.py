@@ -40,16 +40,17 @@ class ForceSlopes:
 
     def __init__(
         self, acting: Acting, loads: Sequence[AppliedLoad], efforts: Sequence[DrivingEffort], released: Sequence[int],
-        size: float, time: float,
+        size: float, near: Sequence[int], time: float,
     ) -> None:  # fmt: skip
+        """near: the nodes that are not remote."""
         self.acting, self.loads, self.efforts, self.released = acting, loads, efforts, released
-        self.size, self.time = size, time
+        self.size, self.near, self.time = size, list(near), time
 
     def at(self, place: InfluenceCoefficients) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """Return stiffness (k, k), its scale, the scale of the forces (k,), and damping (k, k)."""
         k = len(place.b)
         self.total, self.rough, self.scale = np.zeros((k, k)), np.zeros((k, k)), np.zeros(k)
-        self.least = LEVER * np.max(np.abs(place.b), axis=1)
+        self.least = LEVER * np.max(np.abs(place.b[:, self.near]), axis=1)
         self._add_weights(place)
         self._add_loads(place)
         self._add_springs(place)

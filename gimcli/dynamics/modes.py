@@ -103,8 +103,7 @@ def _root(found: Linearised) -> FloatArray:
     """Return the inverse Cholesky factor of M: L^-1 with M = L L'."""
     diagonal, dynamics = np.diag(found.mass), found.mechanism.dynamics
     whole = sum(part.mass * (dynamics.metre or 1.0) ** 2 + part.moment for part in dynamics.inertias)
-    rates = found.node_rates.T
-    least = STILL * whole * np.max(found.mechanism.apart(rates, np.zeros_like(rates)), axis=0) ** 2
+    least = STILL * whole * np.max(np.abs(found.node_rates[:, list(found.mechanism.close)]), axis=1) ** 2
     bare = [name for name, m in zip(found.names, diagonal - least, strict=True) if not m > 0.0]
     scale = np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
     if bare or np.linalg.eigvalsh(found.mass / scale[:, None] / scale)[0] < MASSLESS:

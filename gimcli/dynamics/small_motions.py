@@ -107,7 +107,7 @@ class Linearisation:
         self.terms, self.loads = coupled_terms(with_gauges(read)), moving_loads(read)
         self.acting = acting(read, released, metre)
         efforts = [release_of(read, k).effort for k in released]
-        self.slopes = ForceSlopes(self.acting, self.loads, efforts, released, mechanism.size, time)
+        self.slopes = ForceSlopes(self.acting, self.loads, efforts, released, mechanism.size, mechanism.close, time)
 
     def at(self, z: ComplexArray, inputs: FloatArray, gauges: FloatArray | None = None) -> Linearised:
         """Return the linearised equations at a position; see `linearised`."""

@@ -7,6 +7,7 @@ from collections.abc import Callable, Collection, Iterator
 
 import numpy as np
 
+from gimcli.canonical import first_least, ranks
 from gimcli.library.rounding import input_value, interval, length, number
 from gimcli.mechanism import ANGLE, FRAME, HEIGHT, SPAN, ComplexArray, FloatArray, Mechanism
 from gimcli.motion.assemble import Assembler
@@ -227,7 +228,11 @@ class Unassembled:
             for check, (_, _, error) in zip(checks(self.mechanism), self._errors(z), strict=True)
             if error > NEGLIGIBLE
         ]
-        named = [text for _, text in sorted(found, reverse=True)[:NAMED]]
+        sizes = np.array([error for error, _ in found])
+        order = np.argsort(
+            -ranks(sizes, NEGLIGIBLE * np.max(sizes, initial=0.0)), kind="stable"
+        )  # equal: as in the file
+        named = [found[k][1] for k in order[:NAMED].tolist()]
         return f"; in the closest one, {_and(named)}" if named else ""
 
     def _closest(self) -> ComplexArray:
@@ -306,7 +311,8 @@ def _nearest(closes: Callable[[float], bool], values: list[float], given: float)
     good = [closes(value) for value in values]
     if not any(good):
         return None
-    near = min((n for n, one in enumerate(good) if one), key=lambda n: abs(values[n] - given))
+    known = np.flatnonzero(good)
+    near = int(known[first_least(np.abs(np.array(values)[known] - given), NEGLIGIBLE * (values[-1] - values[0]))])
     ends = []
     for step, last in ((-1, 0), (1, len(values) - 1)):
         n = near
