@@ -22,11 +22,12 @@ CASES = Path(__file__).parents[1] / "model" / "cases"
 NEAR = 1e-9
 
 FREE = {
-    "points", "potential", "unbalance", "integrator_steps", "residual", "largest_residual", "energy_drift", "power_error",
+    "points", "potential", "unbalance",
+    "integrator_steps", "residual", "largest_residual", "energy_drift", "power_error",
     "node", "distance", "relative", "spacing", "way",
 }  # fmt: skip
-"""Extremes of sampled points and potentials; errors by rounding, and efforts relative to a scale with a least lever; the node farthest from its initial coordinates;
-widths of intervals of samples, and arc lengths."""
+"""Extremes of sampled points and potentials; errors by rounding; efforts relative to a scale with a least lever; the
+node farthest from its initial coordinates; widths of intervals of samples, and arc lengths."""
 
 
 def told(result):
