@@ -311,7 +311,7 @@ def _nearest(closes: Callable[[float], bool], values: list[float], given: float)
     good = [closes(value) for value in values]
     if not any(good):
         return None
-    known = np.flatnonzero(good)
+    known = np.flatnonzero(good)[::-1]  # of two that are equally near the upper one
     near = int(known[first_least(np.abs(np.array(values)[known] - given), NEGLIGIBLE * (values[-1] - values[0]))])
     ends = []
     for step, last in ((-1, 0), (1, len(values) - 1)):
