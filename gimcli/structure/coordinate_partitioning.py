@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gimcli.canonical import ROUNDING
 from gimcli.kernels import influence
 from gimcli.mechanism import FloatArray
 from gimcli.structure.dulmage_mendelsohn import split
@@ -74,7 +75,8 @@ def free_choice(
     rank = len(open_ones) - count
     if rank > len(values) or (rank and not values[rank - 1] > singular * values[0]):
         return None
-    chosen = qr(across[rank:], mode="r", pivoting=True)[1][:count]
+    first = 1.0 - ROUNDING * np.arange(len(open_ones))  # of equally good variables the first
+    chosen = qr(across[rank:] * first, mode="r", pivoting=True)[1][:count]
     return _choice(terms, v, (*sorted(open_ones[k] for k in chosen), *known), active)
 
 

@@ -6,8 +6,11 @@ import numpy as np
 import pytest
 from fences import compare, is_near
 
+import gimcli
 from gimcli import equilibrium, loads
 from gimcli.canonical import ROUNDING, beside, first_greatest, first_least, phase, principal, ranks
+from gimcli.structure.coordinate_partitioning import free_choice
+from gimcli.structure.polynomials import coupled_terms
 
 NOISE = [0.0, 4e-16, -4e-16, 1e-13, -1e-13, 1e-11, -1e-11]
 
@@ -93,3 +96,18 @@ def test_the_peak_of_equal_ends_is_the_first():
 def test_the_least_of_equal_values_is_the_first():
     for noise in (1e-13, -1e-13):
         assert first_least(np.array([3.0, 1e-16, noise, 2.0]), 1e-9) == 1
+
+
+@pytest.mark.parametrize("name", ["chebyshev", "lift_table", "spring_block", "stephenson_2", "suspension"])
+def test_equally_good_independent_variables(name):
+    """The first of those that are equally good is chosen, whatever the rounding of the position is."""
+    mechanism = gimcli.load(name).nearby
+    terms, source, found = coupled_terms(mechanism), np.random.default_rng(1), set()
+    first = terms.first_reading
+    for _ in range(12):
+        v = np.zeros(terms.variables)
+        v[0:first:2], v[1:first:2], v[-1] = mechanism.drawn.real, mechanism.drawn.imag, 1.0
+        v[first : first + len(mechanism.actuators)] = mechanism.drawn_inputs
+        v[:first] += 1e-15 * source.normal(size=first)
+        found.add(free_choice(terms, v, (), len(mechanism.drivers)).independent)
+    assert len(found) == 1
