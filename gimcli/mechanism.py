@@ -82,7 +82,7 @@ class Member:
 
     def local(self, node: int) -> complex:
         """Return the coordinates of a node in the member's own frame."""
-        return scalar(self.shape[self.nodes.index(node)])  # type: ignore[no-any-return]
+        return scalar(self.shape[self.nodes.index(node)])  # type: ignore[no-any-return]  # or recorded
 
     @cached_property
     def near(self) -> int:

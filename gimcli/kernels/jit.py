@@ -91,7 +91,7 @@ def _compiled(function: Callable[..., Any], inner: bool, variant: str = "") -> C
     clone = FunctionType(function.__code__, names, function.__name__, function.__defaults__)
     clone.__module__ = function.__module__
     clone.__qualname__ = f"{function.__qualname__}_{variant}" if variant else function.__qualname__
-    if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
+    if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]  # set when numba is loaded
         return clone
     if inner:
         return part(clone, function not in _STAGES, COMPILER)

@@ -114,7 +114,7 @@ def _refused(mechanism: Mechanism, names: tuple[str, ...], text: str) -> ModelEr
     source = replace(mechanism.written.source, faults=[])
     for name in names:
         source.fault(("nodes", name), f"node {name} {text}", key=True)
-    return source.error()  # type: ignore[no-any-return]
+    return source.error()  # type: ignore[no-any-return]  # `written` is Any
 
 
 def _by_name(mechanism: Mechanism, z: ComplexArray) -> dict[str, complex]:

@@ -60,10 +60,11 @@ def with_laws(inputs: Sequence[Input], couplings: Sequence[Coupling]) -> tuple[I
 
 def _law(coupling: Coupling, laws: Sequence[InputLaw]) -> InputLaw:
     ratios = [ratio for _, ratio in coupling.terms]
-    if laws and all(isinstance(law, RunLaw) and law.profile == laws[0].profile for law in laws):  # type: ignore[attr-defined]
+    runs = [law for law in laws if isinstance(law, RunLaw)]
+    if 0 < len(runs) == len(laws) and all(law.profile == runs[0].profile for law in runs):
         start, end = (
             coupling.phase + sum(r * getattr(law, at) for r, law in zip(ratios, laws, strict=True))
             for at in ("start", "end")
         )
-        return RunLaw(start, end, laws[0].profile)  # type: ignore[attr-defined]
+        return RunLaw(start, end, runs[0].profile)
     return SummedLaw(tuple(zip(ratios, laws, strict=True)), coupling.phase)

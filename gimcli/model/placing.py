@@ -97,7 +97,7 @@ def _usual_sides(steps: Sequence[PlacingStep]) -> dict[str, str]:
     found = {}
     for step in steps:
         pair = step.locus.given.nodes if isinstance(step, CircleAndLine) else ()
-        if len(pair) == 2 and {step.node, step.circle.centre} == set(pair):  # type: ignore[attr-defined]
+        if len(pair) == 2 and {step.node, step.circle.centre} == set(pair):  # type: ignore[attr-defined]  # known by `pair`
             found[step.node] = SIDES[pair.index(step.node)]
     return found
 

@@ -75,8 +75,8 @@ def free_choice(
     rank = len(open_ones) - count
     if rank > len(values) or (rank and not values[rank - 1] > singular * values[0]):
         return None
-    first = 1.0 - ROUNDING * np.arange(len(open_ones))  # of equally good variables the first
-    chosen = qr(across[rank:] * first, mode="r", pivoting=True)[1][:count]
+    # of equally good variables the first
+    chosen = qr(across[rank:] * (1.0 - ROUNDING * np.arange(len(open_ones))), mode="r", pivoting=True)[1][:count]
     return _choice(terms, v, (*sorted(open_ones[k] for k in chosen), *known), active)
 
 

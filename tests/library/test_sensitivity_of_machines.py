@@ -4,16 +4,10 @@ import math
 
 import numpy as np
 import pytest
+from side_by_side import ROCKER_AND_CRANK
 
 import gimcli
 
-ROCKER_AND_CRANK = """
-units: {length: m}
-nodes: {A: [0, 0], B: [0, 2], C: [3, 3], D: [4, 0], E: [10, 0], F: [11, 0]}
-ground: [A, D, E]
-links: {a: [A, B], b: {nodes: [B, C], length: 3.2}, c: {nodes: [C, D], length: 1.5}, e: [E, F]}
-actuators: {rocker: {pivot: A, arm: B, law: {by: 15}}, crank: {pivot: E, arm: F, law: {by: 360}}}
-"""
 ANGLE = np.radians(np.linspace(0.0, 360.0, 37))
 ROCKER = np.radians(90.0 + np.linspace(0.0, 15.0, 37))
 LIMIT = math.acos((2.0**2 + 4.0**2 - (3.2 + 1.5) ** 2) / (2.0 * 2.0 * 4.0))

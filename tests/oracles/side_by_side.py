@@ -5,6 +5,15 @@ from typing import Any
 import yaml
 from bundled import MODELS
 
+ROCKER_AND_CRANK = """
+units: {length: m}
+nodes: {A: [0, 0], B: [0, 2], C: [3, 3], D: [4, 0], E: [10, 0], F: [11, 0]}
+ground: [A, D, E]
+links: {a: [A, B], b: {nodes: [B, C], length: 3.2}, c: {nodes: [C, D], length: 1.5}, e: [E, F]}
+actuators: {rocker: {pivot: A, arm: B, law: {by: 15}}, crank: {pivot: E, arm: F, law: {by: 360}}}
+"""
+"""A rocker that meets its limit at 97.5 deg, and a crank that turns fully."""
+
 NAMED = (
     "links", "elements", "prismatic", "actuators", "gears", "points", "loads", "springs", "dampers", "nodes",
 )  # fmt: skip
