@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from enum import IntEnum
 
+CHANGE, TANGENCY = "change point", "tangency"
+"""Kinds of a singular position: branches cross, or there is one curve only, whose constraints lose rank."""
+
 
 class Status(IntEnum):
     """Outcome of the solution of one position."""

@@ -15,7 +15,7 @@ from gimcli.continuation.bifurcation import BRANCHING, crossing
 from gimcli.continuation.branches import first_circuit
 from gimcli.continuation.curve import PositionCurve
 from gimcli.errors import GimError
-from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+from gimcli.mechanism import Mechanism
 from gimcli.motion.follow import Meeting
 from gimcli.motion.motion import Motion
 from gimcli.motion.motion_curve import LARGEST
@@ -34,7 +34,7 @@ def sharpened(motion: Motion) -> Motion:
         return motion
     curve = PositionCurve(motion.mechanism)
     pairs = zip(motion.bridged[:MOST], motion.meetings, strict=False)
-    found = [_change_point(curve, time, *meeting) for time, meeting in pairs]
+    found = [_change_point(curve, time, meeting) for time, meeting in pairs]
     return replace(
         motion, bridged=(*(time for time, _ in found), *motion.bridged[MOST:]),
         meetings=(*(meeting for _, meeting in found), *motion.meetings[MOST:]),
@@ -68,14 +68,14 @@ def reach(motion: Motion) -> dict[str, list[float]]:
     }
 
 
-def _change_point(curve: PositionCurve, time: float, z: ComplexArray, inputs: FloatArray) -> tuple[float, Meeting]:
-    """Return time and position of the change point near given nodes (nodes,) and inputs."""
-    q = curve.at_time(time) if curve.line is None else float(inputs[curve.line.main])
-    found = crossing(curve, curve.point(z, q))
+def _change_point(curve: PositionCurve, time: float, near: Meeting) -> tuple[float, Meeting]:
+    """Return time and position of the change point near a given one."""
+    q = curve.at_time(time) if curve.line is None else float(near.inputs[curve.line.main])
+    found = crossing(curve, curve.point(near.z, q))
     if found is None or not abs(found.p[-1] - q) <= NEAR:
-        return time, (z, inputs)
+        return time, near
     exact = float(found.p[-1])
-    return _time(curve, time, exact), (curve.nodes(found.p), curve.inputs(exact))
+    return _time(curve, time, exact), Meeting(curve.nodes(found.p), curve.inputs(exact), found.kind)
 
 
 def _time(curve: PositionCurve, near: float, q: float) -> float:

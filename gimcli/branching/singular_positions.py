@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from gimcli.branching.singularities import CHANGE, Singularity, interval, singularities
+from gimcli.branching.singularities import Singularity, interval, singularities
 from gimcli.continuation.branches import SAME, Branches, all_circuits, first_circuit
 from gimcli.continuation.circuit import Circuit
 from gimcli.continuation.curve import PositionCurve
@@ -17,7 +17,7 @@ from gimcli.motion.motion_curve import arrival
 from gimcli.motion.start import settled, start_position
 from gimcli.positions.dispatch import plain
 from gimcli.progress import Progress, no_progress
-from gimcli.status import Status
+from gimcli.status import CHANGE, Status
 from gimcli.structure.drive_check import require_consistent, require_driven_if_doubtful
 from gimcli.structure.plan import make_plan
 from gimcli.structure.residual import holds

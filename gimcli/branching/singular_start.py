@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gimcli.branching.singularities import CHANGE, LIMIT, TANGENCY
+from gimcli.branching.singularities import LIMIT
 from gimcli.continuation.branches import departure
 from gimcli.continuation.curve import PositionCurve
 from gimcli.errors import GimError
@@ -32,5 +32,5 @@ def singular_start(mechanism: Mechanism, z: ComplexArray) -> str:
     except GimError:
         return SINGULAR
     if left.met is not None:
-        return CHANGE if left.met.loose or len(left.met.tangents) > 1 else TANGENCY
+        return left.met.kind
     return LIMIT if left.limit else SINGULAR

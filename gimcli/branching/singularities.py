@@ -24,7 +24,7 @@ from gimcli.mechanism import FRAME, HEIGHT, FloatArray
 TOGETHER = 1e-9
 """Difference of two positions at the same place, as a fraction of the length."""
 
-LIMIT, DEAD, CHANGE, TANGENCY, STATIONARY = "limit", "dead point", "change point", "tangency", "stationary"
+LIMIT, DEAD, STATIONARY = "limit", "dead point", "stationary"
 
 
 @dataclass(frozen=True)
@@ -130,11 +130,8 @@ class _SingularitySearch:
         for index, crossing in self.circuit.crossings.items():
             if self.circuit.closed and index == len(self.places) - 1:
                 continue
-            count = len(crossing.tangents)
-            single = not crossing.loose and (count == 1 or (crossing.touching and not count))
-            here = self.places[index]
-            kind, about = TANGENCY if single else CHANGE, _involved(self.curve, crossing.left)
-            yield self._position(kind, index, here, about, crossing)
+            about = _involved(self.curve, crossing.left)
+            yield self._position(crossing.kind, index, self.places[index], about, crossing)
 
     def limits(self) -> Iterator[Singularity]:
         """Yield the positions in which the parameter reverses."""

@@ -39,6 +39,7 @@ from gimcli.cli.measures import (
 from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
 from gimcli.cli.progress import progress_bar
 from gimcli.library.rounding import at_inputs, input_value, interval, intervals
+from gimcli.status import CHANGE, TANGENCY
 
 if TYPE_CHECKING:
     from gimcli.library.circuit_trace import CircuitTraceResult
@@ -154,13 +155,13 @@ def _print_machine(found: MotionTraceResult, motion: Motion, machine: dict[str, 
         whole = interval(found.mechanism, name, ends[0], ends[1], 0.0)
         typer.echo(f"range of {name} on this circuit: {whole} (--circuit follows the whole circuit)")
     _print_other_side(motion, stops)
-    meetings = [e for e in events if e["kind"] == "change point"]
+    meetings = [e for e in events if e["kind"] in (CHANGE, TANGENCY)]
     if motion.bridged[:1] == (0.0,):
-        _print_events(
-            found, meetings[:1], "the motion starts on the first branch (--branch 2: another) of the change point"
-        )
+        which = "on the first branch (--branch 2: another) of the" if meetings[0]["kind"] == CHANGE else "at a"
+        _print_events(found, meetings[:1], f"the motion starts {which} {meetings[0]['kind']}")
         meetings = meetings[1:]
-    _print_events(found, meetings, "passed straight through a change point")
+    for kind in (CHANGE, TANGENCY):
+        _print_events(found, [e for e in meetings if e["kind"] == kind], f"passed straight through a {kind}")
     _print_events(found, [e for e in events if e["kind"] == "sequence exchanged"], "sequence replaced by a faster one")
 
 

@@ -19,6 +19,7 @@ import numpy as np
 
 from gimcli.continuation.arclength import Implicit
 from gimcli.mechanism import FloatArray
+from gimcli.status import CHANGE, TANGENCY
 
 EPS = float(np.finfo(float).eps)
 
@@ -79,6 +80,12 @@ class Crossing:
     def loose(self) -> bool:
         """Whether a surface (more than one freedom) meets the curve there: its tangents are not isolated."""
         return self._branches[2]
+
+    @property
+    def kind(self) -> str:
+        """Whether branches cross here."""
+        count = len(self.tangents)
+        return TANGENCY if not self.loose and (count == 1 or (self.touching and not count)) else CHANGE
 
     @cached_property
     def _branches(self) -> tuple[tuple[FloatArray, ...], bool, bool]:

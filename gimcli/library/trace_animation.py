@@ -13,9 +13,8 @@ from gimcli.measures.graphs import abscissa
 from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.motion.motion import Motion
 from gimcli.output.animation import Animation, Clip, Graph, Moment, shown_rows
-from gimcli.positions.inputs import law_inputs
 from gimcli.rates.member_angles import Angles, in_rows
-from gimcli.rates.motion_table import motion_table
+from gimcli.rates.motion_table import motion_table, occurrences
 from gimcli.status import Status
 from gimcli.table import Column, Table
 
@@ -85,16 +84,10 @@ def law_rates(motion: Motion) -> ComplexArray | None:
 
 def _law_events(motion: Motion) -> list[tuple[float, str, str]]:
     """Return the normalised time, kind and text of every event."""
-    mechanism, at = motion.mechanism, law_inputs(motion.mechanism)
-    found = [
-        *(("sequence exchanged", time, at(np.array([time]))[:, 0]) for time in motion.exchanged),
-        *(("change point", time, u) for time, (_, u) in zip(motion.bridged, motion.meetings, strict=False)),
-        *(("limit", time, np.array(u)) for time, u in (*motion.turned_back, *motion.touched)),
-    ]
-    if motion.limit is not None and not motion.turned_back and motion.first_status is Status.OK:
-        found.append(("limit", motion.limit, at(np.array([motion.limit]))[:, 0]))
-    named = [(time, kind, event_text(mechanism, kind, mechanism.inputs_to_file(u))) for kind, time, u in found]
-    return sorted(named)
+    mechanism = motion.mechanism
+    return sorted(
+        (time, kind, event_text(mechanism, kind, mechanism.inputs_to_file(u))) for kind, time, u in occurrences(motion)
+    )
 
 
 def event_text(mechanism: Mechanism, kind: str, inputs: dict[str, float]) -> str:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.motion.motion import Motion
-from gimcli.positions.inputs import law_inputs
+from gimcli.rates.motion_table import occurrences
 from gimcli.table import Column
 
 POINT_QUANTITIES = {"velocity": ("v", 1), "acceleration": ("a", 2), "jerk": ("j", 3)}
@@ -39,12 +40,7 @@ def input_or_time(mechanism: Mechanism, time: FloatArray, inputs: FloatArray) ->
 def motion_events(motion: Motion) -> list[tuple[str, Mapping[str, float]]]:
     """Return limits and change points of a motion along its laws, with the time and the inputs there."""
     mechanism = motion.mechanism
-    stops = [*motion.turned_back, *motion.touched]
-    if motion.limit is not None and not motion.turned_back:
-        stops.append((motion.limit, tuple(law_inputs(mechanism)(np.array([motion.limit]))[:, 0].tolist())))
-    meetings = [(time, at) for time, (_, at) in zip(motion.bridged, motion.meetings, strict=False)]
-    events: Sequence[tuple[str, float, FloatArray]] = [
-        *(("limit", time, np.array(at)) for time, at in stops),
-        *(("change point", time, np.asarray(at)) for time, at in meetings),
+    return [
+        (kind, {"time": time * mechanism.duration, **mechanism.inputs_to_file(at)})
+        for kind, time, at in occurrences(replace(motion, exchanged=()))
     ]
-    return [(word, {"time": time * mechanism.duration, **mechanism.inputs_to_file(at)}) for word, time, at in events]

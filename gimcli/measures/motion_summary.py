@@ -189,7 +189,9 @@ class _Summarizer:
         return self._rows(time, motion.z[:, np.cumsum(apart)])
 
     def _rows(self, time: FloatArray, z: ComplexArray) -> RateRows:
-        return RateRows(time, rates_of_inputs(self.mechanism, z, law_rates(self.mechanism, time, 3), self.plan))
+        rates = rates_of_inputs(self.mechanism, z, law_rates(self.mechanism, time, 3), self.plan)
+        rates.nodes[0] = z  # also where rates are not determined
+        return RateRows(time, rates)
 
     def _all_rows(self) -> RateRows:
         """Return the rows of the motion; before a limit rows that approach it, and the limit itself."""

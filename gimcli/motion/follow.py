@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, NamedTuple, cast
 
 import numpy as np
 
@@ -24,7 +24,7 @@ from gimcli.positions.inputs import Inputs
 from gimcli.positions.newton import Run
 from gimcli.positions.program import Marcher
 from gimcli.positions.row import Row
-from gimcli.status import Status
+from gimcli.status import CHANGE, Status
 from gimcli.structure.steps import Plan
 
 if TYPE_CHECKING:
@@ -35,8 +35,12 @@ Stop = tuple[float, tuple[float, ...]]
 """Time and inputs (actuators,) at a limit."""
 
 
-Meeting = tuple[ComplexArray, FloatArray]
-"""Positions (nodes,) and inputs (actuators,) where branches meet."""
+class Meeting(NamedTuple):
+    """Where branches meet."""
+
+    z: ComplexArray  # (nodes,)
+    inputs: FloatArray  # (actuators,)
+    kind: str = CHANGE  # TANGENCY if there is one branch only
 
 
 @dataclass
@@ -68,7 +72,7 @@ class FollowedPath:
         """Record a singular position that was passed, and its inputs (actuators,)."""
         row = gap.at(gap.centre)
         self.bridged.append(time)
-        self.meetings.append((row.x + 1j * row.y, inputs))
+        self.meetings.append(Meeting(row.x + 1j * row.y, inputs))
 
     def end(self, row: int) -> None:
         """Set the status of the rows from `row` on to LIMIT."""

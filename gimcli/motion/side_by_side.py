@@ -30,9 +30,10 @@ def side_by_side(mechanism: Mechanism, parts: Sequence[Any]) -> Any:
     z = whole_positions(mechanism, [part.z for part in parts])
     z[:, np.all([~part.good for part in parts], axis=0)] = complex(math.nan, math.nan)
     met = [
-        (time, _scattered(mechanism, machine, met), np.array(_stop(mechanism, machine, (time, at))[1]))
+        (time, one._replace(z=_scattered(mechanism, machine, one.z), inputs=np.array(at)))
         for machine, part in own
-        for time, (met, at) in zip(part.bridged, part.meetings, strict=True)
+        for time, one in zip(part.bridged, part.meetings, strict=True)
+        for at in [_stop(mechanism, machine, (time, one.inputs))[1]]
     ]
     met.sort(key=lambda one: one[0])
     return replace(
@@ -44,7 +45,7 @@ def side_by_side(mechanism: Mechanism, parts: Sequence[Any]) -> Any:
         limit=min((part.limit for part in parts if part.limit is not None), default=None),
         touched=tuple(_stop(mechanism, one, at) for one, part in own for at in part.touched),
         turned_back=tuple(_stop(mechanism, one, at) for one, part in own for at in part.turned_back),
-        bridged=tuple(time for time, *_ in met), meetings=tuple((z_met, at) for _, z_met, at in met),
+        bridged=tuple(time for time, _ in met), meetings=tuple(meeting for _, meeting in met),
         exchanged=tuple(sorted(time for part in parts for time in part.exchanged)),
     )  # fmt: skip
 

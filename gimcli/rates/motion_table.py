@@ -124,14 +124,18 @@ def _span(ends: FloatArray, rows: FloatArray) -> FloatArray:
     return ends if (least, greatest) == (ends.min(), ends.max()) else np.array([least, greatest])
 
 
-def events(motion: Motion) -> list[dict[str, Any]]:
-    """Return the events of a motion (singular positions, changed sequences, limits), with the inputs there."""
+def occurrences(motion: Motion) -> list[tuple[str, float, FloatArray]]:
+    """Return kind, normalised time and inputs (actuators,) of meetings of branches, exchanged sequences and limits."""
     times = [("sequence exchanged", t) for t in motion.exchanged]
     if motion.limit is not None and not motion.turned_back and motion.first_status is Status.OK:
         times.append(("limit", motion.limit))
-    events = [
-        *(("change point", at) for _, at in motion.meetings),
-        *((kind, law_inputs(motion.mechanism)(np.array([time]))[:, 0]) for kind, time in times),
-        *(("limit", np.array(at)) for _, at in sorted((*motion.turned_back, *motion.touched))),
+    return [
+        *((met.kind, time, met.inputs) for time, met in zip(motion.bridged, motion.meetings, strict=False)),
+        *((kind, time, law_inputs(motion.mechanism)(np.array([time]))[:, 0]) for kind, time in times),
+        *(("limit", time, np.array(at)) for time, at in sorted((*motion.turned_back, *motion.touched))),
     ]
-    return [{"kind": kind, "at": motion.mechanism.inputs_to_file(at)} for kind, at in events]
+
+
+def events(motion: Motion) -> list[dict[str, Any]]:
+    """Return the events of a motion (singular positions, changed sequences, limits), with the inputs there."""
+    return [{"kind": kind, "at": motion.mechanism.inputs_to_file(at)} for kind, _, at in occurrences(motion)]

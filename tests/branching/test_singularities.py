@@ -20,11 +20,9 @@ from gimcli import load
 from gimcli.branching.resampling import circuit_motion
 from gimcli.branching.singular_positions import Found, Survey, survey
 from gimcli.branching.singularities import (
-    CHANGE,
     DEAD,
     LIMIT,
     STATIONARY,
-    TANGENCY,
     _null_left,
     dead_points,
     limits,
@@ -36,6 +34,7 @@ from gimcli.continuation.bifurcation import crossing
 from gimcli.continuation.circuit import Circuit
 from gimcli.mechanism import FloatArray
 from gimcli.model.source import read_source
+from gimcli.status import CHANGE, TANGENCY
 
 
 def of(found: Survey, kind: str) -> list[Found]:

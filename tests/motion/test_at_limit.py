@@ -215,7 +215,7 @@ def test_a_change_point_is_exact(steps: int, tmp_path: Path) -> None:
     motion = sharpened(trace(load(tmp_path / "m.yaml"), steps))
     (time,) = motion.bridged
     from gimcli.branching.singular_positions import survey
-    from gimcli.branching.singularities import CHANGE
+    from gimcli.status import CHANGE
 
     wanted = [math.degrees(f.what.p[-1]) for f in survey(load(tmp_path / "m.yaml")).found if f.what.kind == CHANGE]
     assert min(abs(-100.0 + 160.0 * time - w) for w in wanted) < 1e-11
