@@ -30,7 +30,7 @@ NEAR = 1e-4
 
 def sharpened(motion: Motion) -> Motion:
     """Return the motion of a machine with refined change points; limits are accurate already."""
-    if not motion.bridged or motion.first_status is not Status.OK or too_large(motion.mechanism):
+    if not motion.bridged or too_large(motion.mechanism):
         return motion
     curve = PositionCurve(motion.mechanism)
     pairs = zip(motion.bridged[:MOST], motion.meetings, strict=False)

@@ -41,7 +41,7 @@ def _print(result: MobilityResult) -> None:
     print_table(result.mechanism.name, ("", ""), result.rows())
     if everywhere:
         typer.echo(f"The initial configuration is {Status.TANGENT.text}.")
-    elif found.stuck:
+    elif found.stuck and not found.undriven:
         typer.echo(
             f"The inputs do not determine the initial configuration: {result.start}. `gim singularities` lists such"
             " positions; use other initial coordinates."

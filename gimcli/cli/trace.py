@@ -47,6 +47,10 @@ if TYPE_CHECKING:
     from gimcli.motion.motion import Motion
 
 
+AT_START = 1e-12
+"""Time, 0..1, up to which a motion passes a position as it starts."""
+
+
 class AtLimit(StrEnum):
     """Actions at the limit of an input."""
 
@@ -156,7 +160,7 @@ def _print_machine(found: MotionTraceResult, motion: Motion, machine: dict[str, 
         typer.echo(f"range of {name} on this circuit: {whole} (--circuit follows the whole circuit)")
     _print_other_side(motion, stops)
     meetings = [e for e in events if e["kind"] in (CHANGE, TANGENCY)]
-    if motion.bridged[:1] == (0.0,):
+    if motion.bridged and motion.bridged[0] < AT_START:
         which = "on the first branch (--branch 2: another) of the" if meetings[0]["kind"] == CHANGE else "at a"
         _print_events(found, meetings[:1], f"the motion starts {which} {meetings[0]['kind']}")
         meetings = meetings[1:]

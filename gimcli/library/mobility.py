@@ -10,6 +10,7 @@ import numpy as np
 from gimcli.errors import UnassembledError
 from gimcli.library.result import Result
 from gimcli.mechanism import Mechanism
+from gimcli.structure.branch_mobility import Branch
 from gimcli.structure.mobility import Mobility, assembled, mobility as mobility_at, of_machines
 from gimcli.table import Column, Table
 
@@ -42,9 +43,9 @@ def _of_machine(whole: Mechanism, mechanism: Mechanism) -> tuple[Mobility, str]:
     found = mobility_at(mechanism, z, mechanism.drawn_inputs)
     if not found.stuck:
         return found, REGULAR
-    from gimcli.branching.singular_start import singular_start
+    from gimcli.branching.singular_start import SINGULAR, singular_start
 
-    return found, singular_start(mechanism, z)
+    return found, SINGULAR if found.undriven else singular_start(mechanism, z)
 
 
 class MobilityResult(Result):
@@ -80,6 +81,10 @@ class MobilityResult(Result):
             "redundant": list(found.redundant), "undriven": list(found.undriven),
             "actuators": len(found.actuators), "start": self.start,
             "overdriven": list(found.overdriven), "apparent": found.apparent, "singular": found.singular,
+            "branches": [
+                {"mobility": one.mobility, "undriven": list(one.undriven), "over_driven": list(one.overdriven)}
+                for one in found.branches
+            ],
             **({"machines": [{"name": name, **one.report()} for name, one in self.each.items()]} if several else {}),
         }  # fmt: skip
 
@@ -105,4 +110,13 @@ class MobilityResult(Result):
             *self._followers(),
             ("undriven nodes", ", ".join(found.undriven) or "none"),
             ("over-driven by", ", ".join(found.overdriven) or "none"),
+            *((f"branch {k}", _text(one)) for k, one in enumerate(found.branches, 1) if len(found.branches) > 1),
         ]
+
+
+def _text(branch: Branch) -> str:
+    """Return what moves on a branch, and what its actuators do."""
+    undriven = f"; undriven nodes: {', '.join(branch.undriven)}" if branch.undriven else ""
+    return f"mobility {branch.mobility}{undriven}" + (
+        f"; over-driven by {', '.join(branch.overdriven)}" if branch.overdriven else ""
+    )

@@ -20,7 +20,7 @@ STEPS = (1e-2, 1e-3, 1e-4)
 """Lengths of the step to a neighbouring position, relative to the size, tried in this order."""
 
 TRIALS, MORE = 4, 40
-"""Number of neighbouring positions; greater if branches meet."""
+"""Number of neighbouring positions, and for each apparent freedom if branches meet."""
 
 NEAREST, FARTHEST = 0.1, 10.0
 """Range of the distance to a neighbour, in steps: below, it is the same position; above, an unrelated one."""
@@ -52,13 +52,16 @@ class Branch:
 def branches(jacobian: Jacobian, z: ComplexArray, inputs: FloatArray) -> Iterator[tuple[Branch, ComplexArray]]:
     """Yield the branches through an assembled position z (nodes,) that differ, each with a position on it."""
     goal, rank = jacobian.values(z, inputs), jacobian.ranks(z, inputs)[0]
-    null = jacobian.motions(jacobian.rows(jacobian.constraints, z, inputs))
     found: set[Branch] = set()
-    for step in STEPS if null.shape[1] else ():
-        meeting = False
-        for number, there in enumerate(_neighbours(jacobian, z, inputs, null, step * jacobian.size), start=1):
+    for step in STEPS if rank < 2 * len(jacobian.free) else ():
+        meeting, length = False, step * jacobian.size
+        for number, there in enumerate(_neighbours(jacobian, z, inputs, length), start=1):
             one = at_position(jacobian, there, inputs)
             meeting = meeting or jacobian.ranks(there, inputs)[0] > rank
+            if one not in found:  # it may be another singular position
+                aside = next(_neighbours(jacobian, there, inputs, SHRUNK * length), there)
+                if (other := at_position(jacobian, aside, inputs)) != one:
+                    there, one = aside, other
             if one not in found and _leads_to(jacobian, z, there, inputs, goal):
                 found.add(one)
                 yield one, there
@@ -108,13 +111,12 @@ def fixed(jacobian: Jacobian, z: ComplexArray, inputs: FloatArray) -> FloatArray
     return np.vstack([table, turned[: int(np.sum(values > CURVED))] @ right])
 
 
-def _neighbours(
-    jacobian: Jacobian, z: ComplexArray, inputs: FloatArray, null: ComplexArray, step: float
-) -> Iterator[ComplexArray]:
+def _neighbours(jacobian: Jacobian, z: ComplexArray, inputs: FloatArray, step: float) -> Iterator[ComplexArray]:
     """Yield assembled positions at a distance of about `step` from z; every other one is sought where drives move."""
     generator = np.random.default_rng(0)
     goal, drives = jacobian.values(z, inputs), jacobian.rows(jacobian.drives, z, inputs)
-    for number in range(MORE):
+    null = jacobian.motions(jacobian.rows(jacobian.constraints, z, inputs))
+    for number in range(MORE * null.shape[1]):
         motion = null @ generator.standard_normal(null.shape[1])
         motion *= step / np.linalg.norm(motion)
         along = generator.standard_normal(len(drives)) @ drives if number % 2 and len(drives) else None

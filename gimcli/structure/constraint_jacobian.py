@@ -34,8 +34,8 @@ ASSEMBLED, ALMOST = 1e-13, 0.1
 ITERATIONS = 60
 """Iterations of Gauss-Newton."""
 
-STALLED = 1e-3
-"""A step shorter than this multiple of the greatest error cannot reduce it."""
+STALLED = 8
+"""Iterations in which the error is at least halved, or a position in a given direction does not exist."""
 
 Rows = Sequence[Restriction | CoupledRow]
 """Constraints of positions."""
@@ -119,6 +119,7 @@ class Jacobian:
 
         goal: values (constraints,). along: a direction (2 x free nodes,) in which the trial position is not changed.
         """
+        errors: list[float] = []
         size, fixed = self.size, np.zeros((0, 2 * len(self.free))) if along is None else along[None]
         with np.errstate(all="ignore"):
             for _ in range(ITERATIONS):
@@ -126,12 +127,12 @@ class Jacobian:
                 worst = float(np.max(np.abs(error), initial=0.0))
                 if not np.isfinite(worst):
                     return trial, np.inf
-                if worst < ASSEMBLED * size:
+                errors.append(worst)
+                stalled = len(fixed) > 0 and len(errors) > STALLED and worst > 0.5 * errors[-1 - STALLED]
+                if worst < ASSEMBLED * size or stalled:
                     break
                 table = np.vstack([self.slopes(self.constraints, trial, inputs), fixed])
                 step = np.linalg.lstsq(table, np.append(error, np.zeros(len(fixed))), rcond=1e-10)[0]
-                if np.linalg.norm(step) < STALLED * worst:
-                    break
                 trial = trial.copy()
                 trial[self.free] -= step[0::2] + 1j * step[1::2]
         return trial, worst
