@@ -32,7 +32,7 @@ STEP = 0.02
 
 FAR = 10.0
 
-BESIDE = 1e-3
+BESIDE = 2e-2
 """Change of an input [rad, or sizes] to the neighbour that must be tangent too: that of a limit is not assembled."""
 
 EXACT = 1e-10
