@@ -7,6 +7,7 @@ interpolated motion.
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import cast
 
 import numpy as np
 
@@ -19,6 +20,7 @@ from gimcli.mechanism import Mechanism
 from gimcli.motion.follow import Meeting
 from gimcli.motion.motion import Motion
 from gimcli.motion.motion_curve import LARGEST
+from gimcli.motion.side_by_side import side_by_side
 from gimcli.status import Status
 
 MOST = 100
@@ -29,8 +31,12 @@ NEAR = 1e-4
 
 
 def sharpened(motion: Motion) -> Motion:
-    """Return the motion of a machine with refined change points; limits are accurate already."""
-    if not motion.bridged or too_large(motion.mechanism):
+    """Return a motion with refined change points; limits are accurate already."""
+    if not motion.bridged:
+        return motion
+    if motion.parts:
+        return cast("Motion", side_by_side(motion.mechanism, [sharpened(part) for part in motion.parts]))
+    if too_large(motion.mechanism):
         return motion
     curve = PositionCurve(motion.mechanism)
     pairs = zip(motion.bridged[:MOST], motion.meetings, strict=False)

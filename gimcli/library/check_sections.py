@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from gimcli.library.rounding import at_inputs, input_value, interval, length, number
+from gimcli.library.rounding import ZERO, at_inputs, input_value, interval, length, number
 from gimcli.mechanism import Mechanism
 
 MOST = 12
@@ -144,7 +144,8 @@ class _Texts:
         if slider:
             ends = [self._at(one, key) for key in ("least_", "greatest_")]
             return name, f"stroke {length(self.own, one['range'])}{unit}", *ends, ratio
-        ends = [f"{number(one[key])}{unit} at {self._at(one, f'{key}_')}" for key in ("least", "greatest")]
+        values = {key: one[key] * (abs(one[key]) > ZERO * one["range"]) for key in ("least", "greatest")}
+        ends = [f"{number(value)}{unit} at {self._at(one, f'{key}_')}" for key, value in values.items()]
         return name, "full turn" if one["full_turn"] else f"swing {number(one['range'])}{unit}", *ends, ratio
 
     def transmission(self) -> Rows:

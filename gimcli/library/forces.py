@@ -235,7 +235,13 @@ class ForcesResult(RowsResult):
     @property
     def events(self) -> list[dict[str, Any]]:
         """Singular positions and limits of the motion."""
-        return events(self.found.summary.motion)
+        return events(self._motion)
+
+    @cached_property
+    def _motion(self) -> Motion:
+        from gimcli.branching.event_refinement import sharpened
+
+        return sharpened(self.found.summary.motion)
 
     def headline(self) -> str:
         """Return the result in one line."""
@@ -274,7 +280,7 @@ class ForcesResult(RowsResult):
         return (self._plans, []) if self._plans else varying(usual_graphs(self.mechanism), self._kept.columns)
 
     def _graphs(self, plans: Sequence[PlannedGraph]) -> list[CurveGraph]:
-        motion, columns = self.found.summary.motion, self._kept.columns
+        motion, columns = self._motion, self._kept.columns
         over, marks = input_or_time(self.mechanism, motion.time, motion.inputs), motion_events(motion)
         return [with_marks(drawn(plan, columns, over, marks), over) for plan in plans]
 

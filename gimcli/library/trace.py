@@ -17,7 +17,6 @@ from gimcli.library.result import joined
 from gimcli.library.trace_result import TraceResult
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.motion.motion import PIECE, Motion, stream
-from gimcli.motion.side_by_side import side_by_side
 from gimcli.motion.summary import Summary
 from gimcli.positions.options import Options
 from gimcli.progress import Notify, Phases, no_phases
@@ -225,8 +224,7 @@ class MotionTraceResult(TraceResult):
             return motion
         from gimcli.branching.event_refinement import sharpened
 
-        parts = [sharpened(part) for part in motion.machines]
-        return side_by_side(self.mechanism, parts) if motion.parts else parts[0]
+        return sharpened(motion)
 
     @property
     def rows(self) -> int:

@@ -13,7 +13,7 @@ from gimcli.branching import singularities
 from gimcli.cli import app
 from gimcli.dynamics import simulation_types
 from gimcli.model.json_schema import json_schema
-from gimcli.status import Status
+from gimcli.status import CHANGE, TANGENCY, Status
 
 KNOWN = json.loads((TABLES / "interface.json").read_text(encoding="utf-8"))
 
@@ -24,9 +24,8 @@ def test_status_words():
 
 def test_event_kinds():
     kinds = KNOWN["event kinds"]
-    assert {getattr(singularities, k) for k in ("LIMIT", "DEAD", "CHANGE", "TANGENCY", "STATIONARY")} == set(
-        kinds["positions"]
-    )
+    found = {singularities.LIMIT, singularities.DEAD, singularities.STATIONARY, CHANGE, TANGENCY}
+    assert found == set(kinds["positions"])
     kinds_of_simulate = ("STANDSTILL", "DEAD_POINT", "LIMIT", "SINGULAR", "STICKS", "SLIDES", "JAM")
     simulated = {getattr(simulation_types, k) for k in kinds_of_simulate}
     assert simulated == set(kinds["simulate"])

@@ -21,7 +21,7 @@ from gimcli.dynamics.integrators import INTEGRATORS
 from gimcli.manual.pages import manual_text
 from gimcli.measures import KINDS
 from gimcli.model.source import read_source
-from gimcli.status import Status
+from gimcli.status import CHANGE, TANGENCY, Status
 
 TEXT = (MANUAL / "commands.md").read_text(encoding="utf-8")
 NAMES = {
@@ -218,7 +218,7 @@ def test_options_are_those_of_the_command(command):
 
 def test_all_words_are_on_the_page():
     words = {f"`{status.word}`" for status in Status}
-    words |= {f"`{getattr(singularities, k)}`" for k in ("LIMIT", "DEAD", "CHANGE", "TANGENCY", "STATIONARY")}
+    words |= {f"`{k}`" for k in (singularities.LIMIT, singularities.DEAD, singularities.STATIONARY, CHANGE, TANGENCY)}
     words |= {
         f"`{getattr(simulation_types, k)}`"
         for k in ("STANDSTILL", "DEAD_POINT", "LIMIT", "SINGULAR", "STICKS", "SLIDES", "JAM")

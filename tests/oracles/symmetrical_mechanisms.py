@@ -1,15 +1,14 @@
 """Mechanisms drawn where branches meet, with the freedoms and drives of every branch from closed forms.
 
 Cranks on one line, all of one length a and drawn along this line: two neighbours with a coupler are equal cranks of a
-parallelogram (equal angles), of an antiparallelogram, and, where the pivots are a apart (a rhombus), the first crank may
-stand still while the other turns about its end. A kite whose crank lies on its frame has two branches: both pairs of
-equal sides turn, or only the longer or shorter pair about the common end of crank and frame. Links in line between fixed
-points, or between two points of one member, have an infinitesimal freedom only.
+parallelogram (equal angles), of an antiparallelogram, and, where the pivots are a apart (a rhombus), the first crank
+may stand still while the other turns about its end. A kite whose crank lies on its frame has two branches: both pairs
+of equal sides turn, or only the longer or shorter pair about the common end of crank and frame. Links in line between
+fixed points, or between two points of one member, have an infinitesimal freedom only.
 """
 
+import itertools
 import random
-
-STILL = "still"
 
 
 class Drawing:
@@ -159,7 +158,7 @@ def stretched_chain(seed):
     for _ in range(count + 1):
         places.append(places[-1] + d.random.uniform(0.5, 2.0))
     names = [d.node(f"P{k}", x, ground=k in (0, count + 1)) for k, x in enumerate(places)]
-    for one, other in zip(names, names[1:], strict=False):
+    for one, other in itertools.pairwise(names):
         d.link(one, other)
     return d, {verdict(0)}
 
