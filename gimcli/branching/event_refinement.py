@@ -17,7 +17,7 @@ from gimcli.continuation.branches import first_circuit
 from gimcli.continuation.curve import PositionCurve
 from gimcli.errors import GimError
 from gimcli.mechanism import Mechanism
-from gimcli.motion.follow import Meeting
+from gimcli.motion.follow import PassedMeeting
 from gimcli.motion.motion import Motion
 from gimcli.motion.motion_curve import LARGEST
 from gimcli.motion.side_by_side import side_by_side
@@ -74,14 +74,14 @@ def reach(motion: Motion) -> dict[str, list[float]]:
     }
 
 
-def _change_point(curve: PositionCurve, time: float, near: Meeting) -> tuple[float, Meeting]:
+def _change_point(curve: PositionCurve, time: float, near: PassedMeeting) -> tuple[float, PassedMeeting]:
     """Return time and position of the change point near a given one."""
     q = curve.at_time(time) if curve.line is None else float(near.inputs[curve.line.main])
     found = crossing(curve, curve.point(near.z, q))
     if found is None or not abs(found.p[-1] - q) <= NEAR:
         return time, near
     exact = float(found.p[-1])
-    return _time(curve, time, exact), Meeting(curve.nodes(found.p), curve.inputs(exact), found.kind)
+    return _time(curve, time, exact), PassedMeeting(curve.nodes(found.p), curve.inputs(exact), found.kind)
 
 
 def _time(curve: PositionCurve, near: float, q: float) -> float:

@@ -35,7 +35,7 @@ Stop = tuple[float, tuple[float, ...]]
 """Time and inputs (actuators,) at a limit."""
 
 
-class Meeting(NamedTuple):
+class PassedMeeting(NamedTuple):
     """Where branches meet."""
 
     z: ComplexArray  # (nodes,)
@@ -54,7 +54,7 @@ class FollowedPath:
     residual: FloatArray  # (rows,) NaN where not computed yet, or not solved
     work: FloatArray  # (rows,)
     bridged: list[float] = field(default_factory=list)  # times of the singular positions passed
-    meetings: list[Meeting] = field(default_factory=list)  # positions and inputs there
+    meetings: list[PassedMeeting] = field(default_factory=list)  # positions and inputs there
     limit: float | None = None  # time of the limit, or of the last row before a position that could not be passed
     exchanged: list[float] = field(default_factory=list)  # times at which the sequence of the sweeps was exchanged
     touched: list[Stop] = field(default_factory=list)  # limits that a law reaches but does not exceed
@@ -72,7 +72,7 @@ class FollowedPath:
         """Record a singular position that was passed, and its inputs (actuators,)."""
         row = gap.at(gap.centre)
         self.bridged.append(time)
-        self.meetings.append(Meeting(row.x + 1j * row.y, inputs))
+        self.meetings.append(PassedMeeting(row.x + 1j * row.y, inputs))
 
     def end(self, row: int) -> None:
         """Set the status of the rows from `row` on to LIMIT."""

@@ -12,7 +12,7 @@ import numpy as np
 
 from gimcli.mechanism import BoolArray, ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.motion.assemble import Assembly
-from gimcli.motion.follow import FollowedPath, Meeting, Stop
+from gimcli.motion.follow import FollowedPath, PassedMeeting, Stop
 from gimcli.motion.law_follower import LawFollower
 from gimcli.motion.legs import STEPS_A_TURN
 from gimcli.motion.side_by_side import side_by_side
@@ -54,7 +54,7 @@ class Motion:
     limit: float | None = None  # time of the first limit that the law exceeds
     touched: tuple[Stop, ...] = ()  # limits that the law reaches but does not exceed
     bridged: tuple[float, ...] = ()  # times of the singular positions passed
-    meetings: tuple[Meeting, ...] = field(default=(), repr=False)  # positions and inputs there
+    meetings: tuple[PassedMeeting, ...] = field(default=(), repr=False)  # positions and inputs there
     exchanged: tuple[float, ...] = ()  # times at which the sequence of the sweeps was exchanged
     turned_back: tuple[Stop, ...] = ()  # limits at which the input reversed
     parameter: FloatArray | None = field(default=None, repr=False)  # (rows,) of the curve, if one was followed
