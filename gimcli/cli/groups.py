@@ -7,8 +7,8 @@ from gimcli.cli.console import print_table
 from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
 
 HELP = (
-    "Groups are listed in the order of formation, with class and order. 2,0^(3,4) is the group of links 3 and 4,"
-    " joined to links 2 and 0; the frame is 0."
+    "Groups are listed in the order of formation, with class and order. 2,0^(3,4) is a group of 2 links that adds 0"
+    " degrees of freedom: links 3 and 4. Links are numbered in the order of formation; the frame is 0."
 )
 EXAMPLES = ("gim groups watt_1 -o watt_1.groups.png",)
 HEAD = ("", "", "class", "order", "links", "joined to", "driven by")

@@ -25,7 +25,7 @@ from gimcli.cli.console import note, note_doubtful_loading, print_more, print_ta
 from gimcli.cli.measures import PlotsOnly, refuse_unseen
 from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
 from gimcli.cli.progress import end_bars, progress_bar
-from gimcli.dynamics.integrators import INTEGRATORS, USUAL, WITH_DRY_FRICTION
+from gimcli.dynamics.integrators import INTEGRATORS, STEPPED, USUAL, WITH_DRY_FRICTION
 from gimcli.library.rounding import greatest, input_value, number
 
 if TYPE_CHECKING:
@@ -81,8 +81,9 @@ def command(
                      rich_help_panel=INTEGRATION),
     ] = 1e-9,
     step: Annotated[
-        float, typer.Option("--step", metavar="S", help="Step of rk4 [s].", rich_help_panel=INTEGRATION)
-    ] = 1e-3,
+        float | None,
+        typer.Option("--step", metavar="S", help=f"Step of {STEPPED}; default: 0.001.", rich_help_panel=INTEGRATION),
+    ] = None,
     slip: Annotated[
         float | None,
         typer.Option(

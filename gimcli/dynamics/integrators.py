@@ -42,6 +42,8 @@ class Integrator:
     compiled: bool = False  # there is also a compiled version
     explicit: bool = False  # its steps become short where the equations are stiff
     over_input: bool = False  # its steps are steps of the input instead of the time; `begin` is not used
+    exact: bool = False  # of these: with the exact derivative of the inertia instead of differences
+    unit: str = ""  # of its equal steps
 
 
 def of_scipy(name: str) -> Begin:
@@ -88,6 +90,10 @@ INTEGRATORS: dict[str, Integrator] = {
     "rk45": Integrator(of_scipy("RK45"), corrected=True, explicit=True),
     "radau": Integrator(of_scipy("Radau")),
     "lsoda": Integrator(of_scipy("LSODA")),
-    "rk4": Integrator(in_equal_steps, lands=False),
-    "euler": Integrator(in_equal_steps, over_input=True),
+    "rk4": Integrator(in_equal_steps, lands=False, unit="s"),
+    "euler": Integrator(in_equal_steps, over_input=True, unit="rad or length"),
+    "euler-exact": Integrator(in_equal_steps, over_input=True, exact=True, unit="rad or length"),
 }
+
+STEPPED = ", ".join(f"{name} [{one.unit}]" for name, one in INTEGRATORS.items() if one.unit)
+"""Those with equal steps, and the unit of these."""

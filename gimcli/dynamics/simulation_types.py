@@ -58,7 +58,7 @@ class Settings:
 
     method: str = ""  # a name of INTEGRATORS; "": the usual one
     rtol: float = 1e-9  # relative tolerance of variables and speeds
-    step: float = 1e-3  # s, of rk4
+    step: float = 1e-3  # s, of rk4; of euler and euler-exact rad, or length in the normal frame
     standstills: int = 0  # number of the standstill at which to end; 0: none
     slip: float = 0.0  # rad/s, slip speed of dry friction; 0: from the whole time
     work: int = SIMULATION.work  # most positions

@@ -12,7 +12,8 @@ import numpy as np
 
 from gimcli.dynamics.force_table import open_reactions
 from gimcli.dynamics.forces import Forces
-from gimcli.dynamics.integrators import CAREFUL, INTEGRATORS, WITH_DRY_FRICTION
+from gimcli.dynamics.integrators import CAREFUL, INTEGRATORS, STEPPED, WITH_DRY_FRICTION
+from gimcli.dynamics.reducer import free_inputs
 from gimcli.dynamics.simulation import simulate as simulate_times
 from gimcli.dynamics.simulation_table import (
     ENERGIES,
@@ -80,9 +81,9 @@ def _texts(plot: str | Sequence[str]) -> list[str]:
 @for_each_machine(_machines, _own)
 def simulate(
     mechanism: Mechanism, time: float = 5.0, *, dt: float | None = None, integrator: str = "",
-    rtol: float = 1e-9, step: float = STEP, slip: float | None = None, standstills: int = 0, reactions: bool = False,
-    plot: str | Sequence[str] = (), jit: str = "auto", notify: Notify | None = None, progress: Phases = no_phases,
-    method: str = "", seconds: float | None = None,
+    rtol: float = 1e-9, step: float | None = None, slip: float | None = None, standstills: int = 0,
+    reactions: bool = False, plot: str | Sequence[str] = (), jit: str = "auto", notify: Notify | None = None,
+    progress: Phases = no_phases, method: str = "", seconds: float | None = None,
 ) -> SimulateResult:  # fmt: skip
     """Simulate the motion of the free inputs (`free: true` in the model) under the forces that act (forward dynamics).
 
@@ -90,11 +91,12 @@ def simulate(
         mechanism: from `load` or `loads`; it needs masses and at least one free input.
         time: duration of the motion [s].
         dt: time between two rows [s]; by default time / 200.
-        integrator: "dop853", "rk45", "radau", "lsoda" (steps from `rtol`), "rk4" (equal steps of time) or "euler"
-            (equal steps of the only free input); by default "dop853", with dry friction "lsoda",
-            and "radau" where damping is stiff.
+        integrator: "dop853", "rk45", "radau", "lsoda" (steps from `rtol`), "rk4" (equal steps of time), "euler"
+            (equal steps of the only free input) or "euler-exact" (the same with the exact dJ/dq); by default "dop853",
+            with dry friction "lsoda", and "radau" where damping is stiff.
         rtol: relative tolerance of the integrators with adaptive steps, from 1e-14 to 1e-2.
-        step: time step of "rk4" [s].
+        step: step of "rk4" [s], of "euler" and "euler-exact" [rad, or the file's unit of length]; by default 0.001
+            (for a length, of about the size of the mechanism).
         slip: slip speed of dry friction [rad/s] below which it grows smoothly with the speed, in guides times the unit
             of length of the normal frame (about the size of the mechanism); by default 1e-6 rad by `time`.
         standstills: end at the standstill with this number of a free input; 0: do not end at standstills.
@@ -120,8 +122,6 @@ def simulate(
     times = _times(time, dt)
     if not 1e-14 <= rtol <= 1e-2:
         raise UsageError(f"rtol: expected a number from 1e-14 to 1e-2, got {rtol:g}")
-    if not 0.0 < step <= max(time, STEP):
-        raise UsageError(f"step: expected a number of seconds above 0 and at most the time {time:g}, got {step:g}")
     integrator = method or integrator
     if integrator:
         refuse_choice("integrator", integrator, INTEGRATORS)
@@ -141,7 +141,8 @@ def simulate(
         notify(f"dry friction is stiff: {integrator} may take long; {WITH_DRY_FRICTION} and radau do not")
     short = jit == "auto" and run is plain
     most = SIMULATION.interpreted if short else SIMULATION.work
-    settings = Settings(integrator, max(rtol, LEAST), step, standstills, slip or 0.0, most)
+    own = _step(mechanism, integrator, step, time)
+    settings = Settings(integrator, max(rtol, LEAST), own, standstills, slip or 0.0, most)
     with explained(mechanism), limited(seconds=seconds) as limit:
         found = simulate_times(mechanism, times, settings, run, progress("simulating"))
         if short and found.status is Status.WORK_LIMIT and not limit.reached:
@@ -156,6 +157,20 @@ def simulate(
         progress("reactions")
         forces = find_reactions(found)
     return SimulateResult(found, times, forces, plans)
+
+
+def _step(mechanism: Mechanism, integrator: str, step: float | None, time: float) -> float:
+    """Return the step of a method with equal steps [s, rad or length in the normal frame]; refuse it for others."""
+    if step is None:
+        return STEP
+    method = INTEGRATORS.get(integrator)
+    if method is None or not method.unit:
+        raise UsageError(f"step: is for {STEPPED}; {integrator or 'the default integrator'} takes its steps from rtol")
+    lengths = method.over_input and not any(mechanism.actuators[k].rotary for k in free_inputs(mechanism))
+    unit, most = mechanism.scale if lengths else 1.0, 1.0 if method.over_input else max(time, STEP)
+    if not 0.0 < step <= most * unit:
+        raise UsageError(f"step: expected a number above 0 and at most {most * unit:g} [{method.unit}], got {step:g}")
+    return step / unit
 
 
 def _has_dry_friction(mechanism: Mechanism) -> bool:

@@ -67,6 +67,7 @@ class Formation:
 
     links: tuple[str, ...]  # names
     groups: tuple[AssurGroup, ...]
+    independent: tuple[int, ...]  # actuators that do not follow others
 
     @property
     def numbers(self) -> dict[int, int]:
@@ -80,13 +81,13 @@ class Formation:
 
     @property
     def formula(self) -> tuple[str, ...]:
-        """Each group as BASES^(LINKS), by number."""
+        """Each group as n,f^(LINKS): n links by their numbers, f freedoms that it adds (Durango et al. 2014, eq. 7)."""
         numbers = self.numbers
-        result = []
-        for group in self.groups:
-            bases = ",".join(str(numbers[link]) for link in sorted(self.bases(group), key=lambda k: -numbers[k]))
-            result.append(f"{bases}^({','.join(str(numbers[link]) for link in group.links)})")
-        return tuple(result)
+        return tuple(
+            f"{len(group.links)},{len({*group.drivers} & {*self.independent})}^({','.join(links)})"
+            for group in self.groups
+            for links in [[str(numbers[link]) for link in group.links]]
+        )
 
 
 def formation(mechanism: Mechanism) -> Formation:
@@ -105,7 +106,7 @@ def formation(mechanism: Mechanism) -> Formation:
     for block in reversed(blocks):
         links = [link for link, rows in ends.items() if set(rows) & set(block.rows)]
         found.append((links, [drivers[c] for c in block.columns if c in drivers], len(block.columns) - len(block.rows)))
-    return Formation(parts.links, tuple(_ordered(_groups(parts, found))))
+    return Formation(parts.links, tuple(_ordered(_groups(parts, found))), tuple(mechanism.drivers))
 
 
 def _rows(parts: LowerPairs) -> dict[int, list[int]]:

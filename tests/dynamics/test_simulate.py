@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import math
+import pathlib
 import re
 
 import numpy as np
@@ -14,12 +15,13 @@ from heavy_models import released
 from scipy.integrate import solve_ivp, trapezoid
 from scipy.special import ellipk
 
+import gimcli
 from gimcli import load
 from gimcli.dynamics.forces import inverse_dynamics
 from gimcli.dynamics.simulation import Settings, simulate
 from gimcli.dynamics.simulation_table import reactions
 from gimcli.dynamics.statics import statics
-from gimcli.errors import ModelError, StructureError, UsageError
+from gimcli.errors import GimError, ModelError, StructureError, UsageError
 from gimcli.kernels.jit import compiled
 from gimcli.positions.dispatch import plain
 from gimcli.status import Status
@@ -88,6 +90,55 @@ def test_the_errors_of_euler_agree_with_the_reference(watt):
     assert stop.time - 0.5 * PERIOD == pytest.approx(-2.3e-3, rel=0.1)
     assert np.abs(found.drift).max() == pytest.approx(0.451, rel=0.1)
     assert abs(found.evaluations - 4965) < 10
+
+
+def test_the_drift_of_euler_is_in_proportion_to_its_step_and_half_with_the_exact_slope(watt):
+    """As the reference: 0.82 % at 1e-3 rad, halved by the exact dJ/dq; the table of the manual has these numbers."""
+    text = (pathlib.Path(gimcli.__file__).parent / "manual" / "dynamics.md").read_text(encoding="utf-8")
+    table = re.findall(r"^\| (0[\d.]+) \| ([\d.e-]+) \| ([\d.e-]+) \|$", text, re.MULTILINE)
+    assert [row[0] for row in table] == ["0.01", "0.003", "0.001", "0.0001"]
+    drift = {}
+    for step, *printed in table:
+        for method, number in zip(("euler", "euler-exact"), printed, strict=True):
+            settings = Settings(method, step=float(step), standstills=1)
+            found = simulate(watt, np.linspace(0.0, 3.0, 31), settings, compiled)
+            drift[method, float(step)] = found.worst_drift
+            assert found.worst_drift == pytest.approx(float(number), rel=0.02)  # two digits
+    assert drift["euler", 1e-3] == pytest.approx(0.0082, abs=1e-4)
+    for method in ("euler", "euler-exact"):
+        assert drift[method, 1e-3] / drift[method, 1e-4] == pytest.approx(10.0, rel=0.03)
+    assert drift["euler-exact", 1e-4] / drift["euler", 1e-4] == pytest.approx(0.5, rel=0.01)
+
+
+def test_a_step_is_for_integrators_with_equal_steps(tmp_path):
+    model = pendulum(tmp_path)
+    for integrator in ("", "dop853", "radau"):
+        with pytest.raises(GimError, match=r"step: is for rk4 \[s\], euler \[rad or length\], euler-exact"):
+            gimcli.simulate(model, 1.0, integrator=integrator, step=0.01)
+    for step in (0.0, -1e-3, 3.0, math.nan):
+        with pytest.raises(GimError, match="step: expected a number above 0 and at most 1"):
+            gimcli.simulate(model, 1.0, integrator="euler", step=step)
+
+
+@pytest.mark.parametrize(("unit", "size"), [("m", 1.0), ("mm", 1000.0)])
+def test_the_step_of_a_travel_is_a_length_of_the_file(unit, size):
+    """A block that falls in a guide, g t^2 / 2: the scheme is exact for a constant acceleration."""
+    model = gimcli.load(
+        {
+            "units": {"length": unit},
+            "nodes": {"A": [0, 0], "B": [0, 2 * size], "P": [0, size], "Q": [0, 1.2 * size]},
+            "ground": ["A", "B"],
+            "links": {"block": ["P", "Q"]},
+            "prismatic": {"guide": {"nodes": ["P", "Q"], "guide": ["A", "B"]}},
+            "actuators": {"height": {"node": "P", "guide": ["A", "B"], "free": True}},
+            "masses": {"block": {"mass": 2.0, "inertia": 0.0, "centre": [0, 0]}},
+            "gravity": [0, -9.81],
+        }
+    )
+    found = gimcli.simulate(model, 0.4, dt=0.1, integrator="euler", step=0.01 * size)
+    fallen = 0.5 * 9.81 * np.linspace(0.0, 0.4, 5) ** 2
+    assert found["P.y"] == pytest.approx(size * (1.0 - fallen), rel=1e-9)
+    assert found.report()["integrator_steps"] == math.ceil(fallen[-1] / 0.01)
 
 
 @pytest.mark.parametrize("method", ["rk45", "radau", "lsoda", "rk4"])

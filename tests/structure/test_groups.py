@@ -15,32 +15,36 @@ from gimcli.errors import StructureError
 from gimcli.mechanism import SPAN
 from gimcli.structure.assur import formation
 from gimcli.structure.dulmage_mendelsohn import components, match, split
+from gimcli.structure.mobility import drawn_mobility
 
 FORMATIONS = {
-    # Durango et al. 2014, section 3.3: driving link 2, dyad (3,4) on 2 and the frame, dyad (5,6) on 3 and 4
-    "watt_1": (["0^(2)", "2,0^(3,4)", "4,3^(5,6)"], [(1, 1, ""), (2, 2, "RRR"), (2, 2, "RRR")]),
-    "slider_crank": (["0^(2)", "2,0^(3,4)"], [(1, 1, ""), (2, 2, "RRP")]),
-    "scotch_yoke": (["0^(2)", "2,0^(3,4)"], [(1, 1, ""), (2, 2, "RPP")]),
+    # Durango et al. 2014, eq. 7 and section 3.3: driving link 2, dyad (3,4) on 2 and the frame, dyad (5,6) on 3 and 4
+    "watt_1": ("1,1^(2) 2,0^(3,4) 2,0^(5,6)", "0 20 43", [(1, 1, ""), (2, 2, "RRR"), (2, 2, "RRR")]),
+    "watt_durango": ("1,1^(2) 2,0^(3,4) 2,0^(5,6)", "0 20 43", [(1, 1, ""), (2, 2, "RRR"), (2, 2, "RRR")]),
+    "slider_crank": ("1,1^(2) 2,0^(3,4)", "0 20", [(1, 1, ""), (2, 2, "RRP")]),
+    "scotch_yoke": ("1,1^(2) 2,0^(3,4)", "0 20", [(1, 1, ""), (2, 2, "RPP")]),
     # crank and slotted lever, then a rod and a ram on a guide
-    "whitworth": (["0^(2)", "2,0^(3,4)", "3,0^(5,6)"], [(1, 1, ""), (2, 2, "RPR"), (2, 2, "RRP")]),
+    "whitworth": ("1,1^(2) 2,0^(3,4) 2,0^(5,6)", "0 20 30", [(1, 1, ""), (2, 2, "RPR"), (2, 2, "RRP")]),
     # driven at the far side, Stephenson's chain III is a triad; chain II a loop of four links (Artobolevskii)
-    "stephenson_3_far": (["0^(2)", "2,0,0^(3,4,5,6)"], [(1, 1, ""), (3, 3, "")]),
-    "stephenson_2": (["0^(2)", "2,0^(3,4,5,6)"], [(1, 1, ""), (4, 2, "")]),
+    "stephenson_3_far": ("1,1^(2) 4,0^(3,4,5,6)", "0 200", [(1, 1, ""), (3, 3, "")]),
+    "stephenson_2": ("1,1^(2) 4,0^(3,4,5,6)", "0 20", [(1, 1, ""), (4, 2, "")]),
     # driven by the height of a node: a block on the vertical, and a slider on it across the vertical
-    "suspension": (["0^(2)", "2,0,0^(3,4,5,6)"], [(1, 1, ""), (3, 3, "")]),
-    "platform_3rrr": (["0^(2)", "0^(3)", "0^(4)", "4,3,2^(5,6,7,8)"], [(1, 1, "")] * 3 + [(3, 3, "")]),
+    "suspension": ("1,1^(2) 4,0^(3,4,5,6)", "0 200", [(1, 1, ""), (3, 3, "")]),
+    "platform_3rrr": ("1,1^(2) 1,1^(3) 1,1^(4) 4,0^(5,6,7,8)", "0 0 0 432", [(1, 1, "")] * 3 + [(3, 3, "")]),
     # three rams are three links whose lengths are inputs
-    "platform_3rpr": (["0,0,0^(2,3,4,5)"], [(3, 3, "")]),
+    "platform_3rpr": ("4,3^(2,3,4,5)", "000", [(3, 3, "")]),
     # every ram and what it lifts is a dyad, and the bucket with its link another
-    "excavator": (["0,0^(2,3)", "2,2^(4,5)", "4,4^(6,7)", "6,4^(8,9)"], [(2, 2, "RRR")] * 4),
+    "excavator": ("2,1^(2,3) 2,1^(4,5) 2,1^(6,7) 2,0^(8,9)", "00 22 44 64", [(2, 2, "RRR")] * 4),
 }
 
 
 @pytest.mark.parametrize("name", FORMATIONS)
 def test_known_formations(name):
-    formula, kinds = FORMATIONS[name]
+    formula, bases, kinds = FORMATIONS[name]
     found = formation(load(MODELS / f"{name}.yaml"))
-    assert list(found.formula) == formula
+    assert " ".join(found.formula) == formula
+    joined = [sorted((found.numbers[k] for k in found.bases(group)), reverse=True) for group in found.groups]
+    assert [[int(digit) for digit in text] for text in bases.split()] == joined
     assert [(g.grade, g.order, g.dyad) for g in found.groups] == kinds
 
 
@@ -63,6 +67,9 @@ def test_every_group_has_mobility_zero_and_every_part_of_it_more(model):
                 own = [p for p in own if {p.a, p.b} & set(part)]
                 assert 3 * count - 2 * len(own) > 0, [found.links[k] for k in part]
     assert len(formed) == len(found.numbers)
+    added = [formula.split("^")[0].split(",") for formula in found.formula]
+    assert [int(links) for links, _ in added] == [len(group.links) for group in found.groups]
+    assert sum(int(freedoms) for _, freedoms in added) == drawn_mobility(mechanism).mobility
 
 
 def test_the_order_of_the_file_does_not_change_the_groups(tmp_path):
@@ -90,7 +97,7 @@ def test_an_undriven_mechanism_has_no_formation(tmp_path):
 def test_the_command_prints_the_formation(tmp_path):
     result = CliRunner().invoke(app, ["groups", str(MODELS / "watt_1.yaml"), "--json"])
     report = json.loads(result.stdout)
-    assert report["formula"] == ["0^(2)", "2,0^(3,4)", "4,3^(5,6)"]
+    assert report["formula"] == ["1,1^(2)", "2,0^(3,4)", "2,0^(5,6)"]
     assert report["links"] == {"ground": 0, "crank": 2, "link_3": 3, "link_4": 4, "link_5": 5, "link_6": 6}
     last = report["groups"][-1]
     assert (last["class"], last["order"], last["dyad"], last["on"]) == (2, 2, "RRR", ["link_3", "link_4"])
@@ -99,7 +106,7 @@ def test_the_command_prints_the_formation(tmp_path):
     picture = tmp_path / "w.png"
     result = CliRunner().invoke(app, ["groups", str(MODELS / "watt_1.yaml"), "--png", str(picture)])
     assert result.exit_code == 0
-    assert "4,3^(5,6)" in result.stdout
+    assert "2,0^(5,6)" in result.stdout
     assert picture.read_bytes().startswith(b"\x89PNG")
 
 
