@@ -59,7 +59,7 @@ def test_measure(monkeypatch, tmp_path):
 
 def test_integrator(monkeypatch, tmp_path):
     """The energy drift of Heun's method is proportional to the square of the step."""
-    monkeypatch.setitem(INTEGRATORS, "heun", Integrator(Heun, lands=False))
+    monkeypatch.setitem(INTEGRATORS, "heun", Integrator(Heun, lands=False, unit="s"))
     drifts = []
     for step in (2e-3, 1e-3):
         options = (
