@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -30,7 +31,7 @@ def command(
     model: ModelPath = MODEL,
     changes: Set = NONE,
     assembly: Assembly = "",
-    steps: Steps = 72,
+    steps: Steps = 90,
     tolerances: Annotated[
         str,
         typer.Option(
@@ -83,8 +84,8 @@ def _print(result: TradeoffResult) -> None:
     from gimcli.comparison.tradeoff import advise
 
     head = (
-        "method", "unknowns", "tolerance", "iterations", "most", "paper's count", "operations", "time [µs]",
-        "true error", "solved", "",
+        "method", "unknowns", "tolerance", "iterations", "paper's count", "operations", "call [µs]", "position [µs]",
+        "spread", "true error", "solved", "",
     )  # fmt: skip
     found, rows, last = result.found, [], ""
     for e in found.entries:
@@ -92,9 +93,12 @@ def _print(result: TradeoffResult) -> None:
         rows.append(_row(e, name))
         last = e.method.name
     if rows:
-        print_table(result.headline(), head, rows, range(2, 10))
+        print_table(result.headline(), head, rows, range(2, 11))
         typer.echo(
             "iterations: sweeps for gim; paper's count: 12 operations per moving node and sweep, 9 E^3 per iteration"
+        )
+        typer.echo(
+            "call: fixed part of a call, to which each position adds its time; spread: of the middle half of the rounds"
         )
         typer.echo("*: efficient: no other entry that solves all positions is both faster and more accurate")
     else:
@@ -113,9 +117,15 @@ def _print(result: TradeoffResult) -> None:
 def _row(e: Entry, name: str) -> tuple[str, ...]:
     unknowns = " + ".join(map(str, e.unknowns))
     if not e.solved:
-        return (name, unknowns, number(e.tolerance), *["-"] * 6, f"{e.solved}/{e.rows}", e.reason)
+        return (name, unknowns, number(e.tolerance), *["-"] * 7, f"{e.solved}/{e.rows}", e.reason)
     remark = e.reason + ("*" if e.efficient else "")
     return (
-        name, unknowns, number(e.tolerance), f"{e.work:.2f}", f"{e.most:.0f}", f"{e.paper:.0f}",
-        f"{e.operations:.0f}", f"{1e6 * e.seconds:.1f}", f"{e.error:.1e}", f"{e.solved}/{e.rows}", remark,
+        name, unknowns, number(e.tolerance), f"{e.work:.2f}", f"{e.paper:.0f}", f"{e.operations:.0f}",
+        _micro(e.fixed.seconds), _micro(e.time.seconds), f"{e.time.spread / e.time.seconds:.0%}", f"{e.error:.1e}",
+        f"{e.solved}/{e.rows}", remark,
     )  # fmt: skip
+
+
+def _micro(seconds: float) -> str:
+    """Return a time in µs to three digits; "-" if it was not measured."""
+    return f"{1e6 * seconds:#.3g}".rstrip(".") if math.isfinite(seconds) else "-"

@@ -1,18 +1,15 @@
-"""The methods that are compared: the solution of a motion, its operations and its time.
+"""The methods that are compared: the solution of a motion, its operations, and runs that are timed.
 
-The time is the processor time from the assembled start to the last position, because other programs do not add to
-it. It is the least of several runs. The runs are made in rounds over all methods, so that a slowdown of the machine
-affects all methods alike. The preparation of a method (plan, sequence, equations) and the assembly of the start are
-not timed.
+What is timed is the same for all methods: from one assembled start the motion is solved to and fro, positions only, and
+every row is checked. The run of a call is a call for the first step only: its time is the fixed part of any call.
 """
 
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 from typing import Protocol
 
 import numpy as np
@@ -21,31 +18,19 @@ from gimcli.comparison.operations import Cost, coordinates_cost, plan_cost, swee
 from gimcli.comparison.textbook_coordinates import COORDINATES, Coordinates, Followed, follow
 from gimcli.gim.sequence_switching import SwitchingState
 from gimcli.gim.sweeper import Sweeper
-from gimcli.mechanism import BoolArray, ComplexArray, FloatArray, Mechanism
+from gimcli.mechanism import BoolArray, ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.motion.assemble import Assembly
+from gimcli.motion.follow import BranchFollower, FollowedPath
 from gimcli.motion.legs import STEPS_A_TURN
-from gimcli.motion.motion import Motion, trace
+from gimcli.motion.motion import checked, stream, trace
 from gimcli.motion.start import start_position
 from gimcli.positions.inputs import law_inputs, pace
 from gimcli.positions.newton import Run
 from gimcli.positions.options import Options
 from gimcli.status import Status
 from gimcli.structure.plan import make_plan
+from gimcli.structure.residual import residual
 from gimcli.structure.steps import Plan
-
-
-@dataclass(frozen=True)
-class Timing:
-    """Repetitions of a run for the measurement of its time."""
-
-    rounds: int = 3
-    repeats: int = 40  # runs in one round, at most
-    budget: float = 0.05  # [s] processor time after which a round makes no further run
-    total: float = 1.0  # [s] approximate limit for the rounds of all methods together
-
-    def shared(self, clocks: int) -> Timing:
-        """Return the timing with the total time divided among a number of clocks."""
-        return replace(self, budget=min(self.budget, self.total / max(1, self.rounds * clocks)))
 
 
 @dataclass(frozen=True)
@@ -59,11 +44,31 @@ class MotionTask:
     run: Run
     jit: str  # "on" or "off"
 
+    @cached_property
+    def turn(self) -> float:
+        """The time in which an input makes one turn."""
+        turns = pace(self.mechanism, law_inputs(self.mechanism)(np.linspace(0.0, 1.0, 65)))
+        return 1.0 / max(turns, np.finfo(float).tiny)
+
     @property
     def parts(self) -> int:
         """Number of rows that path following solves per step of the user."""
-        turns = pace(self.mechanism, law_inputs(self.mechanism)(np.linspace(0.0, 1.0, 65)))
-        return max(1, math.ceil(turns * STEPS_A_TURN / self.steps))
+        return max(1, math.ceil(STEPS_A_TURN / self.turn / self.steps))
+
+    @cached_property
+    def reached(self) -> int:
+        """Number of the steps that the continuous motion reaches."""
+        return int(np.flatnonzero(np.isfinite(self.z).all(axis=0))[-1])
+
+    def laps(self, count: int) -> IntArray:
+        """Return the numbers of the rows of `count` motions to and fro, without the first row."""
+        there = np.arange(1, self.reached + 1)
+        return np.tile(np.concatenate([there, there[::-1] - 1]), count)
+
+    def check(self, z: ComplexArray, inputs: FloatArray) -> int:
+        """Compute the residual of positions (nodes, rows), as every motion does; return the number of rows."""
+        with np.errstate(all="ignore"):
+            return len(residual(self.mechanism, z, inputs).total)
 
 
 @dataclass(frozen=True)
@@ -74,8 +79,8 @@ class Outcome:
     good: BoolArray  # (rows,) whether the row was solved
     work: FloatArray  # (rows,) sweeps or iterations
     cost: Cost
-    run: Callable[[], object]  # repeats the solution, to measure its time
-    prepare: Callable[[], object] | None = None  # the part of `run` that is preparation
+    run: Callable[[int], int]  # solves the motion to and fro; returns the number of positions
+    call: Callable[[], object]  # a call for the first step
     reason: str = ""  # status word of the missing rows
 
 
@@ -96,42 +101,8 @@ class MotionMethod:
     prepare: Callable[[MotionTask], Solver]
 
 
-class Clock:
-    """The least time of a run and the least time of its preparation."""
-
-    def __init__(self, outcome: Outcome, timing: Timing) -> None:
-        self.outcome, self.timing = outcome, timing
-        self.whole, self.preparation = math.inf, math.inf
-
-    def round(self) -> None:
-        """Measure one round."""
-        self.whole = min(self.whole, fastest(self.outcome.run, self.timing))
-        if self.outcome.prepare is not None:
-            self.preparation = min(self.preparation, fastest(self.outcome.prepare, self.timing))
-
-    @property
-    def long(self) -> bool:
-        """Return whether one run takes longer than the budget of all rounds; a second round is then not made."""
-        return math.isfinite(self.whole) and self.whole > self.timing.rounds * self.timing.budget
-
-    @property
-    def seconds(self) -> float:
-        """Time of the whole motion without preparation [s]."""
-        preparation = self.preparation if math.isfinite(self.preparation) else 0.0
-        return max(self.whole - preparation, 0.0)
-
-
-def fastest(run: Callable[[], object], timing: Timing) -> float:
-    """Return the least processor time of several runs [s]."""
-    best, total = math.inf, 0.0
-    for _ in range(timing.repeats):
-        begin = time.process_time()
-        run()
-        taken = time.process_time() - begin
-        best, total = min(best, taken), total + taken
-        if total > timing.budget:
-            break
-    return best
+SLOWER = 8
+"""Steps in which the speed of a motion to and fro falls to 0 before it turns back, as predictions expect."""
 
 
 class Sweeps:
@@ -146,18 +117,21 @@ class Sweeps:
         return Options("gim", self.strategy, tolerance, self.task.jit)
 
     def solve(self, tolerance: float) -> Outcome:
-        """Solve the motion by `trace`; only the sweeps are timed."""
+        """Solve the motion by `trace`; only the sweeps and the checks are timed, not the motion that they follow."""
         task, options = self.task, self._options(tolerance)
         motion = trace(task.mechanism, task.steps, options)
         self._set(options)
         first = self.sweeper.settle(task.inputs[:, 0], task.mechanism.drawn).z
 
-        def run() -> None:
+        def run(count: int) -> int:
             self._set(options)
-            SwitchingState(self.sweeper, task.inputs, task.z).run(first)
+            rows = np.append(0, task.laps(count))
+            found = SwitchingState(self.sweeper, task.inputs[:, rows], task.z[:, rows]).run(first)
+            solved = found.codes == Status.OK
+            return max(1, task.check(found.z[:, solved], task.inputs[:, rows[solved]]) - 1)
 
         cost, reason = sweep_cost(task.mechanism, self.moves), missing_reason(motion.overall, motion.good)
-        return Outcome(motion.z, motion.good, motion.work, cost, run, reason=reason)
+        return Outcome(motion.z, motion.good, motion.work, cost, run, first_step(task, options), reason)
 
     def _set(self, options: Options) -> None:
         self.sweeper.options, self.sweeper.sequence, self.sweeper.moves = options, self.sequence, self.moves
@@ -170,20 +144,45 @@ class Following:
         self.task, self.method = task, method
 
     def solve(self, tolerance: float) -> Outcome:
-        """Solve the motion by `trace`; the preparation is timed separately and subtracted."""
+        """Solve the motion by `trace`."""
         task = self.task
         options = Options(self.method, tolerance=tolerance, jit=task.jit)
         motion = trace(task.mechanism, task.steps, options)
 
-        def run() -> Motion:
-            return trace(task.mechanism, task.steps, options)
-
-        def prepare() -> Assembly:
-            return start_position(task.mechanism, self._plan(), task.inputs[:, 0], task.run, tolerance)
-
         cost = plan_cost(task.mechanism, self._plan(), task.parts)
-        reason = missing_reason(motion.overall, motion.good)
-        return Outcome(motion.z, motion.good, motion.work, cost, run, prepare, reason)
+        reason, call = missing_reason(motion.overall, motion.good), first_step(task, options)
+        start = start_position(task.mechanism, self._plan(), task.inputs[:, 0], task.run, tolerance)
+        run: Callable[[int], int] = partial(self._follow, start, options)
+        if not (start.regular and start.gap is None and run(1)):
+            run = partial(self._again, options)
+        return Outcome(motion.z, motion.good, motion.work, cost, run, call, reason)
+
+    def _again(self, options: Options, count: int) -> int:
+        """Trace the whole motion, which passes singular positions; return the number of positions."""
+        return sum(trace(self.task.mechanism, self.task.steps, options).solved for _ in range(count))
+
+    def _follow(self, start: Assembly, options: Options, count: int) -> int:
+        """Follow the motion to and fro, smoothly where it turns back; return the number of checked positions."""
+        task, plan, step = self.task, self._plan(), 1.0 / self.task.steps
+        slow = min(SLOWER, task.reached)
+        end, ramp = task.reached * step, slow * step
+        half, law = end + ramp, law_inputs(task.mechanism)
+
+        def inputs(time: FloatArray) -> FloatArray:
+            there = np.mod(time, 2.0 * half)
+            there = np.minimum(there, 2.0 * half - there)
+            left = np.maximum(ramp - np.minimum(there, half - there), 0.0)  # of the time in which it is slower
+            place = np.where(there < 0.5 * half, 1.0, -1.0) * left * left / (2.0 * ramp) + there - 0.5 * ramp
+            return law(np.clip(place, 0.0, end))
+
+        rows = 2 * (task.reached + slow)
+        lap = np.arange(1.0, rows * task.parts + 1.0) * (step / task.parts)
+        time = (np.arange(count)[:, None] * (2.0 * half) + lap).ravel()
+        follower = BranchFollower(task.mechanism, plan, inputs, task.run, options.tolerance)
+        follower.turn = task.turn
+        follower.begin(replace(start.row, time=0.0), start.signs)
+        path = follower.follow(FollowedPath.empty(len(task.mechanism.nodes), time, np.tile(inputs(lap), count)))
+        return count * rows if checked(task.mechanism, plan, path, options).good.all() else 0
 
     def _plan(self) -> Plan:
         return make_plan(self.task.mechanism, closed_forms=self.method != "newton")
@@ -194,18 +193,33 @@ class Reference:
 
     def __init__(self, task: MotionTask, coordinates: str) -> None:
         self.task = task
-        self.system: Coordinates = COORDINATES[coordinates](task.mechanism)
+        self.make: Callable[[Mechanism], Coordinates] = COORDINATES[coordinates]
+        self.system = self.make(task.mechanism)
 
     def solve(self, tolerance: float) -> Outcome:
         """Solve the motion from its assembled start, each row from the previous one."""
         task = self.task
 
-        def run() -> Followed:
-            return follow(self.system, task.inputs, task.z[:, 0], tolerance, task.run)
+        def solved(rows: IntArray, system: Coordinates) -> Followed:
+            return follow(system, task.inputs[:, rows], task.z[:, 0], tolerance, task.run)
 
-        found = run()
+        def run(count: int) -> int:
+            rows = task.laps(count)
+            found = solved(rows, self.system)
+            return max(1, task.check(found.z[:, found.good], task.inputs[:, rows[found.good]]))
+
+        def call() -> None:
+            found = solved(np.arange(2), self.make(task.mechanism))
+            task.check(found.z, task.inputs[:, :2])
+
+        found = solved(np.arange(task.inputs.shape[1]), self.system)
         reason = missing_reason(Status.NOT_CONVERGED, found.good)
-        return Outcome(found.z, found.good, found.iterations, coordinates_cost(self.system), run, reason=reason)
+        return Outcome(found.z, found.good, found.iterations, coordinates_cost(self.system), run, call, reason)
+
+
+def first_step(task: MotionTask, options: Options) -> Callable[[], object]:
+    """Return a call for the first step of a motion."""
+    return lambda: next(stream(task.mechanism, task.steps, options, rows=2))
 
 
 def missing_reason(status: Status, good: BoolArray) -> str:

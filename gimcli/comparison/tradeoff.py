@@ -1,22 +1,25 @@
 """Speed and accuracy: each method at each tolerance on the motion of a model.
 
 The accuracy is the true error: the distance of the traced points from positions refined to 40 digits. A position on
-another branch than that of the continuous motion counts as not solved, even if its residual is small.
+another branch than that of the continuous motion counts as not solved, even if its residual is small. Times are
+measured, with their spread; between tolerances of one method the counted operations decide, which do not vary.
 """
 
 from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from gimcli.comparison.absolute import AbsoluteCoordinates
-from gimcli.comparison.methods import METHODS, Clock, MotionMethod, MotionTask, Outcome, Timing
+from gimcli.comparison.methods import METHODS, MotionMethod, MotionTask, Outcome
 from gimcli.comparison.operations import coordinates_cost
+from gimcli.comparison.timing import TIMING, Measured, Timing, measure
 from gimcli.comparison.true_error import Truth, refine
 from gimcli.errors import StructureError
 from gimcli.kernels.jit import compiled, is_cached
@@ -29,8 +32,11 @@ from gimcli.status import Status
 from gimcli.structure.drive_check import require_consistent
 from gimcli.table import Column, Table
 
-EQUAL_TIMES = 1.15
-"""Times that differ by less than this factor count as equal; the more accurate entry is then recommended."""
+EQUAL_WORK = 1.15
+"""Operations that differ by less than this factor count as equal; the more accurate tolerance is then recommended."""
+
+STEPS = 90
+"""Steps of the motion, by default: path following needs no rows in between for one turn."""
 
 KERNELS = ("settle_rows", "follow_bodies", "follow_points")
 """Kernels that every comparison uses."""
@@ -48,11 +54,10 @@ TOLERANCES = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-14)
 DIGITS = (3, 6, 9, 12)
 RECORD = (
     "method", "tolerance", "unknowns", "iteration_operations", "iterations", "most_iterations", "paper_operations",
-    "operations", "seconds", "error", "solved", "positions", "efficient", "reason",
+    "operations", "seconds", "error", "solved", "positions", "efficient", "reason", "spread", "fixed", "call",
 )  # fmt: skip
 """Columns of the table and keys of the report for one method at one tolerance."""
-UNITS = {"seconds": "s"}
-TIMING = Timing()
+UNITS = {"seconds": "s", "spread": "s", "fixed": "s", "call": "s"}
 
 
 @dataclass(frozen=True)
@@ -67,12 +72,19 @@ class Entry:
     most: float  # largest number of sweeps or iterations of a position
     paper: float  # operations per position as the paper counts them
     operations: float  # actual operations per position
-    seconds: float  # [s] per position
+    time: Measured  # of a position
+    fixed: Measured  # of a call for the first step
+    steps: int  # of the motion
     error: float  # largest true error of a traced point, relative to the size
     solved: int  # positions that the method solved
     rows: int  # all positions that have a true position
     reason: str  # cause of the missing positions
     efficient: bool = False  # no other entry is both faster and more accurate
+
+    @property
+    def call(self) -> float:
+        """Time of a call for the whole motion [s]: its fixed part and its positions."""
+        return self.fixed.seconds + self.steps * self.time.seconds
 
     @property
     def complete(self) -> bool:
@@ -89,14 +101,15 @@ class Entry:
         """Values of the entry by the names in `RECORD`."""
         values = (
             self.method.name, self.tolerance, list(self.unknowns), list(self.iterations), self.work, self.most,
-            self.paper, self.operations, self.seconds, self.error, self.solved, self.rows, self.efficient, self.reason,
+            self.paper, self.operations, self.time.seconds, self.error, self.solved, self.rows, self.efficient,
+            self.reason, self.time.spread, self.fixed.seconds, self.call,
         )  # fmt: skip
         return dict(zip(RECORD, values, strict=True))
 
     @property
     def drawable(self) -> bool:
         """Return whether time and error can be drawn as a point."""
-        return math.isfinite(self.error) and self.seconds > 0.0
+        return math.isfinite(self.error) and self.time.seconds > 0.0
 
 
 @dataclass(frozen=True)
@@ -116,9 +129,9 @@ class Tradeoff:
 
 
 def tradeoff(
-    mechanism: Mechanism, steps: int = 72, tolerances: Sequence[float] = TOLERANCES, jit: str = "auto",
-    notify: Notify | None = None, progress: Progress = no_progress, methods: Sequence[MotionMethod] = METHODS,
-    timing: Timing = TIMING, seconds: float = math.inf,
+    mechanism: Mechanism, steps: int = STEPS, tolerances: Sequence[float] = TOLERANCES, jit: str = "auto",
+    notify: Notify | None = None, progress: Progress = no_progress, timing: Timing = TIMING, seconds: float = math.inf,
+    methods: Sequence[MotionMethod] = METHODS,
 ) -> Tradeoff:  # fmt: skip
     """Compare methods on the motion that the laws of the actuators define, in `steps` steps.
 
@@ -137,27 +150,20 @@ def tradeoff(
     task = MotionTask(mechanism, steps, motion.inputs, motion.z, mode, "on" if fast else "off")
     total = len(methods) * len(tolerances)
 
-    def part(done: int) -> None:
-        progress(done, (1 + timing.rounds) * total)
-
-    entries: list[tuple[Entry, Clock | None]] = []
+    found: list[tuple[Entry, Outcome | None]] = []
     for method in methods:
-        for found in _entries(method, task, truth, tolerances, timing, share):
-            entries.append(found)
-            part(len(entries))
-    clocks = [clock for _, clock in entries if clock is not None]
-    shared = timing.shared(sum(1 + (clock.outcome.prepare is not None) for clock in clocks))
-    for each in clocks:
-        each.timing = shared
-    for number in range(timing.rounds):
-        for k, (_, clock) in enumerate(entries, start=1):
-            if clock is not None and not clock.long:
-                clock.round()
-            part((1 + number) * total + k)
-    part((1 + timing.rounds) * total)
-    timed = [_timed(entry, clock) for entry, clock in entries]
+        for one in _entries(method, task, truth, tolerances, share):
+            found.append(one)
+            progress(len(found), 2 * total)
+    timed = {k: outcome for k, (_, outcome) in enumerate(found) if outcome is not None}
+    calls = measure([partial(_calls, one.call) for one in timed.values()], replace(timing, least=timing.least / 4.0))
+    runs = [one.run for one in timed.values()]
+    times = measure(runs, timing, lambda done, rounds: progress(total + total * done // rounds, 2 * total))
+    entries = [entry for entry, _ in found]
+    for k, of_position, of_call in zip(timed, times, calls, strict=True):
+        entries[k] = replace(entries[k], time=of_position, fixed=of_call)
     unrefined = int((motion.good & ~truth.known)[1:].sum())
-    return Tradeoff(mechanism, tuple(mark_efficient(timed)), motion, fast, unrefined)
+    return Tradeoff(mechanism, tuple(mark_efficient(entries)), motion, fast, unrefined)
 
 
 def _work(mechanism: Mechanism, steps: int, tolerances: int) -> float:
@@ -167,9 +173,16 @@ def _work(mechanism: Mechanism, steps: int, tolerances: int) -> float:
     return RUNS * tolerances * (2 * sweeps + 2 * steps * position)
 
 
+def _calls(call: Callable[[], object], count: int) -> int:
+    """Repeat a call; return the number of repetitions."""
+    for _ in range(count):
+        call()
+    return count
+
+
 def _entries(
-    method: MotionMethod, task: MotionTask, truth: Truth, tolerances: Sequence[float], timing: Timing, share: float
-) -> Iterator[tuple[Entry, Clock | None]]:
+    method: MotionMethod, task: MotionTask, truth: Truth, tolerances: Sequence[float], share: float
+) -> Iterator[tuple[Entry, Outcome | None]]:
     """Yield an entry for each tolerance, or one with the reason if the method does not apply to the mechanism."""
     rows = int(truth.known[1:].sum())
     try:
@@ -182,10 +195,7 @@ def _entries(
                 continue
             found = solver.solve(tolerance)
             entry = _entry(method, tolerance, found, truth)
-            clock = Clock(found, timing) if entry.solved else None
-            if clock is not None and time.process_time() - before > share:
-                clock.whole = time.process_time() - before  # includes the preparation: too long to be repeated
-            yield entry, clock
+            yield entry, found if entry.solved else None
     except StructureError as error:
         yield _empty(method, math.nan, rows, str(error)), None
 
@@ -197,7 +207,7 @@ def _left_out(method: MotionMethod, tolerance: float, rows: int, spent: float) -
 
 def _empty(method: MotionMethod, tolerance: float, rows: int, reason: str) -> Entry:
     nan = math.nan
-    return Entry(method, tolerance, (), (), nan, nan, nan, nan, nan, nan, 0, rows, reason)
+    return Entry(method, tolerance, (), (), nan, nan, nan, nan, Measured(), Measured(), 0, nan, 0, rows, reason)
 
 
 def _entry(method: MotionMethod, tolerance: float, found: Outcome, truth: Truth) -> Entry:
@@ -215,29 +225,23 @@ def _entry(method: MotionMethod, tolerance: float, found: Outcome, truth: Truth)
         worst = float(np.max(error[right]))
     return Entry(
         method, tolerance, found.cost.unknowns, found.cost.iterations, work, most, found.cost.paper * work,
-        found.cost.operations(work), math.nan, worst, solved, rows, reason,
+        found.cost.operations(work), Measured(), Measured(), found.z.shape[1] - 1, worst, solved, rows, reason,
     )  # fmt: skip
-
-
-def _timed(entry: Entry, clock: Clock | None) -> Entry:
-    """Return an entry with its time per row; rows on another branch count too."""
-    if clock is None:
-        return entry
-    return replace(entry, seconds=clock.seconds / max(1, int(clock.outcome.good[1:].sum())))
 
 
 # -- recommendations --------------------------------------------------------------------------------
 
 
 def mark_efficient(entries: Sequence[Entry]) -> list[Entry]:
-    """Mark the efficient entries: the Pareto front in time and error of the entries that solve all positions."""
+    """Mark the entries that no other one dominates: none is faster without being less accurate, or the reverse."""
     whole = [e for e in entries if e.complete and e.drawable]
 
-    def dominated(e: Entry) -> bool:
-        others = [o for o in whole if o.seconds <= e.seconds and o.compared_error <= e.compared_error]
-        return any(o.seconds < e.seconds or o.compared_error < e.compared_error for o in others)
+    def dominates(o: Entry, e: Entry) -> bool:
+        if o.compared_error == e.compared_error:
+            return o.time.is_less(e.time)
+        return o.compared_error < e.compared_error and (o.time.seconds <= e.time.seconds or o.time.ties(e.time))
 
-    return [replace(e, efficient=e in whole and not dominated(e)) for e in entries]
+    return [replace(e, efficient=e in whole and not any(dominates(o, e) for o in whole)) for e in entries]
 
 
 @dataclass(frozen=True)
@@ -248,61 +252,103 @@ class Advice:
     best: Entry | None  # the fastest method of `gim`; None if none reaches the digits
     nearest: Entry | None  # the most accurate method of `gim`
     reference: Entry | None  # a reference method that is faster, or that alone reaches the digits
+    before: Advice | None = None  # that for fewer digits
+
+    @property
+    def price(self) -> float | None:
+        """Time of a position for each further digit since the advice before [s]; 0 if it is within the spread."""
+        if self.best is None or self.before is None or self.before.best is None:
+            return None
+        one, other = self.best.time, self.before.best.time
+        return 0.0 if one.ties(other) else (one.seconds - other.seconds) / (self.digits - self.before.digits)
 
     @property
     def text(self) -> str:
-        """The recommendation in one sentence."""
-        return f"{self.digits} digits: {self._choice()}{self._reference()}."
+        """The recommendation in a few sentences."""
+        return f"{self.digits} digits: {self._choice()}{self._reference()}.{self._price()}"
 
     def _choice(self) -> str:
-        if self.best is not None:
+        best, nearest = self.best, self.nearest
+        if best is not None:
             return (
-                f"{self.best.method.options} --tolerance {self.best.tolerance:g} is fastest"
-                f" ({_time(self.best)} per position, true error {self.best.error:.1e})"
+                f"{best.method.options} --tolerance {best.tolerance:g} is fastest: {_time(best.time.seconds)} a"
+                f" position, {_time(best.call)} a call of {best.steps} steps (true error {best.error:.1e})"
             )
-        if self.nearest is None:
+        if nearest is None:
             return "no method solves all positions"
         return (
-            f"no method reaches this accuracy in all positions; the most accurate is {self.nearest.method.options}"
-            f" --tolerance {self.nearest.tolerance:g} (true error {self.nearest.error:.1e})"
+            f"no method reaches this accuracy in all positions; the most accurate is {nearest.method.options}"
+            f" --tolerance {nearest.tolerance:g} (true error {nearest.error:.1e})"
         )
 
     def _reference(self) -> str:
-        if self.reference is None:
+        other = self.reference
+        if other is None:
             return ""
         return (
-            f"; textbook Newton-Raphson in {self.reference.method.label} takes {_time(self.reference)}"
-            f" (tolerance {self.reference.tolerance:g}, true error {self.reference.error:.1e})"
+            f"; textbook Newton-Raphson in {other.method.label} takes {_time(other.time.seconds)} a position"
+            f" (tolerance {other.tolerance:g}, true error {other.error:.1e})"
+        )
+
+    def _price(self) -> str:
+        if self.price is None or self.before is None or self.best is None:
+            return ""
+        if self.price == 0.0:
+            return f" No more than {self.before.digits} digits, within the spread."
+        less, price = "less " if self.price < 0.0 else "", abs(self.price)
+        return (
+            f" Each digit beyond {self.before.digits}: {_time(price)} {less}a position,"
+            f" {_time(price * self.best.steps)} {less}a call."
         )
 
 
-def _time(entry: Entry) -> str:
-    micro = 1e6 * entry.seconds
+def _time(seconds: float) -> str:
+    """Return a time to three digits, "not measured" if the clock did not show it."""
+    if not math.isfinite(seconds):
+        return "a time not measured for"
+    micro = 1e6 * seconds
     return f"{micro:.3g} µs" if micro < 1e3 else f"{micro / 1e3:.3g} ms"
 
 
 def advise(found: Tradeoff, digits: Sequence[int] = DIGITS) -> list[Advice]:
-    """Return for each number of digits the fastest method with true errors below 10^-digits in all positions."""
-    whole = [e for e in found.entries if e.complete and e.drawable]
+    """Return for each number of digits the fastest method with true errors below 10^-digits in all positions.
+
+    Of methods that tie, the later one in `METHODS` is recommended.
+    """
+    whole = [e for e in found.entries if e.complete]
     tools, references = ([e for e in whole if bool(e.method.options) == offered] for offered in (True, False))
-    advice = []
-    for count in digits:
-        best = _fastest(tools, count)
-        other = _fastest(references, count)
-        if best is not None and other is not None and other.seconds * EQUAL_TIMES >= best.seconds:
+    advice: list[Advice] = []
+    for count in sorted(digits):
+        best, other = _fastest(tools, count), _fastest(references, count)
+        if best is not None and other is not None and not other.time.is_less(best.time):
             other = None
-        advice.append(Advice(count, best, _most_accurate(tools), other))
+        advice.append(Advice(count, best, _most_accurate(tools), other, advice[-1] if advice else None))
     return advice
 
 
 def _fastest(entries: Sequence[Entry], digits: int) -> Entry | None:
-    enough = [e for e in entries if e.error < 10.0**-digits]
-    least = min((e.seconds for e in enough), default=0.0)
-    return _most_accurate([e for e in enough if e.seconds <= EQUAL_TIMES * least])
+    """Return the entry to recommend: of each method the tolerance of least work, then the method of least time."""
+    enough: dict[str, list[Entry]] = {}
+    for entry in entries:
+        if entry.error < 10.0**-digits:
+            enough.setdefault(entry.method.name, []).append(entry)
+    chosen = [_tolerance(own, digits) for own in enough.values()]
+    least = min(chosen, key=lambda e: e.time.seconds if e.drawable else math.inf, default=None)
+    return next((e for e in reversed(chosen) if e is least or (least is not None and e.time.ties(least.time))), None)
+
+
+def _tolerance(entries: Sequence[Entry], digits: int) -> Entry:
+    """Return the entry of one method whose tolerance to recommend: the most accurate of those of least work.
+
+    Of equally accurate ones it is the coarsest tolerance that is not coarser than the digits.
+    """
+    least = min(e.operations for e in entries)
+    near = [e for e in entries if e.operations <= EQUAL_WORK * least]
+    return min(near, key=lambda e: (e.compared_error, e.tolerance > 10.0**-digits, -e.tolerance))
 
 
 def _most_accurate(entries: Sequence[Entry]) -> Entry | None:
-    return min(entries, key=lambda e: (e.compared_error, e.seconds), default=None)
+    return min(entries, key=lambda e: (e.compared_error, e.time.seconds), default=None)
 
 
 def tradeoff_table(found: Tradeoff) -> Table:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gimcli.comparison.tradeoff import TOLERANCES, Tradeoff, advise, tradeoff as compare, tradeoff_table
+from gimcli.comparison.timing import TIMING, Clock
+from gimcli.comparison.tradeoff import STEPS, TOLERANCES, Tradeoff, advise, tradeoff as compare, tradeoff_table
 from gimcli.connected import grouped
 from gimcli.errors import UsageError
 from gimcli.library.inputs import MOST_STEPS, refuse_choice, refuse_count, refuse_linked, refuse_unmoved
@@ -27,8 +29,8 @@ FINEST, COARSEST = 1e-14, 1.0
 
 @for_each_machine(driven_machines)
 def tradeoff(
-    mechanism: Mechanism, steps: int = 72, *, tolerances: Sequence[float] = (), seconds: float = 10.0,
-    jit: str = "auto", notify: Notify | None = None, progress: Phases = no_phases,
+    mechanism: Mechanism, steps: int = STEPS, *, tolerances: Sequence[float] = (), seconds: float = 10.0,
+    jit: str = "auto", notify: Notify | None = None, progress: Phases = no_phases, clock: Clock = TIMING.clock,
 ) -> TradeoffResult:  # fmt: skip
     """Compare time and true error of all methods at several tolerances, on the motion along the actuators' laws.
 
@@ -40,6 +42,7 @@ def tradeoff(
         jit: "auto" compiles the kernels where this saves time; "on", "off". The numbers are the same.
         notify: function of a text; called with notices, such as the start of a compilation.
         progress: function of the name of a phase; returns a function of (done, all), for a progress bar.
+        clock: function that returns a time [s]; by default the processor time of the process.
 
     Returns:
         A TradeoffResult: one row for each method and tolerance; `report()` also has advice.
@@ -59,7 +62,8 @@ def tradeoff(
     chosen = tuple(dict.fromkeys(tolerances)) or TOLERANCES
     with explained(mechanism):
         refuse_unmoved(mechanism, "add an actuator")
-        found = compare(mechanism, steps, chosen, jit, notify, progress("comparing"), seconds=seconds)
+        timing = replace(TIMING, clock=clock)
+        found = compare(mechanism, steps, chosen, jit, notify, progress("comparing"), timing, seconds)
     return TradeoffResult(found, steps)
 
 
@@ -92,7 +96,8 @@ class TradeoffResult(Result):
         advice = [
             {
                 "digits": a.digits, "text": a.text, "options": a.best.method.options if a.best else None,
-                "tolerance": a.best.tolerance if a.best else None,
+                "tolerance": a.best.tolerance if a.best else None, "call": a.best.call if a.best else None,
+                "price": a.price,
             }
             for a in advise(found)
         ]  # fmt: skip
@@ -108,14 +113,15 @@ class TradeoffResult(Result):
 
     def picture(self) -> Content | None:
         """Return the graph of the error over the time; None if there is nothing to draw."""
-        from gimcli.output.tradeoff import tradeoff_picture
+        from gimcli.output.tradeoff import tradeoff_sheet
 
         found = self.found
         if not any(e.drawable for e in found.entries):
             return None
         drawable = (e for e in found.entries if e.drawable)
-        curves = grouped((e.method.label, (e.seconds, e.error, float(e.complete))) for e in drawable)
-        front = np.array([(e.seconds, e.error) for e in found.entries if e.efficient]).reshape(-1, 2)
+        curves = grouped((e.method.label, (e.time.seconds, e.call, e.error, float(e.complete))) for e in drawable)
+        front = np.array([(e.time.seconds, e.call, e.error) for e in found.entries if e.efficient]).reshape(-1, 3)
         how = "compiled kernels" if found.compiled else "kernels not compiled"
         title = f"{found.mechanism.name}: error and time, {how}"
-        return tradeoff_picture({name: np.array(points) for name, points in curves.items()}, front, title)
+        arrays = {name: np.array(points) for name, points in curves.items()}
+        return tradeoff_sheet(arrays, front, title, self.steps)

@@ -185,7 +185,7 @@ def stream(
             path.work[0] = start.work
         if first + rows > steps:
             follower.check_branch_taken()
-        motion = _checked(mechanism, plan, path if swept is None else swept.path(path), options)
+        motion = checked(mechanism, plan, path if swept is None else swept.path(path), options)
         yield motion if at_limit != "skip" or follower.on_line else _skipped(motion, options)
 
 
@@ -318,7 +318,7 @@ def _check_linked(mechanism: Mechanism, path: FollowedPath, error: FloatArray) -
             path.limit = limit
 
 
-def _checked(mechanism: Mechanism, plan: Plan, path: FollowedPath, options: Options) -> Motion:
+def checked(mechanism: Mechanism, plan: Plan, path: FollowedPath, options: Options) -> Motion:
     """Check every row by a residual that is independent of the solution; rows that fail become empty."""
     z, codes, start = path.z, path.codes, path.z[:, 0].copy()
     error, swept = path.residual, options.method == "gim"

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from gimcli.mechanism import ComplexArray, FloatArray
-from gimcli.output.picture import HIGHEST, WIDEST, Frame, Picture
+from gimcli.output.picture import HIGHEST, WIDEST, Frame, Picture, Sheet
 from gimcli.output.style import PAPER, Mark, Pen, curve_pen
 
 SHAPES = ("o", "s", "^", "D", "v", "P", "X")
@@ -19,14 +19,27 @@ MICROSECONDS = 6.0
 """Decimal logarithm of the microseconds in a second."""
 
 
-def tradeoff_picture(curves: Mapping[str, FloatArray], front: FloatArray, title: str) -> Picture:
+def tradeoff_sheet(curves: Mapping[str, FloatArray], front: FloatArray, title: str, steps: int) -> Sheet:
+    """Return the error over the time of a position, and over that of a call of `steps` steps.
+
+    `curves` are arrays (tolerances, 4) of both times [s], error and whether all positions were solved, by method;
+    front: those of the efficient entries (entries, 3).
+    """
+    labels = ("time of a position [µs]", f"time of a call of {steps} steps [µs]")
+    return Sheet(title, tuple(
+        tradeoff_picture({name: one[:, [k, 2, 3]] for name, one in curves.items()}, front[:, [k, 2]], label)
+        for k, label in enumerate(labels)
+    ))  # fmt: skip
+
+
+def tradeoff_picture(curves: Mapping[str, FloatArray], front: FloatArray, label: str) -> Picture:
     """Return the error over the time, both logarithmic; hollow marks: not all positions were solved.
 
-    `curves` are arrays (tolerances, 3) of time [s], error and the part of positions that were solved, by method.
+    `curves` are arrays (tolerances, 3) of time [s], error and whether all positions were solved, by method.
     """
     places = {name: _place(points) for name, points in curves.items()}
-    labels = ("time per position [µs]", "largest true error of a traced point / size of the mechanism")
-    picture = Picture(title, _window(list(places.values())), labels, logarithmic=True, logarithmic_x=True)
+    labels = (label, "largest true error of a traced point / size of the mechanism")
+    picture = Picture("", _window(list(places.values())), labels, logarithmic=True, logarithmic_x=True)
     efficient = _place(front)
     efficient = efficient[np.argsort(efficient.real)]
     picture.stroke(FRONT, efficient)
