@@ -84,8 +84,8 @@ def _print(result: TradeoffResult) -> None:
     from gimcli.comparison.tradeoff import advise
 
     head = (
-        "method", "unknowns", "tolerance", "iterations", "paper's count", "operations", "call [µs]", "position [µs]",
-        "spread", "true error", "solved", "",
+        "method", "unknowns", "tolerance", "iterations", "operations", "call [µs]", "position [µs]", "spread",
+        "true error", "solved", "",
     )  # fmt: skip
     found, rows, last = result.found, [], ""
     for e in found.entries:
@@ -93,12 +93,9 @@ def _print(result: TradeoffResult) -> None:
         rows.append(_row(e, name))
         last = e.method.name
     if rows:
-        print_table(result.headline(), head, rows, range(2, 11))
+        print_table(result.headline(), head, rows, range(2, 10))
         typer.echo(
-            "iterations: sweeps for gim; paper's count: 12 operations per moving node and sweep, 9 E^3 per iteration"
-        )
-        typer.echo(
-            "call: fixed part of a call, to which each position adds its time; spread: of the middle half of the rounds"
+            "iterations: of all systems, sweeps for gim; call: its fixed part, to which each position adds its time"
         )
         typer.echo("*: efficient: no other entry that solves all positions is both faster and more accurate")
     else:
@@ -117,10 +114,10 @@ def _print(result: TradeoffResult) -> None:
 def _row(e: Entry, name: str) -> tuple[str, ...]:
     unknowns = " + ".join(map(str, e.unknowns))
     if not e.solved:
-        return (name, unknowns, number(e.tolerance), *["-"] * 7, f"{e.solved}/{e.rows}", e.reason)
+        return (name, unknowns, number(e.tolerance), *["-"] * 6, f"{e.solved}/{e.rows}", e.reason)
     remark = e.reason + ("*" if e.efficient else "")
     return (
-        name, unknowns, number(e.tolerance), f"{e.work:.2f}", f"{e.paper:.0f}", f"{e.operations:.0f}",
+        name, unknowns, number(e.tolerance), f"{e.work:.2f}", f"{e.operations:.0f}",
         _micro(e.fixed.seconds), _micro(e.time.seconds), f"{e.time.spread / e.time.seconds:.0%}", f"{e.error:.1e}",
         f"{e.solved}/{e.rows}", remark,
     )  # fmt: skip

@@ -25,7 +25,9 @@ class Timing:
 
     clock: Clock = time.process_time  # other programs do not add to the processor time
     rounds: int = 5
-    fewest: int = 3  # rounds of a run that takes long
+    fewest: int = 3  # rounds of a run that takes its share of the total; with fewer samples a time is not known
+    long: float = 0.1  # s: a run that takes longer is made once
+    alone: float = 0.5  # spread of a time from one run, relative to it
     least: float = max(8e-3, 20.0 * time.get_clock_info("process_time").resolution)  # s that a run takes at least
     most: int = 1 << 14  # repetitions in a run
     patience: float = 0.5  # s after which a run has no further repetitions, whatever the clock shows
@@ -77,10 +79,18 @@ class _Run:
         while self.sample() < timing.least and self.count < timing.most and time.monotonic() - began < timing.patience:
             wanted = self.count * 1.2 * timing.least / self.taken if self.taken > 0.0 else 0.0
             self.count = min(timing.most, max(2 * self.count, math.ceil(min(wanted, 16.0 * self.count))))
-        self.samples.clear()
+        if not self.is_long:
+            self.samples.clear()
+
+    @property
+    def is_long(self) -> bool:
+        """Whether one run takes so long that it is not repeated."""
+        return self.count == 1 and self.taken > self.timing.long
 
     def result(self) -> Measured:
         """Return the median and the spread; a clock that often stands still shows nothing."""
+        if self.is_long:
+            return Measured(self.samples[0], self.timing.alone * self.samples[0])
         if len(self.samples) < min(self.timing.fewest, self.timing.rounds):
             return Measured()
         low, middle, high = np.quantile(self.samples, (0.25, 0.5, 0.75)).tolist()
@@ -100,7 +110,7 @@ def measure(
     ]
     for number in range(timing.rounds):
         for k in range(len(todo)) if number % 2 else reversed(range(len(todo))):
-            if number < rounds[k]:
+            if number < rounds[k] and not todo[k].is_long:
                 todo[k].sample()
         progress(number + 1, timing.rounds)
     return [run.result() for run in todo]

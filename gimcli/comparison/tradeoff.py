@@ -344,7 +344,7 @@ def _tolerance(entries: Sequence[Entry], digits: int) -> Entry:
     """
     least = min(e.operations for e in entries)
     near = [e for e in entries if e.operations <= EQUAL_WORK * least]
-    return min(near, key=lambda e: (e.compared_error, e.tolerance > 10.0**-digits, -e.tolerance))
+    return min(near, key=lambda e: (e.compared_error, max(e.tolerance, 10.0**-digits), -e.tolerance))
 
 
 def _most_accurate(entries: Sequence[Entry]) -> Entry | None:

@@ -25,11 +25,11 @@ def tradeoff_sheet(curves: Mapping[str, FloatArray], front: FloatArray, title: s
     `curves` are arrays (tolerances, 4) of both times [s], error and whether all positions were solved, by method;
     front: those of the efficient entries (entries, 3).
     """
-    labels = ("time of a position [µs]", f"time of a call of {steps} steps [µs]")
-    return Sheet(title, tuple(
-        tradeoff_picture({name: one[:, [k, 2, 3]] for name, one in curves.items()}, front[:, [k, 2]], label)
-        for k, label in enumerate(labels)
-    ))  # fmt: skip
+    parts = [{name: one[:, [k, 2, 3]] for name, one in curves.items()} for k in (0, 1)]
+    upper = tradeoff_picture(parts[0], front[:, [0, 2]], "time of a position [µs]")
+    lower = tradeoff_picture(parts[1], front[:0, 1:], f"time of a call of {steps} steps [µs]")
+    lower.legend.clear()  # that of the upper one
+    return Sheet(title, (upper, lower))
 
 
 def tradeoff_picture(curves: Mapping[str, FloatArray], front: FloatArray, label: str) -> Picture:

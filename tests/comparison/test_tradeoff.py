@@ -15,14 +15,16 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from table1_operations import CASES, from_far, measure
 
 from gimcli import load
-from gimcli.comparison.methods import METHODS, Clock, MotionMethod, Outcome, Timing
-from gimcli.comparison.tradeoff import EQUAL_TIMES, Entry, Tradeoff, advise, mark_efficient, tradeoff, tradeoff_table
+from gimcli.comparison import timing as clocks
+from gimcli.comparison.methods import METHODS, MotionMethod, Outcome
+from gimcli.comparison.timing import Measured, Timing
+from gimcli.comparison.tradeoff import Entry, Tradeoff, advise, mark_efficient, tradeoff, tradeoff_table
 from gimcli.errors import StructureError
 from gimcli.motion.motion import trace
 from gimcli.output.figure import canvas_of
 from gimcli.output.tradeoff import tradeoff_picture
 
-QUICK = Timing(1, 1, 0.0)
+QUICK = Timing(rounds=1, fewest=1, least=0.0)
 
 
 def compare(name, tolerances=(1e-3, 1e-6, 1e-11), steps=24, **more):
@@ -36,7 +38,7 @@ def of(found, method):
 def test_every_method_solves_a_four_bar_and_errors_follow_tolerances():
     found = compare("crank_rocker")
     assert len(found.entries) == 3 * len(METHODS)
-    assert all(e.complete and e.rows == 24 and e.seconds >= 0.0 for e in found.entries)
+    assert all(e.complete and e.rows == 24 and e.time.seconds > 0.0 and e.fixed.seconds > 0.0 for e in found.entries)
     assert all(e.error < 10.0 * e.tolerance for e in found.entries)
     for method in METHODS:
         entries = of(found, method.name)
@@ -76,7 +78,7 @@ class Altered:
         z, good = self.task.z.copy(), np.ones(self.task.z.shape[1], dtype=bool)
         self.alter(self.task.mechanism, z, good)
         cost = METHODS[3].prepare(self.task).solve(tolerance).cost
-        return Outcome(z, good, np.ones(len(good)), cost, lambda: None)
+        return Outcome(z, good, np.ones(len(good)), cost, lambda count: count, lambda: None)
 
 
 def mirrored(mechanism, z, good):
@@ -123,16 +125,19 @@ def test_a_method_that_does_not_converge_or_has_no_sequence_has_an_entry_with_th
     assert len(tradeoff_table(found)) == 3
 
 
-def entry(number, seconds, error, solved=10):
-    return Entry(METHODS[number], 1e-6, (2,), (100.0,), 1.0, 1.0, 1.0, 1.0, seconds, error, solved, 10, "")
+def entry(number, seconds, error, solved=10, tolerance=1e-6, spread=0.0, work=1.0):
+    time, fixed = Measured(seconds, spread), Measured(1e-3, 0.0)
+    return Entry(
+        METHODS[number], tolerance, (2,), (100.0,), 1.0, 1.0, 1.0, work, time, fixed, 10, error, solved, 10, ""
+    )
 
 
 def test_no_entry_is_better_than_one_of_the_efficient_front():
     generator = np.random.default_rng(0)
     entries = [entry(k % 7, *10.0 ** generator.uniform(-12, -1, 2), solved=10 - (k % 5 == 0)) for k in range(60)]
-    entries = [replace(e, seconds=10.0 ** generator.uniform(-6, -3)) for e in entries]
+    entries = [replace(e, time=Measured(10.0 ** generator.uniform(-6, -3), 0.0)) for e in entries]
     front = {id(e) for e, m in zip(entries, mark_efficient(entries), strict=True) if m.efficient}
-    whole = sorted((e for e in entries if e.solved == 10), key=lambda e: e.seconds)
+    whole = sorted((e for e in entries if e.solved == 10), key=lambda e: e.time.seconds)
     least = np.minimum.accumulate([e.error for e in whole])
     expected = {id(e) for e, before in zip(whole, [math.inf, *least], strict=False) if e.error < before}
     assert front == expected
@@ -153,9 +158,44 @@ def test_the_fastest_method_of_gim_with_enough_digits_is_recommended():
     assert "absolute coordinates" in advice[9].text
 
 
-def test_the_more_accurate_of_two_equally_fast_methods_is_recommended():
-    first, second = entry(2, 1e-5, 1e-7), entry(3, 1e-5 * (EQUAL_TIMES - 0.01), 1e-12)
-    assert advice_on(first, second)[6].best is second
+def test_of_methods_within_the_spread_the_default_is_recommended_and_no_reference_is_named():
+    newton, auto, reference = (
+        entry(2, 1e-5, 1e-12, spread=1e-6),
+        entry(3, 1.2e-5, 1e-12, spread=1.1e-6),
+        entry(5, 9e-6, 1e-13, spread=2e-6),
+    )
+    advice = advice_on(newton, auto, reference)[6]
+    assert (advice.best, advice.reference) == (auto, None)
+    clearly = replace(auto, time=Measured(1.3e-5, 1.1e-6))
+    assert advice_on(newton, clearly)[6].best is newton
+    assert {e.method.name for e in mark_efficient([newton, auto]) if e.efficient} == {"newton", "auto"}
+    assert {e.method.name for e in mark_efficient([newton, clearly]) if e.efficient} == {"newton"}
+
+
+def test_between_tolerances_the_counted_operations_decide_whatever_the_times():
+    """Times of one method vary; its operations do not. Equal ones: the tolerance that has the digits."""
+    closed = [
+        entry(3, 1e-7 * (1 + k % 3), 3e-16, tolerance=t) for k, t in enumerate((1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12))
+    ]
+    assert [advice_on(*closed)[d].best.tolerance for d in (3, 6, 9, 12)] == [1e-4, 1e-6, 1e-10, 1e-12]
+    rough, fine, exact = (
+        entry(2, t, e, tolerance=e, work=w) for t, e, w in ((3e-6, 1e-7, 100), (1e-6, 1e-10, 110), (2e-6, 1e-13, 200))
+    )
+    assert [advice_on(rough, fine, exact)[d].best for d in (6, 12)] == [fine, exact]
+
+
+def test_the_advice_has_the_price_of_each_further_digit_and_the_time_of_the_whole_call():
+    """Of 10 steps with a fixed part of 1 ms."""
+    advice = advice_on(
+        entry(2, 4e-5, 1e-4, spread=1e-7),
+        entry(2, 7e-5, 1e-8, spread=1e-7, work=2.0),
+        entry(2, 7.01e-5, 1e-11, spread=1e-7, work=3.0),
+    )
+    assert [advice[d].price for d in (3, 6, 9)] == [None, pytest.approx(1e-5), 0.0]
+    assert advice[3].best.call == pytest.approx(1.4e-3)
+    assert "40 µs a position, 1.4 ms a call of 10 steps" in advice[3].text
+    assert advice[6].text.endswith("Each digit beyond 3: 10 µs a position, 100 µs a call.")
+    assert advice[9].text.endswith("No more than 6 digits, within the spread.")
 
 
 def test_the_recommendation_states_that_no_method_reaches_the_digits():
@@ -166,17 +206,131 @@ def test_the_recommendation_states_that_no_method_reaches_the_digits():
     assert advice_on(entry(1, 1e-5, 1e-9, solved=3))[3].text == "3 digits: no method solves all positions."
 
 
-def test_a_clock_subtracts_the_preparation():
-    def wait(seconds):
-        import time
+# -- clocks that lie ------------------------------------------------------------------------------------
 
-        end = time.process_time() + seconds
-        while time.process_time() < end:
-            pass
 
-    clock = Clock(Outcome(None, None, None, None, lambda: wait(0.03), lambda: wait(0.02)), Timing(2, 2, 1.0))
-    clock.round()
-    assert clock.seconds == pytest.approx(0.01, abs=0.005)
+class FakeClock:
+    """Virtual time that runs add to, as a clock shows it that lies; another program takes no virtual time."""
+
+    def __init__(self, lie):
+        self.now, self.calls, self.lie, self.random = 0.0, 0, lie, np.random.default_rng(1)
+
+    def __call__(self):
+        self.calls += 1
+        return self.lie(self)
+
+    def run(self, seconds):
+        """Return a run of units that take some time each, with the noise of the machine."""
+
+        def run(count):
+            factor = 1.0 + (0.3 * self.random.uniform(-1.0, 1.0) if self.lie is noisy else 0.0)
+            self.now += count * seconds * factor
+            return count
+
+        return run
+
+
+def exact(clock):
+    return clock.now
+
+
+def noisy(clock):
+    return clock.now
+
+
+def standing(clock):
+    return 0.0
+
+
+def jumping(clock):
+    """Jump by an hour, forward and back, at every 17th call."""
+    return clock.now + 3600.0 * (clock.calls % 34 // 17)
+
+
+def stalling(clock):
+    """Stand still in some calls in a row: short runs take no time, and then a long one."""
+    clock.held = clock.now if clock.calls % 23 > 3 else getattr(clock, "held", 0.0)
+    return clock.held
+
+
+UNITS = (36e-9, 36e-9, 150e-9, 4e-6)
+
+
+def measured(lie):
+    clock = FakeClock(lie)
+    return clocks.measure([clock.run(unit) for unit in UNITS], Timing(clock, patience=30.0))
+
+
+@pytest.mark.parametrize("lie", [exact, noisy, jumping, stalling])
+def test_a_clock_that_lies_leaves_times_ties_and_order(lie):
+    found = measured(lie)
+    for one, unit in zip(found, UNITS, strict=True):
+        assert one.seconds == pytest.approx(unit, rel=0.25 if lie is noisy else 1e-3)
+        assert 0.05 * one.seconds <= one.spread <= 0.45 * one.seconds
+    assert found[0].ties(found[1])
+    assert found[0].is_less(found[2])
+    assert found[2].is_less(found[3])
+
+
+def test_a_clock_that_stands_still_shows_no_time_and_everything_is_a_tie():
+    clock = FakeClock(standing)
+    found = clocks.measure([clock.run(1e-6)] * 2, Timing(clock, patience=0.01))
+    assert all(math.isnan(one.seconds) and math.isnan(one.spread) for one in found)
+    assert found[0].ties(found[1])
+    assert not found[0].is_less(found[1])
+
+
+def test_a_long_run_is_made_once_and_its_spread_is_wide():
+    clock, made = FakeClock(exact), []
+    run = clock.run(0.3)
+    (found,) = clocks.measure([lambda count: made.append(count) or run(count)], Timing(clock))
+    assert made == [1]
+    assert (found.seconds, found.spread) == (pytest.approx(0.3), pytest.approx(0.15))
+
+
+COSTS = {
+    "gim-classic": 9e-7, "gim-spectral": 1e-6, "newton": 1.5e-7, "auto": 4e-8,
+    "joint": 5e-7, "absolute": 2e-6, "natural": 4e-7,
+}  # fmt: skip
+
+
+class Priced:
+    """A method whose positions and calls take a given virtual time."""
+
+    def __init__(self, method, clock):
+        self.method, self.clock = method, clock
+
+    def __call__(self, task):
+        self.solver = self.method.prepare(task)
+        return self
+
+    def solve(self, tolerance):
+        call = self.clock.run(1e-3)
+        return replace(
+            self.solver.solve(tolerance), run=self.clock.run(COSTS[self.method.name]), call=lambda: call(1)
+        )  # fmt: skip
+
+
+@pytest.mark.parametrize("lie", [exact, noisy, jumping, stalling, standing])
+def test_the_advice_is_the_same_whatever_the_clock_shows(lie):
+    """`auto` needs the least time of a dyadic mechanism; without a time it is recommended too, and the text says so."""
+    clock = FakeClock(lie)
+    methods = [replace(method, prepare=Priced(method, clock)) for method in METHODS]
+    timing = Timing(clock, patience=0.01 if lie is standing else 30.0)
+    found = tradeoff(
+        load(MODELS / "crank_rocker.yaml"), 24, (1e-3, 1e-6, 1e-12), "off", timing=timing, methods=methods
+    )  # fmt: skip
+    advice = advise(found)
+    assert [(a.best.method.name, a.reference) for a in advice] == [("auto", None)] * 4
+    assert [a.best.tolerance for a in advice] == [1e-3, 1e-6, 1e-12, 1e-12]
+    assert all(("not measured" in a.text) == (lie is standing) for a in advice)
+    assert all(a.price in (None, 0.0) for a in advice)
+    assert all(e.time.seconds != 0.0 and e.fixed.seconds != 0.0 for e in found.entries)
+    if lie is not standing:
+        for e in found.entries:
+            assert e.time.seconds == pytest.approx(COSTS[e.method.name], rel=0.25)
+            assert e.fixed.seconds == pytest.approx(1e-3, rel=0.25)
+        assert {e.method.name for e in found.entries if e.efficient} == {"auto"}
 
 
 def test_no_part_of_the_picture_is_clipped():
@@ -186,7 +340,7 @@ def test_no_part_of_the_picture_is_clipped():
         for m in METHODS
     }
     curves["auto"][:, 2] = 0.0
-    picture = tradeoff_picture(curves, curves["newton"][:2, :2], "A mechanism: error and time, compiled")
+    picture = tradeoff_picture(curves, curves["newton"][:2, :2], "time of a position [µs]")
     low, high = picture.frame.low, picture.frame.high
     for z in (place for places in picture.marks.values() for place in places):
         assert low.real < z.real < high.real
@@ -271,12 +425,6 @@ def test_the_manual_has_table_1(column):
 # -- how long a comparison takes ---------------------------------------------------------------------------
 
 
-def test_rounds_share_the_total_time():
-    timing = Timing(rounds=3, repeats=40, budget=0.05, total=1.5)
-    assert timing.shared(100).budget == pytest.approx(1.5 / 300)
-    assert timing.shared(1).budget == 0.05
-
-
 def test_the_sequence_of_a_strategy_is_searched_once(monkeypatch):
     from gimcli.gim import sweeper
 
@@ -291,7 +439,7 @@ def test_a_method_that_has_used_its_share_is_left_out_at_finer_tolerances():
     for method in {e.method.name for e in found.entries}:
         first, *finer = (e for e in found.entries if e.method.name == method)
         assert first.solved > 0
-        assert first.seconds > 0.0
+        assert first.time.seconds > 0.0
         assert [(e.tolerance, e.solved) for e in finer] == [(1e-4, 0), (1e-6, 0)]
         assert all("--seconds allows more" in e.reason for e in finer)
 
