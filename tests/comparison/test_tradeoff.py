@@ -3,6 +3,8 @@
 import csv
 import json
 import math
+import subprocess
+import sys
 import time
 from dataclasses import replace
 from itertools import pairwise
@@ -23,6 +25,7 @@ from gimcli.errors import StructureError
 from gimcli.motion.motion import trace
 from gimcli.output.figure import canvas_of
 from gimcli.output.tradeoff import tradeoff_picture
+from gimcli.positions.options import Options
 
 QUICK = Timing(rounds=1, fewest=1, least=0.0)
 
@@ -442,6 +445,46 @@ def test_a_method_that_has_used_its_share_is_left_out_at_finer_tolerances():
         assert first.time.seconds > 0.0
         assert [(e.tolerance, e.solved) for e in finer] == [(1e-4, 0), (1e-6, 0)]
         assert all("--seconds allows more" in e.reason for e in finer)
+
+
+LOAD = "import itertools\nfor k in itertools.count():\n    k * k"
+
+
+@pytest.fixture
+def loaded():
+    """Two busy processes."""
+    busy = [subprocess.Popen([sys.executable, "-c", LOAD]) for _ in range(2)]
+    yield
+    for one in busy:
+        one.kill()
+        one.wait()
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("name", ["crank_rocker", "jansen", "stephenson_3_far"])
+def test_ten_runs_under_load_give_the_same_advice(name, loaded):
+    """A dyadic mechanism is solved fastest by `auto`, about as fast as by a trace of 100 000 steps."""
+    mechanism, advice = load(MODELS / f"{name}.yaml"), set()
+    for _ in range(10):
+        found = tradeoff(mechanism, jit="on", seconds=10.0)
+        advice.add(
+            tuple((a.digits, a.best and (a.best.method.options, a.best.tolerance), a.reference) for a in advise(found))
+        )
+    assert len(advice) == 1
+    if name == "stephenson_3_far":
+        return
+    assert all(best[0] == "--method auto" and other is None for _, best, other in advice.pop())
+    assert {e.method.name for e in found.entries if e.efficient} == {"auto"}
+
+    def taken(steps):
+        began = time.process_time()
+        trace(mechanism, steps, Options(jit="on"))
+        return time.process_time() - began
+
+    whole, fixed = (np.median([taken(steps) for _ in range(9)]) for steps in (100_000, 1))
+    position = (whole - fixed) / 100_000
+    ratios = [e.time.seconds / position for e in of(found, "auto")]
+    assert all(1.0 / 1.5 < ratio < 1.5 for ratio in ratios), ratios
 
 
 @pytest.mark.soak
