@@ -294,7 +294,7 @@ class Advice:
         if self.price is None or self.before is None or self.best is None:
             return ""
         if self.price == 0.0:
-            return f" No more than {self.before.digits} digits, within the spread."
+            return f" The same time as for {self.before.digits} digits, within the spread."
         less, price = "less " if self.price < 0.0 else "", abs(self.price)
         return (
             f" Each digit beyond {self.before.digits}: {_time(price)} {less}a position,"

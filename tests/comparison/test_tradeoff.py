@@ -198,7 +198,7 @@ def test_the_advice_has_the_price_of_each_further_digit_and_the_time_of_the_whol
     assert advice[3].best.call == pytest.approx(1.4e-3)
     assert "40 µs a position, 1.4 ms a call of 10 steps" in advice[3].text
     assert advice[6].text.endswith("Each digit beyond 3: 10 µs a position, 100 µs a call.")
-    assert advice[9].text.endswith("No more than 6 digits, within the spread.")
+    assert advice[9].text.endswith("The same time as for 6 digits, within the spread.")
 
 
 def test_the_recommendation_states_that_no_method_reaches_the_digits():

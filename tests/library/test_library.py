@@ -256,7 +256,10 @@ def untimed(report):
     """Return a report without entries that depend on the machine."""
     if "entries" not in report:
         return report
-    entries = [{k: v for k, v in e.items() if k not in ("seconds", "efficient")} for e in report["entries"]]
+    entries = [
+        {k: v for k, v in e.items() if k not in ("seconds", "spread", "fixed", "call", "efficient")}
+        for e in report["entries"]
+    ]
     return {**report, "entries": entries, "advice": None}
 
 
