@@ -115,7 +115,7 @@ StrategyOption = Annotated[
     Strategy,
     typer.Option(
         "--strategy", metavar="STRATEGY", rich_help_panel=METHOD, show_default=False,
-        help="For --method gim: spectral (default) or classic.",
+        help="For gim: spectral (default) or classic (the paper).",
     ),
 ]  # fmt: skip
 Tolerance = Annotated[

@@ -73,16 +73,15 @@ def _print(explain: bool, found: SequenceResult) -> None:
 def _print_group(number: int, group: SequenceGroupReport, explain: bool) -> None:
     predicted = "no convergence" if group.predicted_sweeps is None else f"{group.predicted_sweeps:.0f}"
     observed = "no convergence" if group.observed_sweeps is None else str(group.observed_sweeps)
-    title = f"{number}. {group.kind} {' '.join(group.nodes)}"
     head = ["step", "move", "about", "by", "rule"] + (["states after it"] if explain else [])
     rows = [
         (str(k), s.node, " ".join(s.about), s.constraint, s.rule, " ".join(f"{n}:{t}" for n, t in s.states.items()))
         for k, s in enumerate(group.steps, start=1)
     ]
-    print_table(title, head, (row[: len(head)] for row in rows))
+    print_table(f"{number}. {group.kind} {' '.join(group.nodes)}", head, (row[: len(head)] for row in rows))
     typer.echo(
-        f"   spectral radius {group.radius:.4f} (classic {group.classic_radius:.4f}), {group.candidates} candidates;"
-        f" sweeps: predicted {predicted}, observed {observed}"
+        f"   spectral radius {group.radius:.4f}, {group.candidates} candidate{'s' * (group.candidates != 1)};"
+        f" sweeps: predicted {predicted}, observed {observed}" + f"\n   {group.incomplete}" * bool(group.incomplete)
     )
     if explain:
         for k, s in enumerate(group.steps, start=1):

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gimcli.gim import sweeps
-from gimcli.gim.rules import P0, P1, P2
-from gimcli.gim.sequence import Sequence, SequenceGroup, find_sequence
+from gimcli.gim.sequence import INCOMPLETE, Sequence, SequenceGroup, find_sequence
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.positions.dispatch import plain
 from gimcli.structure.plan import make_plan
@@ -18,13 +17,13 @@ from gimcli.structure.restrictions import Move
 PERTURBATION = 1e-2
 """Perturbation of the nodes, relative to the size, for which the number of sweeps is predicted and observed."""
 
+STATES = ("P0", "P1", "P2")  # of a node that has been moved never, once, twice in a sweep
+
 REASONS = {
-    "I": "rule I: {node} has been moved once (P1) and {about} {be} settled (P or P2), so {node} becomes settled (P2)",
-    "II.1": "rule II, criterion 1: no P1 node can be settled; the next node is {node}, adjacent to an input or to"
-    " settled nodes",
-    "II.2": "rule II, criterion 2: no free node is adjacent to settled nodes; the next node is {node}, moved about"
-    " {about} (P1)",
-    "II": "rule II: only P1 nodes are left; {node} is moved about {about}",
+    "settle": "{node} has been moved once (P1) and {about} {be} settled (P or P2), so {node} becomes settled (P2)",
+    "start": "no P1 node can be settled; the next node is {node}, adjacent to an input or to settled nodes",
+    "extend": "no free node is adjacent to settled nodes; the next node is {node}, moved about {about} (P1)",
+    "other": "only P1 nodes are left; {node} is moved about {about}",
     "surplus": "redundant: the restriction is not needed for the sequence, but is imposed too",
 }
 
@@ -39,7 +38,7 @@ class StepReport:
     about_numbers: tuple[int, ...]
     constraint: str
     kind: str  # RD distance, RA angle, RL sliding pair
-    rule: str  # I, II.1, II.2, II, surplus or given
+    rule: str  # of the paper: input, I, II, criteria; of the search: settle, start, extend, other; surplus, given
     states: dict[str, str]  # {node: P0, P1 or P2} of the group's nodes after the move
     reason: str
 
@@ -48,20 +47,20 @@ class StepReport:
 class SequenceGroupReport:
     """One group of the sequence."""
 
-    kind: str  # "dyad" or "coupled"
+    kind: str  # "dyad" or "coupled"; by the rules of the paper "weakly coupled" or "strongly coupled"
     nodes: tuple[str, ...]
     steps: tuple[StepReport, ...]
     radius: float  # spectral radius
-    classic_radius: float  # spectral radius of the best sequence of the classic search
     predicted_sweeps: float | None  # from the spectral radius; None if it is 1 or greater
     observed_sweeps: int | None  # None if the sweeps did not converge
     candidates: int  # number of sequences tried
+    incomplete: str  # which nodes the rules of the paper do not move twice; "" if there are none
 
 
 def report(
     mechanism: Mechanism, z: ComplexArray, inputs: FloatArray, strategy: str, tolerance: float
 ) -> list[SequenceGroupReport]:
-    """Return the groups of the sequence that is best at an assembled position z (nodes,)."""
+    """Return the groups of the sequence at an assembled position z (nodes,)."""
     plan = make_plan(mechanism)
     coupled = {n for group in plan.coupled for n in group.nodes}
     sequence = find_sequence(mechanism, z, inputs, strategy, plan)
@@ -73,37 +72,35 @@ def _group(
     inputs: FloatArray,
     tolerance: float,
 ) -> SequenceGroupReport:  # fmt: skip
-    counts = dict.fromkeys(group.nodes, 0)
+    counts = dict.fromkeys((*(m.node for m in group.placed), *group.nodes), 0)
     steps = []
-    for move in group.moves:
-        counts[move.node] += 1
-        states = {mechanism.nodes[n]: (P0, P1, P2)[min(c, 2)] for n, c in counts.items()}
+    for k, move in enumerate((*group.placed, *group.moves)):
+        counts[move.node] += 1 + (k < len(group.placed))
+        states = {mechanism.nodes[n]: STATES[min(c, 2)] for n, c in counts.items()}
         steps.append(_step(mechanism, sequence, move, states))
-    predicted = None
-    if group.radius < 1.0:
-        predicted = (
-            1.0 if group.radius < 1e-12 else max(1.0, math.log(tolerance / PERTURBATION) / math.log(group.radius))
-        )
+    incomplete = INCOMPLETE + ", ".join(mechanism.nodes[n] for n in group.missing) if group.missing else ""
+    factor, converges = math.log(max(group.radius, 1e-12)), group.radius < 1.0 and not incomplete
     return SequenceGroupReport(
-        "coupled" if coupled & set(group.nodes) else "dyad", tuple(mechanism.nodes[n] for n in group.nodes),
-        tuple(steps), group.radius, group.classic_radius, predicted,
-        observed_sweeps(mechanism, group, z, inputs, tolerance), group.candidates,
+        group.kind or ("coupled" if coupled & set(group.nodes) else "dyad"),
+        tuple(mechanism.nodes[n] for n in group.nodes), tuple(steps), group.radius,
+        max(1.0, math.log(tolerance / PERTURBATION) / factor) if converges else None,
+        None if incomplete else observed_sweeps(mechanism, group, z, inputs, tolerance), group.candidates, incomplete,
     )  # fmt: skip
 
 
 def _step(mechanism: Mechanism, sequence: Sequence, move: Move, states: dict[str, str]) -> StepReport:
     about = tuple(mechanism.nodes[n] for n in move.about)
     node = mechanism.nodes[move.node]
-    joined = " and ".join(about) or "the frame"
-    text = REASONS[move.rule].format(node=node, about=joined, be="is" if len(about) < 2 else "are")
+    joined = (" from " if move.reason and move.restriction.letters == "RA" else " and ").join(about) or "the frame"
+    text = move.reason or REASONS[move.rule].format(node=node, about=joined, be="is" if len(about) < 2 else "are")
     carried = [mechanism.nodes[n] for n in move.about if n in sequence.carried_by_input]
-    if carried:
+    if carried and not move.reason:
         text += f" ({', '.join(carried)} carried by an input)"
     what = {"RD": "its distance from", "RA": "its angle about", "RL": "its line through"}[move.restriction.letters]
-    reason = f"{node} is moved to {what} {joined}; {text}"
     return StepReport(
-        node, move.node, about, move.about, move.restriction.name, move.restriction.letters, move.rule, states, reason
-    )
+        node, move.node, about, move.about, move.restriction.name, move.restriction.letters, move.rule, states,
+        f"{node} is moved to {what} {joined}; {text}",
+    )  # fmt: skip
 
 
 def observed_sweeps(
@@ -115,6 +112,5 @@ def observed_sweeps(
     own = list(group.nodes)
     noise = generator.standard_normal((2, len(own)))
     start[own] += PERTURBATION * mechanism.size * (noise[0] + 1j * noise[1]) / np.sqrt(2.0)
-    constants = sweeps.SweepConstants(sweeps=3000)
-    done = sweeps.settle(group.moves, start, inputs, mechanism.size, tolerance, plain, constants)
+    done = sweeps.settle(group.moves, start, inputs, mechanism.size, tolerance, plain, sweeps.SweepConstants(3000))
     return done.sweeps if done.good else None

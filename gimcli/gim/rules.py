@@ -1,128 +1,219 @@
-"""The rules of the sequence: the moves that may come next, and all sequences that they allow.
+"""The rules of the paper: the sequence of Petuya et al. 2004, section 4, and nothing that goes further.
 
-Node types (Petuya et al. 2004, section 4): P known (fixed, or carried by an input), P0 not moved yet in the sweep, P1
-moved once, P2 moved twice.
+States of a node in one sweep: P fixed, P0 free (not moved yet), P1 available (moved once), P2 stable (moved twice).
 
-Rule I: a node P1 is moved about settled nodes (P or P2) and becomes P2. Rule II applies if rule I does not: by
-criterion 1, a node P0 is moved about a node carried by an input, or about nodes P2; by criterion 2, about a node P1. If
-neither is possible, a node P1 is moved about a node P1.
+Rule I has priority: a restriction on an available node whose other nodes are all fixed is imposed on that node.
+Rule II: the restrictions on stable nodes are imposed from these, first those that necessarily move a certain node, then
+combinations that make a node stable at once, then the others. The criteria apply when only available nodes remain: the
+origin is the available node with the most unused restrictions; if it was moved by a distance, another distance is
+imposed from it.
+
+Readings where the paper is silent: the arm of a rotary input about a fixed pivot is stable from the start, and the end
+of a driven length from a fixed node has been moved once. The order of rule II is that of all stable nodes together.
+A member counts as one restriction until its model is chosen; then it is the chain of distances and angles that begins
+with the origin and the node that is moved first, or, with a fixed node, the distances from this node and the angles of
+the chain. Of equals the first is taken, in the order of the file; members with more nodes come first. A sliding pair is
+an angle of 180 or 0 degrees, its travel a distance along the guide.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Set
+from collections.abc import Iterable, Sequence
+from itertools import pairwise
 
-from gimcli.structure.restrictions import Move, Restriction
+import numpy as np
 
-P0, P1, P2 = "P0", "P1", "P2"
+from gimcli.errors import StructureError
+from gimcli.mechanism import ANGLE, FRAME, HEIGHT, SPAN, Mechanism
+from gimcli.structure.kinematic_nodes import free_nodes, kinematic_nodes
+from gimcli.structure.pair_rows import ImposedRow, pair_rows
+from gimcli.structure.restrictions import (
+    Move,
+    Restriction,
+    angle,
+    member_angle,
+    member_distance,
+    pair_restrictions,
+)
+from gimcli.structure.steps import Value
 
-VISITS = 20_000
-"""Greatest number of states visited in the search for sequences."""
-
-Owner = dict[int, int]
-"""{number of restriction: node that it moves}, for all moves that are still needed."""
+NEAR = 1e-9  # distance from a line, relative to the size, and relative difference of a direction
+STAGES = ("it can only move {}", "in a combination that makes {} stable at once", "the first of the other restrictions")
 
 
-class Walk:
-    """Depth-first enumeration of the sequences of one group."""
+Option = tuple[Restriction, int, int, int]  # restriction, its body (see `unused`), origin, node that it moves
 
-    def __init__(self, restrictions: list[Restriction], inside: set[int], carried: Set[int]) -> None:
-        self.restrictions, self.inside, self.carried = restrictions, inside, carried
-        self.movable = [tuple(n for n in r.movable if n in inside) for r in restrictions]
-        self.offers = {n: [k for k, at in enumerate(self.movable) if n in at] for n in inside}
-        self.visits = 0
 
-    def sequences(self) -> Iterator[tuple[Move, ...]]:
-        """Yield the sequences; those that differ only in the order of independent moves are yielded once."""
-        owner: Owner = {}
-        for node in sorted(self.inside):
-            for _ in range(2):
-                if not self._augment(node, owner, set(), set()):
-                    return
-        yield from self._walk(dict.fromkeys(self.inside, 0), [], owner, set(), [])
+class PaperRules:
+    """The rules applied to a mechanism.
 
-    def _augment(self, node: int, owner: Owner, gone: set[int], seen: set[int]) -> bool:
-        """Match one more restriction to a node by an alternating path; return whether there is one."""
-        for k in self.offers[node]:
-            if k in seen or k in gone or owner.get(k) == node:
-                continue
-            seen.add(k)
-            if k not in owner or self._augment(owner[k], owner, gone, seen):
-                owner[k] = node
-                return True
-        return False
+    `placed`: moves that place the arms of rotary inputs once; `moves` of a sweep, in order; `missing`: nodes that are
+    not moved twice. Raises StructureError if a pair cannot be written as a distance or an angle.
+    """
 
-    def _after(self, k: int, node: int, owner: Owner, gone: set[int]) -> Owner | None:
-        """Return the matching after a move; None if a node could not get its two moves then."""
-        after = {r: n for r, n in owner.items() if r != k}
-        loser = owner.get(k, -1)
-        if loser == node:
-            return after
-        if loser >= 0:  # the moved node then has one restriction more than it needs, which the other node may get
-            return self._shed(after, node, loser, k, gone)
-        del after[next(r for r, n in after.items() if n == node)]
-        return after
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.mechanism, self.kinematic = mechanism, kinematic_nodes(mechanism)
+        self.fixed = set(mechanism.members[FRAME].nodes)
+        self.fixed |= {n for nodes in self.kinematic if len(self.fixed & set(nodes)) > 1 for n in nodes}
+        free = (n for n in free_nodes(mechanism) if n not in self.fixed)
+        self.counts = dict.fromkeys(free, 0)  # moves of each node; last the node that was moved last
+        bodies = [(k, nodes) for k, nodes in enumerate(self.kinematic) if not self.fixed.issuperset(nodes)]
+        self.open = {body: nodes for body, nodes in bodies if len(nodes) > 2}  # members whose model is not chosen yet
+        self.unused = {  # {restriction: its member, or number of members + its pair}
+            self._distance(body, held, n): body
+            for body, nodes in bodies
+            for held in [n for n in nodes if n in self.fixed or len(nodes) == 2][:1]
+            for n in nodes
+            if n != held
+        }
+        self.placed, self.moves = list[Move](), list[Move]()
+        self._write()
+        while self._next():
+            pass
+        self.missing = tuple(n for n, count in sorted(self.counts.items()) if count < 2)
+        for r in [] if self.missing else list(self.unused):
+            for node in [n for n in r.movable if n in self.counts][:1]:
+                self._impose(r, node, "surplus", "redundant: all nodes are stable, but the restriction is imposed too")
 
-    def _shed(self, after: Owner, node: int, loser: int, k: int, gone: set[int]) -> Owner | None:
-        """Remove each restriction of the moved node in turn and try to match the node `loser` again."""
-        for r in [r for r, n in after.items() if n == node]:
-            trial = {q: n for q, n in after.items() if q != r}
-            if self._augment(loser, trial, gone | {k}, set()):
-                return trial
-        return None
+    # -- restrictions and inputs ----------------------------------------------------------------
 
-    def _options(self, counts: dict[int, int], gone: set[int]) -> list[tuple[int, int, str]]:
-        """Return the possible moves (restriction, node, rule) of the highest priority."""
-        tiers: dict[tuple[int, str], list[tuple[int, int, str]]] = {}
-        for k, r in enumerate(self.restrictions):
-            if k in gone:
-                continue
-            for node in self.movable[k]:
-                if counts[node] < 2:
-                    tier = self._tier(r, node, counts)
-                    tiers.setdefault(tier, []).append((k, node, tier[1]))
-        return tiers[min(tiers)] if tiers else []
+    def _write(self) -> None:
+        """Write the pairs as restrictions too, and impose the inputs that begin the sequence."""
+        written = pair_restrictions(self.mechanism, frozenset(), self.kinematic)
+        for k, (row, r) in enumerate(zip(pair_rows(self.mechanism), written, strict=True), start=len(self.kinematic)):
+            if r.kind == ANGLE and r.driven and row.guide == FRAME and row.nodes and row.node in self.fixed:
+                self._place_arm(row)
+            else:
+                self.unused[self._written(row, r)] = k
+        self.unused = {r: body for r, body in self.unused.items() if not all(map(self._settled, r.nodes))}
+        ends = {r: set(r.nodes) - self.fixed for r in self.unused if r.kind != ANGLE and r.driven}
+        for r in [r for r, moved in ends.items() if len(moved) == 1]:
+            self._impose(r, min(ends[r]), "input", f"input: {r.name} moves it once (P1)")
 
-    def _tier(self, r: Restriction, node: int, counts: dict[int, int]) -> tuple[int, str]:
-        others = [n for n in r.nodes if n != node]
-        done = min((counts.get(n, 2) for n in others), default=2)
-        started = counts[node] == 1
-        if started and done == 2:
-            return 0, "I"
-        leads = r.driven or any(n in self.carried or n in self.inside for n in others)
-        if not started and done == 2 and leads:
-            return 1, "II.1"
-        if not started and done == 1:
-            return 2, "II.2"
-        return (3, "II") if started and done == 1 else (4, "II")
+    def _place_arm(self, row: ImposedRow) -> None:
+        """Place the arm of a rotary input: the node in its direction from the pivot."""
+        member, others = self.mechanism.members[row.members[0]], set(self.kinematic[row.members[0]]) - {row.node}
+        arm = min(sorted(others), key=lambda n: abs(np.angle(member.reach(row.node, n) / row.arm)))
+        self.counts[arm] = 2
+        r = Restriction(row.name, ANGLE, arm, row.node, Value(0.0))
+        self.placed.append(Move(r, arm, "input", f"input: {r.name} places it, so it is stable (P2), an origin"))
 
-    def _walk(
-        self, counts: dict[int, int], moves: list[tuple[int, int, str]], owner: Owner, gone: set[int],
-        asleep: list[tuple[int, int, str]],
-    ) -> Iterator[tuple[Move, ...]]:  # fmt: skip
-        self.visits += 1
-        if all(c == 2 for c in counts.values()):
-            yield self._finished(moves, gone)
-            return
-        asleep = list(asleep)  # sleep set: moves whose orders an earlier sibling has already enumerated
-        for move in self._options(counts, gone):
-            if self.visits > VISITS:
-                return
-            if move in asleep:
-                continue
-            k, node, _ = move
-            after = self._after(k, node, owner, gone)
-            if after is not None:
-                still = [m for m in asleep if self._independent(m, move)]
-                more = {**counts, node: counts[node] + 1}
-                yield from self._walk(more, [*moves, move], after, gone | {k}, still)
-            asleep.append(move)
+    def _written(self, row: ImposedRow, r: Restriction) -> Restriction:
+        """Return the restriction of a pair as a distance or an angle between nodes."""
+        written = {  # a length; a travel along its own guide; an angle at a common node
+            SPAN: True,
+            HEIGHT: r.driven and any((s.node, s.guide) == (row.node, row.guide) for s in self.mechanism.slides),
+            ANGLE: r.vector is not None and r.vector.u == r.q,
+        }
+        if written[r.kind]:
+            return r
+        guide, drawn = self.mechanism.members[row.guide], self.mechanism.drawn
+        on = [n for n in self.kinematic[row.guide] if abs(row.height(guide.local(n))) < NEAR * self.mechanism.size]
+        if r.kind == ANGLE or r.driven or len(on) < 2:
+            raise StructureError(
+                f"{row.pair or row.name} cannot be written as a distance or an angle between nodes, as the rules of the"
+                " paper need it (a sliding pair can, as 180 or 0 degrees, on the line of two nodes of its guide): use"
+                " --strategy spectral"
+            )
+        arm, *_, vertex = sorted(on, key=lambda n: (n in self.fixed, float(abs(drawn[n] - drawn[row.node]))))
+        ratio = (drawn[row.node] - drawn[vertex]) / (drawn[arm] - drawn[vertex])  # > 0: 0 degrees, < 0: 180 degrees
+        return angle(row.name, vertex, arm, row.node, complex(np.sign(ratio.real)))
 
-    def _independent(self, a: tuple[int, int, str], b: tuple[int, int, str]) -> bool:
-        return a[1] not in self.restrictions[b[0]].nodes and b[1] not in self.restrictions[a[0]].nodes
+    def _distance(self, body: int, a: int, b: int) -> Restriction:
+        return member_distance(self.mechanism, body, a, b, len(self.kinematic[body]) == 2)
 
-    def _finished(self, moves: list[tuple[int, int, str]], gone: set[int]) -> tuple[Move, ...]:
-        """Return the moves; restrictions beyond two for each node are redundant and are imposed last."""
-        done = [Move(self.restrictions[k], node, rule) for k, node, rule in moves]
-        spare = [k for k in range(len(self.restrictions)) if k not in gone and self.movable[k]]
-        return (*done, *(Move(self.restrictions[k], self.movable[k][0], "surplus") for k in spare))
+    def _model(self, body: int, head: Sequence[int]) -> None:
+        """Choose the model of a member: the chain that begins with the nodes `head`."""
+        chain = [*head, *sorted(set(self.open.pop(body)) - set(head))]
+        if chain[0] not in self.fixed:
+            self.unused |= {self._distance(body, a, b): body for a, b in pairwise(chain)}
+        corners = zip(chain, chain[1:], chain[2:], strict=False)
+        self.unused |= {member_angle(self.mechanism, body, b, a, c): body for a, b, c in corners}
+
+    # -- rules and criteria ---------------------------------------------------------------------
+
+    def _settled(self, node: int) -> bool:
+        return node in self.fixed or self.counts[node] == 2
+
+    def _impose(self, r: Restriction, node: int, rule: str, reason: str) -> None:
+        del self.unused[r]
+        self.counts[node] = self.counts.pop(node) + 1
+        self.moves.append(Move(r, node, rule, reason))
+
+    def _next(self) -> bool:
+        """Make the next move; return whether there is one."""
+        for body, nodes in list(self.open.items()):
+            settled = sorted(filter(self._settled, nodes), key=lambda n: n not in self.fixed)
+            if len(settled) > 1:
+                self._model(body, settled)
+        found = self._rule_one() or self._rule_two() or self._criteria()
+        if found is not None:
+            (r, body, origin, node), rule, reason = found
+            if r not in self.unused:
+                self._model(body, (origin, node))
+            self._impose(r, node, rule, reason)
+        return found is not None
+
+    def _options(self, *origins: int) -> list[Option]:
+        """Return what can be imposed from some origins, those of members with more nodes first."""
+        chosen = [
+            (r, body, o, n)
+            for o in origins for r, body in self.unused.items() if o in r.nodes for n in sorted(r.movable)
+        ]  # fmt: skip
+        free = [
+            (self._distance(body, o, n), body, o, n)
+            for o in origins for body, nodes in self.open.items() if o in nodes for n in sorted(nodes)
+        ]  # fmt: skip
+        size = [*map(len, self.kinematic), *[2] * len(pair_rows(self.mechanism))]
+        order = sorted(chosen + free, key=lambda option: (origins.index(option[2]), -size[option[1]], option[1]))
+        return [option for option in order if option[2] != option[3] and not self._settled(option[3])]
+
+    def _rule_one(self) -> tuple[Option, str, str] | None:
+        reason = "rule I: it has been moved once (P1); fixed (P): {}"
+        return next(
+            (
+                (option, "I", reason.format(self._named(sorted(others))))
+                for option in self._options(*sorted(self.fixed))
+                for others in [set(option[0].nodes) - {option[3]}]
+                if self.counts[option[3]] == 1 and others <= self.fixed
+            ),
+            None,
+        )
+
+    def _rule_two(self) -> tuple[Option, str, str] | None:
+        options = self._options(*(n for n, count in self.counts.items() if count == 2))
+        why = "rule II: {} is stable (P2); {}"
+        return next(
+            (
+                (option, "II", why.format(self._named([option[2]]), STAGES[stage].format(self._named([option[3]]))))
+                for stage in range(len(STAGES))
+                for option in options
+                if self._stage(option) == stage
+            ),
+            None,
+        )
+
+    def _stage(self, option: Option) -> int:
+        """Return the place in the order of rule II."""
+        certain = [r for r in self.unused if sum(not self._settled(n) for n in r.nodes) == 1]
+        r, node = option[0], option[3]
+        if r in self.unused:
+            return 0 if r in certain else 2
+        models = [nodes for nodes in self.open.values() if node in nodes and any(map(self._settled, nodes))]
+        return 1 if sum(node in r.movable for r in certain) + len(models) + self.counts[node] >= 2 else 2
+
+    def _criteria(self) -> tuple[Option, str, str] | None:
+        bodies = [*((r.nodes, body) for r, body in self.unused.items()), *((n, body) for body, n in self.open.items())]
+        available = [n for n, count in sorted(self.counts.items()) if count == 1 and self._options(n)]
+        unused = {n: len({body for nodes, body in bodies if n in nodes}) for n in available}
+        equal = [n for n in available if unused[n] == max(unused.values())]
+        if not equal:
+            return None
+        distance = next(m.restriction.kind for m in reversed(self.moves) if m.node == equal[0]) == SPAN
+        best = min(self._options(equal[0]), key=lambda option: distance and option[0].kind != SPAN)
+        most = f"most unused restrictions ({unused[equal[0]]}) of the available nodes (P1): {self._named(equal)}"
+        by = "; it was moved by a distance, so by a distance" * (distance and best[0].kind == SPAN)
+        return best, "criteria", f"criteria: {most}{'; the first of them is the origin' * (len(equal) > 1)}{by}"
+
+    def _named(self, nodes: Iterable[int]) -> str:
+        return ", ".join(self.mechanism.nodes[n] for n in nodes)

@@ -1,9 +1,9 @@
-"""Search for the sequence in which restrictions are imposed: candidates, ranked by their spectral radius.
+"""The sequence in which restrictions are imposed: by the rules of the paper, or the best of the admissible ones.
 
 Both fundamental conditions of Petuya et al. 2004 are satisfied by construction: every free node is moved twice and
-every restriction is imposed once. The rules leave choices, and a member has several models. One sweep is a smooth map;
-its linearisation at a position is a product of small matrices. The spectral radius of this product is the factor by
-which one sweep reduces the error: exp(-C2) of eq. (3).
+every restriction is imposed once. Many sequences do so, and a member has several models. One sweep is a smooth map; its
+linearisation at a position is a product of small matrices. The spectral radius of this product is the factor by which
+one sweep reduces the error: exp(-C2) of eq. (3).
 """
 
 from __future__ import annotations
@@ -15,7 +15,8 @@ from itertools import islice
 import numpy as np
 
 from gimcli.errors import StructureError
-from gimcli.gim.rules import Walk
+from gimcli.gim.admissible import Walk
+from gimcli.gim.rules import PaperRules
 from gimcli.mechanism import ANGLE, FRAME, SPAN, ComplexArray, FloatArray, Mechanism
 from gimcli.structure.closed_form_order import Layout
 from gimcli.structure.derived import derived
@@ -24,19 +25,24 @@ from gimcli.structure.gradients import gradient
 from gimcli.structure.kinematic_nodes import free_nodes, kinematic_nodes
 from gimcli.structure.plan import make_plan
 from gimcli.structure.restrictions import Move, Restriction, member_models, pair_restrictions
-from gimcli.structure.steps import Coupled, Dyad, Place, Plan, Tilt
+from gimcli.structure.steps import Coupled, Dyad, Place, Plan
 
 CANDIDATES = 400
 """Greatest number of sequences tried for one choice of models; the double butterfly has 12, the ten-bar 32."""
 
 CONVERGES = 0.99
-"""Spectral radius below which the classic search accepts a sequence."""
+"""Spectral radius below which a sequence is accepted."""
 
 RESTARTS = 60
 """Number of random choices of models for a restart of the spectral search, if no sequence converges."""
 
+INCOMPLETE = "the rules of the paper give no complete sequence; nodes that are not moved twice: "
+
 FEW = CANDIDATES // 20
 """Greatest number of sequences tried for each of many choices of models."""
+
+
+Ranked = tuple[float, tuple[Move, ...]]  # spectral radius and moves
 
 
 @dataclass(frozen=True)
@@ -46,8 +52,10 @@ class SequenceGroup:
     moves: tuple[Move, ...]
     nodes: tuple[int, ...]
     radius: float  # spectral radius
-    classic_radius: float  # of the best sequence of the classic search
     candidates: int  # number of sequences tried
+    placed: tuple[Move, ...] = ()  # by which inputs place their arms, before the sweeps
+    kind: str = ""  # by the rules of the paper: "weakly coupled" or "strongly coupled"
+    missing: tuple[int, ...] = ()  # nodes that the rules of the paper do not move twice
 
 
 @dataclass(frozen=True)
@@ -69,10 +77,10 @@ class Sequence:
 
     def radius_at(self, z: ComplexArray, inputs: FloatArray) -> float:
         """Return the spectral radius at another position z (nodes,)."""
-        radii = [
+        radii = (
             spectral_radius([(m.node, gradient(m.restriction, z, inputs)) for m in g.moves], g.nodes)
             for g in self.groups
-        ]
+        )
         return max(radii, default=0.0)
 
 
@@ -81,61 +89,73 @@ def known_nodes(mechanism: Mechanism) -> tuple[frozenset[int], frozenset[int]]:
     """Return the known nodes (P), and those of them that inputs carry."""
     layout = Layout(mechanism)
     layout.carry()
-    fixed = set(mechanism.members[FRAME].nodes)
-    return frozenset(layout.placed), frozenset(layout.placed) - fixed
+    return frozenset(layout.placed), frozenset(layout.placed) - set(mechanism.members[FRAME].nodes)
 
 
 def find_sequence(
     mechanism: Mechanism, z: ComplexArray, inputs: FloatArray, strategy: str = "spectral", plan: Plan | None = None
 ) -> Sequence:
-    """Search for the best sequence at an assembled position z (nodes,); strategy: "spectral" or "classic".
+    """Return the sequence by the rules of the paper ("classic"), or the best one at an assembled position z (nodes,).
 
-    Raises StructureError if no sequence moves each node twice.
+    Raises StructureError if no sequence moves each node twice ("spectral"), or if the mechanism cannot be written in
+    distances and angles ("classic").
     """
+    if strategy == "classic":
+        return _by_rules(mechanism, z, inputs)
     known, carried = known_nodes(mechanism)
-    search = SequenceSearch(mechanism, z, inputs, strategy, known, carried, plan or make_plan(mechanism))
-    return Sequence(tuple(search.groups()), carried)
+    plan = plan or make_plan(mechanism)
+    return Sequence(tuple(SequenceSearch(mechanism, z, inputs, known, carried, plan).groups()), carried)
+
+
+def _by_rules(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray) -> Sequence:
+    rules = PaperRules(mechanism)
+    moves, known = tuple(rules.moves), frozenset(rules.fixed | {m.node for m in rules.placed})
+    nodes = tuple(n for n in free_nodes(mechanism) if n not in known)
+    radius = spectral_radius([(m.node, gradient(m.restriction, z, inputs)) for m in moves], nodes)
+    kind = "strongly coupled" if rules.missing or any(m.rule == "criteria" for m in moves) else "weakly coupled"
+    return Sequence(
+        (SequenceGroup(moves, nodes, radius, 1, tuple(rules.placed), kind, rules.missing),), frozenset(known)
+    )
 
 
 def group_sequence(
     mechanism: Mechanism, nodes: list[int], z: ComplexArray, inputs: FloatArray, plan: Plan
 ) -> tuple[Move, ...]:
-    """Return the best sequence, at a position z (nodes,), that moves only the nodes of one group."""
+    """Return the first sequence that converges at a position z (nodes,) and moves only the nodes of one group."""
     known = frozenset(range(len(mechanism.nodes))) - set(nodes)
-    search = SequenceSearch(mechanism, z, inputs, "classic", known, frozenset(), plan)
+    search = SequenceSearch(mechanism, z, inputs, known, frozenset(), plan, first=True)
     return tuple(m for g in search.groups() for m in g.moves)
 
 
 class SequenceSearch:
-    """The search for the sequence of one mechanism."""
+    """The search for the best sequence of one mechanism, or for the `first` that converges."""
 
     def __init__(
-        self, mechanism: Mechanism, z: ComplexArray, inputs: FloatArray, strategy: str, known: frozenset[int],
-        carried: frozenset[int], plan: Plan,
+        self, mechanism: Mechanism, z: ComplexArray, inputs: FloatArray, known: frozenset[int],
+        carried: frozenset[int], plan: Plan, first: bool = False,
     ) -> None:  # fmt: skip
-        self.mechanism, self.z, self.inputs, self.strategy = mechanism, z, inputs, strategy
+        self.mechanism, self.z, self.inputs, self.first = mechanism, z, inputs, first
         self.known, self.carried = known, carried
         kinematic = kinematic_nodes(mechanism)
-        order = {n: k for k, n in enumerate(placement_order(plan))}
+        placing = (step for step in plan.steps if isinstance(step, Place | Dyad | Coupled))
+        placed = (n for step in placing for n in (step.nodes if isinstance(step, Coupled) else (step.node,)))
+        order = {n: k for k, n in enumerate(placed)}
         free = set(free_nodes(mechanism)) - known
         self.free = [n for n in sorted(order, key=order.__getitem__) if n in free]
-        self.models: list[list[list[Restriction]]] = []
-        for index, nodes in enumerate(kinematic):
-            if index != FRAME and not set(nodes) <= known:
-                ranked = sorted(nodes, key=lambda n: (n not in known, order.get(n, -1)))
-                self.models.append(member_models(mechanism, index, ranked, known))
+        self.models = [
+            member_models(mechanism, k, sorted(nodes, key=lambda n: (n not in known, order.get(n, -1))), known)
+            for k, nodes in enumerate(kinematic)
+            if k != FRAME and not set(nodes) <= known
+        ]
         self.pairs = pair_restrictions(mechanism, known, kinematic)
-        self.gradients: dict[int, dict[int, complex]] = {}
-        self.kept: list[Restriction] = []  # keeps the ids of `gradients` in use
+        self.gradients: dict[int, tuple[Restriction, dict[int, complex]]] = {}  # {id: restriction, gradient}
 
     def groups(self) -> Iterator[SequenceGroup]:
         """Yield the groups in order of solution."""
         chosen = [0] * len(self.models)
         settled = set(self.known)
         components = self._components(chosen)
-        if self.strategy == "spectral":
-            components = self._turned(components, chosen)
-        for nodes in components:
+        for nodes in components if self.first else self._turned(components, chosen):
             yield self._best(nodes, settled, chosen)
             settled |= set(nodes)
 
@@ -184,47 +204,46 @@ class SequenceSearch:
             and any(set(r.nodes) & inside for r in models[0])
             and all(set(r.nodes) <= inside | self.known for r in models[0])
         ]
-        tried = 0
-        classic: tuple[float, tuple[Move, ...]] | None = None
-        for variant in self._classic_models(chosen, mine):
-            for moves in self._candidates(variant, inside, settled):
-                tried += 1
-                radius = self.radius(moves, nodes)
-                if classic is None or radius < classic[0]:
-                    classic = radius, moves
-                if radius < CONVERGES:
-                    break
-        best = classic
-        if self.strategy == "spectral":
-            best, more = self._descend(nodes, settled, chosen, mine)
-            tried += more
-            if best is not None and best[0] >= CONVERGES and mine:
-                best, more = self._restart(best, nodes, settled, chosen, mine)
-                tried += more
-        if best is None or classic is None:
-            names = ", ".join(self.mechanism.nodes[n] for n in nodes)
-            raise StructureError(f"no sequence moves nodes {names} twice each; use --method auto or newton")
-        radius, moves = best
-        return SequenceGroup(moves, nodes, radius, classic[0], tried)
+        self.tried = 0
+        best = self._first(nodes, settled, chosen, mine) if self.first else self._descend(nodes, settled, chosen, mine)
+        if best is not None and best[0] >= CONVERGES and mine and not self.first:
+            best = self._restart(best, nodes, settled, chosen, mine)
+        if best is None:
+            names = [self.mechanism.nodes[n] for n in nodes]
+            raise StructureError(f"no sequence moves nodes {', '.join(names)} twice each; use --method auto or newton")
+        return SequenceGroup(best[1], nodes, best[0], self.tried)
 
-    def _descend(
-        self, nodes: tuple[int, ...], settled: set[int], chosen: list[int], mine: list[int]
-    ) -> tuple[tuple[float, tuple[Move, ...]] | None, int]:
-        """Improve the sequence by changing the model of one member at a time; return the best and the number tried."""
-        best: tuple[float, tuple[Move, ...]] | None = None
-        tried, variants, most = 0, [list(chosen)], CANDIDATES
+    def _improved(
+        self, best: Ranked | None, variant: list[int], nodes: tuple[int, ...], settled: set[int], most: int = CANDIDATES
+    ) -> Ranked | None:
+        """Return the best of a known sequence and `most` sequences with the models `variant`."""
+        for moves in islice(self._candidates(variant, set(nodes), settled), most):
+            self.tried += 1
+            radius = self.radius(moves, nodes)
+            if best is None or radius < best[0] - (0.0 if self.first else 1e-9):
+                best = radius, moves
+            if self.first and radius < CONVERGES:
+                break
+        return best
+
+    def _first(self, nodes: tuple[int, ...], settled: set[int], chosen: list[int], mine: list[int]) -> Ranked | None:
+        """Return the better of the first sequences that converge with chains, and with distances only."""
+        chains = [min(len(self.models[k]) - 1, 1) if k in mine else model for k, model in enumerate(chosen)]
+        best = self._improved(None, chains, nodes, settled)
+        return best if chains == chosen else self._improved(best, chosen, nodes, settled)
+
+    def _descend(self, nodes: tuple[int, ...], settled: set[int], chosen: list[int], mine: list[int]) -> Ranked | None:
+        """Improve the sequence by changing the model of one member at a time."""
+        best: Ranked | None = None
+        variants, most = [list(chosen)], CANDIDATES
         while variants:
             winner = None
             for variant in variants:
-                for moves in islice(self._candidates(variant, set(nodes), settled), most):
-                    tried += 1
-                    radius = self.radius(moves, nodes)
-                    if best is None or radius < best[0] - 1e-9:
-                        best, winner = (radius, moves), variant
+                better = self._improved(best, variant, nodes, settled, most)
+                best, winner = better, winner if better is best else variant
             if winner is None and (best is not None or most == FEW):
                 break
-            if winner is not None:
-                chosen[:] = winner
+            chosen[:] = winner or chosen
             variants = [
                 [*chosen[:k], other, *chosen[k + 1 :]]
                 for k in mine
@@ -232,66 +251,40 @@ class SequenceSearch:
                 if other != chosen[k]
             ]
             most = FEW
-        return best, tried
+        return best
 
     def _restart(
-        self, best: tuple[float, tuple[Move, ...]], nodes: tuple[int, ...], settled: set[int], chosen: list[int],
-        mine: list[int],
-    ) -> tuple[tuple[float, tuple[Move, ...]], int]:  # fmt: skip
+        self, best: Ranked | None, nodes: tuple[int, ...], settled: set[int], chosen: list[int], mine: list[int]
+    ) -> Ranked | None:
         """Try random models of the members (fixed seed), because `_descend` cannot leave a plateau of radius 1."""
-        generator, tried = np.random.default_rng(0), 0
+        generator = np.random.default_rng(0)
         for _ in range(RESTARTS):
-            variant = list(chosen)
-            for k in mine:
-                variant[k] = int(generator.integers(len(self.models[k])))
-            for moves in islice(self._candidates(variant, set(nodes), settled), FEW):
-                tried += 1
-                radius = self.radius(moves, nodes)
-                if radius < best[0] - 1e-9:
-                    best, chosen[:] = (radius, moves), variant
-            if best[0] < CONVERGES:
+            counts = {k: len(self.models[k]) for k in mine}
+            variant = [int(generator.integers(counts[k])) if k in mine else model for k, model in enumerate(chosen)]
+            better = self._improved(best, variant, nodes, settled, FEW)
+            best, chosen[:] = better, chosen if better is best else variant
+            if best is not None and best[0] < CONVERGES:
                 break
-        return best, tried
-
-    def _classic_models(self, chosen: list[int], mine: list[int]) -> list[list[int]]:
-        """Return the two choices of models of the paper: chains, and distances only."""
-        chains = list(chosen)
-        for k in mine:
-            chains[k] = min(len(self.models[k]) - 1, 1)
-        return [chains, list(chosen)] if chains != chosen else [chains]
+        return best
 
     def _candidates(self, chosen: list[int], inside: set[int], settled: set[int]) -> Iterator[tuple[Move, ...]]:
         mine = [r for r in self._restrictions(chosen) if set(r.nodes) & inside and set(r.nodes) <= inside | settled]
-        if len(mine) < 2 * len(inside):
-            return
-        yield from islice(Walk(mine, inside, self.carried).sequences(), CANDIDATES)
+        enough = len(mine) >= 2 * len(inside)
+        return islice(Walk(mine, inside, self.carried).sequences(), CANDIDATES if enough else 0)
 
     def radius(self, moves: tuple[Move, ...], nodes: tuple[int, ...]) -> float:
         """Return the spectral radius of one sweep with some moves."""
         for move in moves:
-            if id(move.restriction) not in self.gradients:
-                self.kept.append(move.restriction)
-                self.gradients[id(move.restriction)] = gradient(move.restriction, self.z, self.inputs)
-        return spectral_radius([(m.node, self.gradients[id(m.restriction)]) for m in moves], nodes)
+            r = move.restriction
+            if id(r) not in self.gradients:
+                self.gradients[id(r)] = r, gradient(r, self.z, self.inputs)
+        return spectral_radius([(m.node, self.gradients[id(m.restriction)][1]) for m in moves], nodes)
 
 
 def _about_one(model: list[Restriction]) -> bool:
     """Return whether all angles and distances of a member's model are about one vertex."""
     angles = [r for r in model if r.kind == ANGLE]
     return bool(angles) and all(angles[0].q in (r.p, r.q) and (r.kind == SPAN or r.q == angles[0].q) for r in model)
-
-
-def placement_order(plan: Plan) -> list[int]:
-    """Return the free nodes in the order in which a plan places them."""
-    order: list[int] = []
-    for step in plan.steps:
-        if isinstance(step, Place | Dyad):
-            order.append(step.node)
-        elif isinstance(step, Coupled):
-            order += step.nodes
-        elif isinstance(step, Tilt):
-            continue
-    return order
 
 
 def spectral_radius(moves: list[tuple[int, dict[int, complex]]], nodes: tuple[int, ...]) -> float:
@@ -312,8 +305,7 @@ def spectral_radius(moves: list[tuple[int, dict[int, complex]]], nodes: tuple[in
         pull = np.zeros(2 * len(nodes))
         for node, value in g.items():
             if node in column:
-                at = column[node]
-                pull[at : at + 2] = value.real / norm, value.imag / norm
+                pull[column[node] : column[node] + 2] = value.real / norm, value.imag / norm
         change = pull @ sweep
         at = column[moved]
         sweep[at] -= own.real / norm * change

@@ -1,7 +1,7 @@
-"""Positions and motions by the Geometrical-Iterative Method alone, as in the paper.
+"""Positions and motions by the Geometrical-Iterative Method alone.
 
-All free nodes are moved by one sequence. Known nodes (of the frame, or carried by an input) are placed before the
-sweeps, carried nodes after them. Each row of a motion starts from the row before it.
+All free nodes are moved by one sequence. Known nodes (of the frame, or carried by an input; by the rules of the paper
+only its arm) are placed before the sweeps, carried nodes after them. Each row of a motion starts from the row before.
 """
 
 from __future__ import annotations
@@ -10,13 +10,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from gimcli.errors import UsageError
+from gimcli.errors import StructureError, UsageError
 from gimcli.gim import sweeps
-from gimcli.gim.sequence import Sequence, find_sequence, known_nodes
+from gimcli.gim.sequence import INCOMPLETE, Sequence, find_sequence, known_nodes
 from gimcli.gim.sweeps import SweptPosition
 from gimcli.kernels import sweep as kernels
 from gimcli.kernels.plan_steps import ORIENT, PLACE
-from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
 from gimcli.positions.block import NEW, RowBlock
 from gimcli.positions.newton import Run
 from gimcli.positions.options import Options
@@ -25,7 +25,7 @@ from gimcli.status import Status
 from gimcli.structure.derived import derived
 from gimcli.structure.kinematic_nodes import carry, free_nodes
 from gimcli.structure.plan import make_plan
-from gimcli.structure.restrictions import Move, Restriction, angle, distance
+from gimcli.structure.restrictions import Move, Restriction, distance, member_angle, member_distance
 from gimcli.structure.steps import Plan, Value
 
 PERTURBATION = 1e-2
@@ -33,7 +33,7 @@ PERTURBATION = 1e-2
 
 
 @derived
-def _first_sequence(mechanism: Mechanism, strategy: str) -> Sequence:
+def first_sequence(mechanism: Mechanism, strategy: str) -> Sequence:
     """Return the best sequence at the drawn position (cached, because a comparison of methods uses it often)."""
     return find_sequence(mechanism, mechanism.drawn, mechanism.drawn_inputs, strategy)
 
@@ -42,7 +42,7 @@ def _first_sequence(mechanism: Mechanism, strategy: str) -> Sequence:
 class Sweeper:
     """Solves positions and motions of a mechanism by sweeps.
 
-    Raises UsageError if `options.moves` is not a valid sequence.
+    Raises UsageError if `options.moves` is not a valid sequence, StructureError if there is no complete one.
     """
 
     mechanism: Mechanism
@@ -57,13 +57,18 @@ class Sweeper:
     def __post_init__(self) -> None:
         mechanism = self.mechanism
         self.plan = make_plan(mechanism)
-        self.known, _ = known_nodes(mechanism)
-        self.free = [n for n in free_nodes(mechanism) if n not in self.known]
+        carried = known_nodes(mechanism)[1]
         if self.options.moves:
             self.moves = parse_moves(mechanism, self.options.moves)
         else:
-            self.sequence = _first_sequence(mechanism, self.options.strategy)
-            self.moves = self.sequence.moves
+            self.sequence = first_sequence(mechanism, self.options.strategy)
+            self.moves, carried = self.sequence.moves, self.sequence.carried_by_input
+            missing = [mechanism.nodes[n] for group in self.sequence.groups for n in group.missing]
+            if missing:
+                cure = f" (spectral radius {self.sequence.radius:.4f}): use --strategy spectral"
+                raise StructureError(INCOMPLETE + ", ".join(missing) + cure)
+        self.known = carried | set(mechanism.members[FRAME].nodes)
+        self.free = [n for n in free_nodes(mechanism) if n not in self.known]
 
     def known_positions(self, inputs: FloatArray) -> RowBlock:
         """Return a block for inputs (actuators, rows) in which only the known nodes are placed."""
@@ -122,7 +127,7 @@ class Sweeper:
     def exchange(self, z: ComplexArray, inputs: FloatArray, gain: float) -> bool:
         """Use the best sequence at z (nodes,), if it needs `gain` times fewer sweeps; return whether it does.
 
-        A sequence given by the user is not exchanged.
+        A sequence given by the user is not exchanged, nor that by the rules of the paper, which is the same everywhere.
         """
         if self.sequence is None or not np.all(np.isfinite(z)):
             return False
@@ -147,27 +152,22 @@ def parse_moves(mechanism: Mechanism, text: str) -> tuple[Move, ...]:
         if len(names) not in (2, 3) or any(n not in mechanism.nodes for n in names):
             raise UsageError(f"sequence: expected FROM>TO or ARM^VERTEX>TO with nodes of the file, got '{word}'")
         numbers = [mechanism.nodes.index(n) for n in names]
-        if len(numbers) == 2:
-            restriction = _distance_between(mechanism, numbers[0], numbers[1], word)
-        else:
-            restriction = _angle_between(mechanism, numbers[0], numbers[1], numbers[2], word)
-        moves.append(Move(restriction, numbers[-1], "given"))
+        find = _distance_between if len(numbers) == 2 else _angle_between
+        moves.append(Move(find(mechanism, word, *numbers), numbers[-1], "given"))
     return tuple(moves)
 
 
-def _angle_between(mechanism: Mechanism, arm: int, vertex: int, b: int, word: str) -> Restriction:
-    for member in mechanism.members[1:]:
+def _angle_between(mechanism: Mechanism, word: str, arm: int, vertex: int, b: int) -> Restriction:
+    for index, member in enumerate(mechanism.members[1:], start=1):
         if {arm, vertex, b} <= set(member.nodes):
-            turn = member.reach(vertex, b) / member.reach(vertex, arm)
-            return angle(f"{member.name} {word}", vertex, arm, b, turn / abs(turn))
+            return member_angle(mechanism, index, vertex, arm, b)
     raise UsageError(f"sequence: no member contains the angle of '{word}'")
 
 
-def _distance_between(mechanism: Mechanism, a: int, b: int, word: str) -> Restriction:
-    for member in mechanism.members[1:]:
+def _distance_between(mechanism: Mechanism, word: str, a: int, b: int) -> Restriction:
+    for index, member in enumerate(mechanism.members[1:], start=1):
         if a in member.nodes and b in member.nodes:
-            name = f"{member.name} {mechanism.nodes[a]}-{mechanism.nodes[b]}"
-            return distance(name, a, b, Value(abs(member.reach(a, b))))
+            return member_distance(mechanism, index, a, b, alone=False)
     for number, actuator in enumerate(mechanism.actuators):
         if set(actuator.nodes) == {a, b}:
             return distance(actuator.name, a, b, Value(0.0, number))

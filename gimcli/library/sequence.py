@@ -32,8 +32,8 @@ def sequence(
     Args:
         mechanism: from `load` or `loads`.
         at: dict of inputs by name, for names that are not Python names or are names of arguments.
-        strategy: "spectral" (the sequence with the smallest spectral radius, which converges fastest) or "classic" (the
-            rules of the paper only).
+        strategy: "spectral" (the admissible sequence with the smallest spectral radius, which converges fastest) or
+            "classic" (the sequence by the rules of the paper).
         tolerance: largest accepted error of a constraint, relative to the mechanism's size; from 1e-14 to below 1.
         inputs: inputs by name, in the file's units. Inputs that are not given have the value at the start of their law.
 
@@ -44,7 +44,8 @@ def sequence(
 
     Raises:
         UsageError: an unknown name or an invalid argument.
-        StructureError: the mechanism is not fully driven, over-driven or contradictory.
+        StructureError: the mechanism is not fully driven, over-driven or contradictory, or a pair cannot be written as
+            the rules of the paper need it.
     """
     chosen = Options.checked("auto", strategy, tolerance, "auto")
     values = inputs_of(mechanism, at, inputs)
@@ -116,8 +117,8 @@ def _report(group: SequenceGroupReport) -> dict[str, Any]:
             for s in group.steps
         ],
         "radius": group.radius,
-        "classic_radius": group.classic_radius,
         "predicted_sweeps": group.predicted_sweeps,
         "observed_sweeps": group.observed_sweeps,
         "candidates": group.candidates,
+        "incomplete": group.incomplete,
     }  # fmt: skip

@@ -46,7 +46,7 @@ def solve(
         mechanism: from `load` or `loads`.
         at: dict of inputs by name, for names that are not Python names or are names of arguments.
         method: "auto", "newton" or "gim" (geometric iteration only).
-        strategy: how method "gim" ranks sequences: "spectral" or "classic"; see `sequence`.
+        strategy: the sequence of method "gim", "spectral" or "classic"; see `sequence`.
         tolerance: largest accepted error of a constraint, relative to the mechanism's size; from 1e-14 to below 1.
         start: where the iteration starts: "drawn" (the coordinates of the file) or "random".
         seed: seed of the random start.
@@ -125,7 +125,7 @@ class SolveResult(Result):
 
         found, options = self.position, self.position.options
         tried = ("random",) if options is not None and options.seed is not None else ()
-        return reason(self.mechanism, found.status, found.inputs, tried) if found.status.value else ""
+        return reason(self.mechanism, found.status, found.inputs, tried, options) if found.status.value else ""
 
     @cached_property
     def xy(self) -> ByName:

@@ -63,7 +63,7 @@ def trace(
             numbers them.
         all_branches: follow the circuit and all circuits that meet it; adds the column "branch".
         method: "auto", "newton" or "gim" (geometric iteration only).
-        strategy: how method "gim" ranks sequences: "spectral" or "classic"; see `sequence`.
+        strategy: the sequence of method "gim", "spectral" or "classic"; see `sequence`.
         tolerance: largest accepted error of a constraint, relative to the mechanism's size; from 1e-14 to below 1.
         jit: "auto" compiles the kernels where this saves time; "on", "off". The numbers are the same.
         sequence: with method "gim": the moves of one sweep, such as "A>B O4>B": FROM>TO imposes a distance,

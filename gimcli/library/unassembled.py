@@ -42,18 +42,29 @@ OTHERS = {
 """Commands that may find another configuration."""
 
 
-def reason(mechanism: Mechanism, status: Status, inputs: FloatArray, tried: Collection[str] = ()) -> str:
+def reason(
+    mechanism: Mechanism,
+    status: Status,
+    inputs: FloatArray,
+    tried: Collection[str] = (),
+    options: Options | None = None,
+) -> str:
     """Return the cause of a status, with numbers where a position at inputs (actuators,) cannot be assembled.
 
     tried: what need not be advised any more, "all" (configurations) and "random" (coordinates). Of several machines
-    each that cannot be assembled has its cause.
+    each that cannot be assembled has its cause. options: by which the position was not found.
     """
     if len(mechanism.machines) > 1:
         return "; ".join(_of_machines(mechanism, inputs, tried)) or status.text
     if status is Status.LIMIT and (gap := Unassembled(mechanism, inputs).certain_gap()):
         return f"{gap}; {status.text}"
     if status is not Status.NOT_ASSEMBLED:
-        return status.text
+        if options is None or (options.method, options.strategy, options.moves) != ("gim", "classic", ""):
+            return status.text
+        from gimcli.gim.sweeper import first_sequence
+
+        radius = first_sequence(mechanism, "classic").radius_at(solve(mechanism, inputs, Options()).z, inputs)
+        return f"{status.text}; the sequence by the rules of the paper has the spectral radius {radius:.4f} there"
     return "; ".join(Unassembled(mechanism, inputs).sentences(tried))
 
 
@@ -70,7 +81,8 @@ def motion_reason(motion: Motion) -> str:
     if motion.parts:
         unsolved = [part for part in motion.parts if not part.good.all()]
         return "; ".join(f"{part.mechanism.as_machine.name}: {motion_reason(part)}" for part in unsolved)
-    return reason(motion.mechanism, motion.overall, motion.inputs[:, int(np.argmin(motion.good))])
+    first = int(np.argmin(motion.good))
+    return reason(motion.mechanism, motion.overall, motion.inputs[:, first], options=motion.options)
 
 
 class Unassembled:

@@ -60,6 +60,7 @@ class Motion:
     parameter: FloatArray | None = field(default=None, repr=False)  # (rows,) of the curve, if one was followed
     headings: FloatArray | None = field(default=None, repr=False)  # (n + 1, rows) tangents of the curve, if known
     parts: tuple[Motion, ...] = field(default=(), repr=False)  # of independent machines, if there are several
+    options: Options | None = field(default=None, repr=False)
 
     @property
     def machines(self) -> tuple[Motion, ...]:
@@ -341,4 +342,5 @@ def checked(mechanism: Mechanism, plan: Plan, path: FollowedPath, options: Optio
     return Motion(
         mechanism, path.time, path.inputs, z, codes, error, path.work, start, worst, path.limit, tuple(path.touched),
         tuple(path.bridged), tuple(path.meetings), tuple(path.exchanged), tuple(path.turned_back), path.parameter,
+        options=options,
     )  # fmt: skip

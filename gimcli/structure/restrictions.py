@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence, Set
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
 
 from gimcli.mechanism import ANGLE, FRAME, HEIGHT, SPAN, Mechanism
@@ -41,11 +42,12 @@ class Restriction(Constraint):
 
 @dataclass(frozen=True)
 class Move:
-    """Satisfy a restriction by moving one of its nodes; `rule` is the rule of the method that selected the move."""
+    """Satisfy a restriction by moving one of its nodes; `rule` is that which selected the move, `reason` why."""
 
     restriction: Restriction
     node: int
     rule: str = ""
+    reason: str = ""
 
     @property
     def about(self) -> tuple[int, ...]:
@@ -66,6 +68,19 @@ def angle(name: str, vertex: int, arm: int, b: int, turn: complex, actuator: int
     return Restriction(name, ANGLE, b, vertex, Value(0.0), Vector(turn, vertex, arm, actuator=actuator), (b, arm))
 
 
+def member_distance(mechanism: Mechanism, index: int, a: int, b: int, alone: bool) -> Restriction:
+    """Return the distance of two nodes of a member; `alone`: the only restriction of the member."""
+    member, names = mechanism.members[index], mechanism.nodes
+    return distance(member.name + f" {names[a]}-{names[b]}" * (not alone), a, b, Value(abs(member.reach(a, b))))
+
+
+def member_angle(mechanism: Mechanism, index: int, vertex: int, arm: int, b: int) -> Restriction:
+    """Return the angle at a vertex between two nodes of a member."""
+    member, names = mechanism.members[index], mechanism.nodes
+    turn = member.reach(vertex, b) / member.reach(vertex, arm)
+    return angle(f"{member.name} {names[arm]}-{names[vertex]}-{names[b]}", vertex, arm, b, turn / abs(turn))
+
+
 def member_models(mechanism: Mechanism, index: int, nodes: Sequence[int], known: Set[int]) -> list[list[Restriction]]:
     """Return the alternative models of a member, without the restrictions between known nodes.
 
@@ -73,22 +88,15 @@ def member_models(mechanism: Mechanism, index: int, nodes: Sequence[int], known:
     nodes are not in line). The next is the chain of distances and angles in the order of the file, the paper's model of
     a member. The others are the distances and angles about each vertex.
     """
-    member, names = mechanism.members[index], mechanism.nodes
-    place = {n: member.local(n) for n in nodes}
-
-    def rd(a: int, b: int) -> Restriction:
-        label = member.name if len(nodes) == 2 else f"{member.name} {names[a]}-{names[b]}"
-        return distance(label, a, b, Value(abs(place[b] - place[a])))
-
-    def ra(vertex: int, arm: int, b: int) -> Restriction:
-        turn = (place[b] - place[vertex]) / (place[arm] - place[vertex])
-        return angle(f"{member.name} {names[arm]}-{names[vertex]}-{names[b]}", vertex, arm, b, turn / abs(turn))
+    member = mechanism.members[index]
+    rd = partial(member_distance, mechanism, index, alone=len(nodes) == 2)
+    ra = partial(member_angle, mechanism, index)
 
     def wanted(restrictions: list[Restriction]) -> list[Restriction]:
         return [r for r in restrictions if not set(r.nodes) <= known]
 
     def sine(a: int, b: int, c: int) -> float:
-        p, q = place[a] - place[c], place[b] - place[c]
+        p, q = member.reach(c, a), member.reach(c, b)
         return abs((p.conjugate() * q).imag) / (abs(p) * abs(q))
 
     if len(nodes) == 2:
@@ -126,7 +134,7 @@ def _names(model: list[Restriction]) -> set[tuple[str, tuple[int, ...]]]:
 def pair_restrictions(mechanism: Mechanism, known: Set[int], kinematic: Sequence[Sequence[int]]) -> list[Restriction]:
     """Return the restrictions of sliding pairs and actuators, without those between known nodes."""
     make = {SPAN: _span, HEIGHT: _line, ANGLE: _driven_angle}
-    result = [make[row.kind](mechanism, row, kinematic) for row in pair_rows(mechanism)]
+    result = (make[row.kind](mechanism, row, kinematic) for row in pair_rows(mechanism))
     return [r for r in result if not set(r.nodes) <= known]
 
 

@@ -175,7 +175,10 @@ def test_sequence_json():
     assert group["kind"] == "coupled"
     assert set(group["nodes"]) == {"B", "C", "E"}
     assert {"node", "about", "constraint", "rule"} <= set(group["steps"][0])
-    assert 0.0 < group["radius"] <= group["classic_radius"]
+    classic = json.loads(gim("sequence", MODELS / "stephenson_3_far.yaml", "--strategy", "classic", "--json"))
+    (by_rules,) = classic["groups"]
+    assert 0.0 < group["radius"] <= by_rules["radius"]
+    assert (by_rules["kind"], by_rules["incomplete"]) == ("strongly coupled", "")
     kinds = [g["kind"] for g in json.loads(gim("sequence", MODELS / "jansen.yaml", "--json"))["groups"]]
     assert set(kinds) == {"dyad"}
 

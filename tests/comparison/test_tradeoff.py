@@ -104,16 +104,15 @@ def test_a_position_on_another_branch_is_not_solved():
 
 
 def test_sweeps_that_leave_the_branch_give_a_status():
-    """Klann's leg at tolerance 0.01: some rows converge to another configuration (measured) and count as failures."""
-    (entry,) = of(compare("klann", (1e-2,), 72), "gim-classic")
+    """Klann's leg at tolerance 0.1: most rows converge to another configuration (measured) and count as failures."""
+    (entry,) = of(compare("klann", (1e-1,), 72), "gim-classic")
     assert 0 < entry.solved < entry.rows
     assert "other-configuration" in entry.reason
 
 
 @pytest.mark.soak
 def test_a_method_that_does_not_converge_or_has_no_sequence_has_an_entry_with_the_reason():
-    found = compare("double_butterfly", (1e-4,))
-    (entry,) = of(found, "gim-classic")
+    (entry,) = of(compare("gim_fig13c", (1e-4,)), "gim-spectral")
     assert 0 < entry.solved < entry.rows
     assert entry.reason in ("stalled", "not-converged", "other-configuration")
 
@@ -415,13 +414,14 @@ def test_the_manual_has_table_1(column):
         return float(cells[column])
 
     names = {
-        "sweeps, as": "sweeps", "iterations in absolute": "absolute iterations", "paper's count: 12": "paper",
+        "sweeps, as": "sweeps", "sweeps by the": "rules", "iterations in absolute": "absolute iterations",
+        "paper's count: 12": "paper",
         "paper's count: 9": "paper absolute", "operations counted": "real", "`auto`": "real auto",
         "sweeps to 1e-12": "tight sweeps", "iterations to 1e-12": "tight absolute",
         **{f"Newton-Raphson, {name}": f"real {name}" for name in ("absolute", "joint", "natural")},
     }  # fmt: skip
     for label, name in names.items():
-        assert number(label) == round(found[name]), label
+        assert number(label) == np.round(found[name]), label
     assert number("of 50 random starts") == from_far(case)[0]
 
 

@@ -1,12 +1,14 @@
 """The Geometrical-Iterative Method against the numbers of sweeps of Petuya et al. 2004, and against its theory."""
 
+from itertools import product
+
 import numpy as np
 import pytest
 from bundled import MANUAL, MODELS
 from table1_operations import CASES
 
 from gimcli import load
-from gimcli.errors import UsageError
+from gimcli.errors import StructureError, UsageError
 from gimcli.gim.convergence import fit_history
 from gimcli.gim.report import report
 from gimcli.gim.sequence import known_nodes
@@ -42,15 +44,25 @@ def test_sweeps_of_the_papers_sequences(name):
     assert position.sweeps == STEPS[name][1]
 
 
+# sweeps by the rules: those of the paper for Figs. 11, 13a and 13b; for Fig. 13c another reading of the rules needs 275
+# (that of the distance WY instead of the angle at X of the member WXY); the ten-bar does not converge
+BY_RULES = {"gim_fig11": 13, "gim_fig13a": 4, "gim_fig13b": 7, "gim_fig13c": pytest.approx(275, rel=0.01)}
+
+
 @pytest.mark.parametrize("name", STEPS)
-def test_both_strategies_converge_and_spectral_is_no_slower(name):
+def test_sweeps_by_the_rules_of_the_paper(name):
     mechanism, inputs = displaced(name)
-    sweeps = {}
-    for strategy in ("classic", "spectral"):
-        position = solve(mechanism, inputs, Options(method="gim", strategy=strategy, tolerance=1e-5))
-        assert position.status.word == "ok", strategy
-        sweeps[strategy] = position.sweeps
-    assert sweeps["spectral"] <= min(sweeps["classic"], STEPS[name][1])
+    position = solve(mechanism, inputs, Options(method="gim", strategy="classic", tolerance=1e-5))
+    assert position.status.word == "ok" if name in BY_RULES else position.status.word == "stalled"
+    assert name not in BY_RULES or position.sweeps == BY_RULES[name]
+
+
+@pytest.mark.parametrize("name", STEPS)
+def test_the_best_admissible_sequence_is_no_slower(name):
+    mechanism, inputs = displaced(name)
+    position = solve(mechanism, inputs, Options(method="gim", tolerance=1e-5))
+    assert position.status.word == "ok"
+    assert position.sweeps <= STEPS[name][1]
 
 
 def test_fig11_classic_needs_the_papers_sweeps_and_follows_equation_3():
@@ -83,11 +95,12 @@ def test_spectral_radius_equals_that_of_finite_differences_of_a_sweep():
     from gimcli.gim.sweeps import pack
     from gimcli.kernels import sweep as kernels
 
-    for name in ("double_butterfly", "gim_fig11", "whitworth", "platform_3rrr", "scissor_lift"):
+    names = ("double_butterfly", "gim_fig11", "whitworth", "platform_3rrr", "scissor_lift", "ten_bar")
+    for name, strategy in product(names, ("classic", "spectral")):
         mechanism = load(MODELS / f"{name}.yaml")
         inputs = mechanism.drawn_inputs
         z = solve(mechanism, inputs, Options(tolerance=1e-13)).z
-        sequence = find_sequence(mechanism, z, inputs)
+        sequence = find_sequence(mechanism, z, inputs, strategy)
         free = [n for g in sequence.groups for n in g.nodes]
         mi, mz = pack(sequence.moves)
 
@@ -109,7 +122,12 @@ def test_spectral_radius_equals_that_of_finite_differences_of_a_sweep():
 def test_both_fundamental_conditions_hold_for_every_model(model, strategy):
     """Every free node is moved twice and every restriction is imposed once, except redundant ones."""
     mechanism = load(model)
-    sweeper = Sweeper(mechanism, Options(method="gim", strategy=strategy), plain)
+    try:
+        sweeper = Sweeper(mechanism, Options(method="gim", strategy=strategy), plain)
+    except StructureError as error:
+        if strategy == "spectral" or "rules of the paper" not in str(error):
+            raise
+        return
     moved = [m.node for m in sweeper.moves if m.rule != "surplus"]
     assert {n: moved.count(n) for n in sweeper.free} == dict.fromkeys(sweeper.free, 2)
     imposed = [id(m.restriction) for m in sweeper.moves]
@@ -126,12 +144,14 @@ def test_nodes_carried_by_an_input_are_known():
 def test_the_manual_states_the_measured_sweeps():
     text = (MANUAL / "method.md").read_text(encoding="utf-8")
     for name in STEPS:
-        (line,) = [row for row in text.splitlines() if row.startswith(f"| `{name}`")]
-        stated = [int(cell) for cell in line.strip("|").split("|")[1:]]
+        (line,) = [row for row in text.splitlines() if row.startswith(f"| `{name}`,")]
+        cells = [cell.strip() for cell in line.strip("|").split("|")[1:]]
+        stated = [int(cell) if cell != "-" else cell for cell in cells]
         mechanism, inputs = displaced(name)
         measured = [STEPS[name][1]]
         for change in ({"moves": STEPS[name][2]}, {"strategy": "classic"}, {"strategy": "spectral"}):
-            measured.append(solve(mechanism, inputs, Options(method="gim", tolerance=1e-5, **change)).sweeps)
+            found = solve(mechanism, inputs, Options(method="gim", tolerance=1e-5, **change))
+            measured.append(found.sweeps if found.status.solved else "-")
         assert stated == measured, name
 
 
