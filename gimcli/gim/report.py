@@ -94,8 +94,7 @@ def _step(mechanism: Mechanism, sequence: Sequence, move: Move, states: dict[str
     joined = (" from " if move.reason and move.restriction.letters == "RA" else " and ").join(about) or "the frame"
     text = move.reason or REASONS[move.rule].format(node=node, about=joined, be="is" if len(about) < 2 else "are")
     carried = [mechanism.nodes[n] for n in move.about if n in sequence.carried_by_input]
-    if carried and not move.reason:
-        text += f" ({', '.join(carried)} carried by an input)"
+    text += f" ({', '.join(carried)} carried by an input)" * bool(carried and not move.reason)
     what = {"RD": "its distance from", "RA": "its angle about", "RL": "its line through"}[move.restriction.letters]
     return StepReport(
         node, move.node, about, move.about, move.restriction.name, move.restriction.letters, move.rule, states,

@@ -70,8 +70,9 @@ class SequenceResult(Result):
 
     def headline(self) -> str:
         """Return the result in one line."""
-        count = f"{len(self.groups)} group{'s' * (len(self.groups) != 1)}"
-        return f"{self.mechanism.name}: {count}, {sum(len(g.steps) for g in self.groups)} moves per sweep"
+        moves = sum((s.rule, s.kind) != ("input", "RA") for g in self.groups for s in g.steps)  # without placed arms
+        counts = [f"{n} {word}{'s' * (n != 1)}" for n, word in ((len(self.groups), "group"), (moves, "move"))]
+        return f"{self.mechanism.name}: {', '.join(counts)} per sweep"
 
     def report(self) -> dict[str, Any]:
         """Return the report that --json prints."""
@@ -92,7 +93,7 @@ class SequenceResult(Result):
         from gimcli.output.sequence import DrawnMove, MoveGroup, sequence_sheet
 
         mechanism, groups, first = self.mechanism, list[MoveGroup](), 1
-        for group in self.groups:
+        for group in (group for group in self.groups if group.steps):
             last = first + len(group.steps) - 1
             moves = tuple(
                 DrawnMove(s.number, s.about_numbers, f"{s.node} about {', '.join(s.about)}: {s.constraint}")

@@ -51,8 +51,8 @@ class MoveGroup:
 
 
 def sequence_sheet(mechanism: Mechanism, position: ComplexArray, groups: Sequence[MoveGroup], title: str) -> Sheet:
-    """Return the mechanism with its moves, above the table of all moves."""
-    return Sheet("", (sequence_picture(mechanism, position, groups, title), moves_table(groups)))
+    """Return the mechanism with its moves, above the table of all moves, if there are any."""
+    return Sheet("", (sequence_picture(mechanism, position, groups, title), *([moves_table(groups)] if groups else [])))
 
 
 @composition

@@ -249,14 +249,16 @@ def test_what_is_no_distance_and_no_angle_is_refused_by_name(name):
 
 
 @pytest.mark.parametrize("name", sorted(INCOMPLETE))
-def test_an_incomplete_sequence_is_reported_with_its_nodes_and_radius(name):
+def test_an_incomplete_sequence_is_reported_with_its_nodes_and_radius(name, tmp_path):
     """A direction in which no restriction is imposed keeps its error: the radius is at least 1."""
     mechanism = load(MODELS / f"{name}.yaml")
     (group,) = gimcli.sequence(mechanism, strategy="classic").report()["groups"]
     assert "no complete sequence; nodes that are not moved twice: " in group["incomplete"]
     assert group["radius"] >= 1.0 - 1e-9
     assert (group["predicted_sweeps"], group["observed_sweeps"]) == (None, None)
-    assert group["incomplete"] in gim("sequence", MODELS / f"{name}.yaml", "--strategy", "classic")
+    picture = tmp_path / "moves.png"
+    assert group["incomplete"] in gim("sequence", MODELS / f"{name}.yaml", "--strategy", "classic", "--png", picture)
+    assert picture.stat().st_size > 0
     for verb in (gimcli.solve, lambda m, **how: gimcli.trace(m, 4, **how)):
         with pytest.raises(StructureError, match=r"no complete sequence; .* \(spectral radius 1\.\d{4}\)"):
             verb(mechanism, method="gim", strategy="classic")
