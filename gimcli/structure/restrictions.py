@@ -85,8 +85,8 @@ def member_models(mechanism: Mechanism, index: int, nodes: Sequence[int], known:
     """Return the alternative models of a member, without the restrictions between known nodes.
 
     nodes: the member's nodes in the order in which they are placed. The first model consists of distances only (if the
-    nodes are not in line). The next is the chain of distances and angles in the order of the file, the paper's model of
-    a member. The others are the distances and angles about each vertex.
+    nodes are not in line). The next is the chain of distances and angles in the order of the file. The others are the
+    distances and angles about each vertex.
     """
     member = mechanism.members[index]
     rd = partial(member_distance, mechanism, index, alone=len(nodes) == 2)
