@@ -2,28 +2,40 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from gimcli.cli.arguments import MODEL, NONE, Assembly, Json, ModelPath, Out, Set
 from gimcli.cli.console import print_table
+from gimcli.library.rounding import number
 from gimcli.status import Status
 
+WIDEST = 8
+"""Most columns of a printed matrix."""
+
 if TYPE_CHECKING:
+    from gimcli.library.jacobian import JacobianMatrix
     from gimcli.library.mobility import MobilityResult
 
 HELP = (
     "Grübler's formula, the rank of the constraint Jacobian and the mobility that follows from it, at the assembled"
     " position nearest to the initial configuration."
 )
-EXAMPLES = ("gim mobility parallelogram_third_crank",)
+EXAMPLES = (
+    "gim mobility parallelogram_third_crank",
+    "gim mobility parallelogram_third_crank --jacobian --coordinates joint",
+)
 
 
 def command(
     model: ModelPath = MODEL,
     changes: Set = NONE,
     assembly: Assembly = "",
+    jacobian: Annotated[bool, typer.Option("--jacobian", help="Print the Jacobian of the constraints.")] = False,
+    coordinates: Annotated[
+        str, typer.Option("--coordinates", metavar="NAME", help="Of the Jacobian: joint, absolute or natural.")
+    ] = "natural",
     out: Out = NONE,
     as_json: Json = False,
 ) -> None:
@@ -32,7 +44,9 @@ def command(
     from gimcli.library.mobility import MobilityResult, mobility
 
     outputs = Outputs(MobilityResult, model, out, as_json=as_json)
-    outputs.finish(mobility(outputs.loaded(assembly, changes=changes)), _print)
+    found = mobility(outputs.loaded(assembly, changes=changes), coordinates=coordinates)
+    found.shows_jacobian = jacobian
+    outputs.finish(found, _print)
 
 
 def _print(result: MobilityResult) -> None:
@@ -51,3 +65,29 @@ def _print(result: MobilityResult) -> None:
             f"The initial configuration is singular: {found.apparent} apparent freedoms there, {found.mobility} in"
             " nearby positions."
         )
+    if result.shows_jacobian:
+        _print_jacobian(result.jacobian)
+
+
+def _print_jacobian(found: JacobianMatrix) -> None:
+    """Print the matrix; a wide one as the list of what is not 0 in each row."""
+    head: list[str] = [f"{name} [{unit}]" for name, unit in found.columns]
+    texts = [tuple(_number(value) for value in row) for row in found.values.tolist()]
+    title = f"Jacobian of the constraints, {found.coordinates} coordinates"
+    if len(head) > WIDEST:
+        listed = (", ".join(f"{c}: {v}" for c, v in zip(head, row, strict=True) if v != "0") for row in texts)
+        head, texts = ["derivatives that are not 0"], [(one,) for one in listed]
+    rows = [(name, *row) for name, row in zip(found.rows, texts, strict=True)]
+    print_table(title, ("equation", *head), rows, range(1, len(head) + 1) if len(head) > 1 else ())
+    last = found.rank_by_singular_values
+    gap = " and ".join(map(_number, found.singular_values[max(0, last - 1) : last + 1].tolist()))
+    typer.echo(
+        f"rank of {len(found.rows)} equations in {len(found.columns)} coordinates: {found.rank} by elimination with"
+        f" full pivoting,\n{last} by singular values (at the gap {gap})"
+    )
+    for name, others in found.dependent.items():
+        typer.echo(f"dependent: {name}; one of several choices, instead of it: {', '.join(others) or 'none'}")
+
+
+def _number(value: float) -> str:
+    return number(value, 1.0)

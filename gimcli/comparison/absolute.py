@@ -36,13 +36,24 @@ class BodyCoordinates(Protocol):
 class AbsoluteCoordinates:
     """A mechanism in absolute coordinates: three unknowns per body, two for a body that is a point."""
 
-    def __init__(self, mechanism: Mechanism) -> None:
-        self.mechanism, self.bodies = mechanism, Bodies(mechanism)
+    def __init__(self, mechanism: Mechanism, drivers: bool = True) -> None:
+        self.mechanism, self.bodies = mechanism, Bodies(mechanism, drivers)
         sizes = [0] + [3 if self.bodies.turns(b) else 2 for b in range(1, self.bodies.count)]
         columns = np.concatenate([[0], np.cumsum(sizes)[:-1]])
         self.layout = np.array([columns, [s == 3 for s in sizes]], dtype=np.int64).T.copy()  # bi of the kernel
         self.unknowns = sum(sizes)
         self.equations = sum(p.rows for p in self.bodies.pairs)
+
+    @property
+    def names(self) -> list[tuple[str, bool]]:
+        """The unknowns, and whether each is an angle."""
+        bodies = ((self.bodies.name(b), turns) for b, (_, turns) in enumerate(self.layout.tolist()) if b)
+        parts = ("x", "y", "angle")
+        return [(f"{name}.{part}", part == "angle") for name, turns in bodies for part in parts[: 2 + turns]]
+
+    def jacobian(self, z: ComplexArray) -> tuple[list[BodyPair], FloatArray]:
+        """Return the pairs that are equations, and their Jacobian at positions z (nodes,)."""
+        return self.bodies.pairs, jacobian(self, z, self.layout, self.bodies.pairs, NO_JOINTS)
 
     def weights(self, length: float) -> FloatArray:
         """Return the weights (unknowns,) of the corrections: 1 / `length` for coordinates, 1 for angles [rad]."""
@@ -78,6 +89,17 @@ def follow_bodies(
     )  # fmt: skip
     z = bodies.positions(pose[:, :, 0] + 1j * pose[:, :, 1], pose[:, :, 3] + 1j * pose[:, :, 4])
     return z, iterations, good
+
+
+def jacobian(
+    system: BodyCoordinates, z: ComplexArray, layout: IntArray, pairs: list[BodyPair],
+    joints: tuple[np.ndarray, np.ndarray, np.ndarray],
+) -> FloatArray:  # fmt: skip
+    """Return the Jacobian (equations, unknowns) at positions z (nodes,); arguments as of `follow_bodies`."""
+    pose, room = frame_poses(1, system.bodies.count), kernels.room(system.equations, system.unknowns)
+    values = np.zeros(len(system.bodies.mechanism.actuators))
+    kernels.gradients(system.start(z), values, layout, *system.bodies.arrays(pairs), *joints, room, pose[0])
+    return room.j
 
 
 def frame_poses(rows: int, bodies: int) -> FloatArray:

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gimcli.comparison.absolute import follow_bodies
+from gimcli.comparison.absolute import follow_bodies, jacobian
 from gimcli.comparison.pairs import Bodies, BodyPair
 from gimcli.comparison.stop import Stop
 from gimcli.kernels import bodies as pairs
@@ -64,13 +64,30 @@ class TreeJoint:
 class JointCoordinates:
     """A mechanism in joint coordinates."""
 
-    def __init__(self, mechanism: Mechanism) -> None:
-        self.mechanism, self.bodies = mechanism, Bodies(mechanism)
+    def __init__(self, mechanism: Mechanism, drivers: bool = True) -> None:
+        self.mechanism, self.bodies = mechanism, Bodies(mechanism, drivers)
         self.joints = self._tree()
         imposed = {number for joint in self.joints for number in joint.imposed}
         self.cut = [p for k, p in enumerate(self.bodies.pairs) if k not in imposed]
         self.unknowns = sum(j.variables for j in self.joints)
         self.equations = sum(p.rows for p in self.cut)
+
+    @property
+    def names(self) -> list[tuple[str, bool]]:
+        """The unknowns, and whether each is an angle."""
+        names: list[tuple[str, bool]] = []
+        for joint in self.joints:
+            at = " ".join(dict.fromkeys(self.bodies.pairs[k].name for k in joint.imposed))
+            name = f"{self.bodies.name(joint.child)} at {at}" if at else self.bodies.name(joint.child)
+            names += [(f"{name}.angle", True)] * joint.angle.variable
+            shifts = joint.variables - joint.angle.variable
+            names += [(f"{name}.{part}", False) for part in (("x", "y") if shifts == 2 else ("travel",) * shifts)]
+        return names
+
+    def jacobian(self, z: ComplexArray) -> tuple[list[BodyPair], FloatArray]:
+        """Return the pairs that are equations, and their Jacobian at positions z (nodes,)."""
+        layout = np.zeros((self.bodies.count, 2), dtype=np.int64)
+        return self.cut, jacobian(self, z, layout, self.cut, self.arrays())
 
     # -- the tree ---------------------------------------------------------------------------
 

@@ -7,6 +7,7 @@ not turn. A node in k members gives k - 1 revolute pairs, each with the first of
 from __future__ import annotations
 
 import cmath
+from collections import Counter
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +18,12 @@ from gimcli.structure.kinematic_nodes import loose_nodes
 from gimcli.structure.residual import pose
 from gimcli.structure.rotation import members_of
 from gimcli.structure.steps import NONE
+
+PARTS = {
+    kernels.COINCIDENT: ("x", "y"), kernels.ON_LINE: ("line",), kernels.ANGLE: ("angle",),
+    kernels.DISTANCE: ("distance",),
+}  # fmt: skip
+"""The scalar equations of each kind of pair."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +47,12 @@ class BodyPair:
     @property
     def rows(self) -> int:
         """Number of scalar equations."""
-        return 2 if self.kind == kernels.COINCIDENT else 1
+        return len(self.parts)
+
+    @property
+    def parts(self) -> tuple[str, ...]:
+        """What each scalar equation is."""
+        return PARTS[self.kind]
 
     @property
     def slides(self) -> bool:
@@ -51,7 +63,8 @@ class BodyPair:
 class Bodies:
     """Bodies of a mechanism, the nodes in each body, and the pairs between bodies."""
 
-    def __init__(self, mechanism: Mechanism) -> None:
+    def __init__(self, mechanism: Mechanism, drivers: bool = True) -> None:
+        """Derive the bodies and pairs; `drivers`: with those of the actuators."""
         self.mechanism = mechanism
         self.loose = loose_nodes(mechanism)
         self.count = len(mechanism.members) + len(self.loose)
@@ -62,8 +75,25 @@ class Bodies:
         for slide in mechanism.slides:
             may = set(self.bodies_of[slide.node]) - {slide.guide}
             self._sliding[slide.pair] = self._sliding.get(slide.pair, may) & may
-        rows = [*((row, NONE) for row in mechanism.pairs), *((a, k) for k, a in enumerate(mechanism.actuators))]
+        rows = [
+            *((row, NONE) for row in mechanism.pairs),
+            *((a, k) for k, a in enumerate(mechanism.actuators) if drivers),
+        ]
         self.pairs = [*self._revolutes(), *(self._row(*row) for row in rows)]
+
+    def name(self, body: int) -> str:
+        """Return the name of a body: that of its member or node."""
+        members = self.mechanism.members
+        return members[body].name if self.turns(body) else self.mechanism.nodes[self.loose[body - len(members)]]
+
+    def equations(self, pairs: list[BodyPair]) -> list[str]:
+        """Return the name of each scalar equation of some pairs: pair, bodies and part."""
+        names = [f"{p.name} {self.name(p.a)}-{self.name(p.b)} {part}" for p in pairs for part in p.parts]
+        count = Counter[str]()
+        for k, one in enumerate(names):
+            count[one] += 1
+            names[k] = one if count[one] == 1 else f"{one} {count[one]}"
+        return names
 
     def turns(self, body: int) -> bool:
         """Return whether a body has an angle; a body that is a single node has none."""

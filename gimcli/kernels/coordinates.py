@@ -63,6 +63,23 @@ def correct(q: FloatArray, j: FloatArray, f: FloatArray, order: FloatArray, weig
 
 
 @kernel
+def gradients(
+    q: FloatArray, values: FloatArray, bi: IntArray, pi: IntArray, pz: FloatArray, ji: IntArray, jz: FloatArray,
+    above: IntArray, room: CoordinateScratch, pose: FloatArray,
+) -> None:  # fmt: skip
+    """Compute the poses (bodies, 5), the residuals and their gradients at q; see `follow_bodies`."""
+    if ji.shape[0] > 0:
+        place_tree(q, values, ji, jz, pose, room.v)
+    else:
+        place_bodies(q, bi, pose)
+    pair_rows(values, pi, pz, pose, room.f, room.g, room.gb)
+    if ji.shape[0] > 0:
+        joint_rows(room.g, room.gb, ji, above, pose, room.v, room.j)
+    else:
+        absolute_rows(room.g, room.gb, bi, room.j)
+
+
+@kernel
 def follow_bodies(
     q: FloatArray, values: FloatArray, bi: IntArray, pi: IntArray, pz: FloatArray, ji: IntArray, jz: FloatArray,
     above: IntArray, room: CoordinateScratch, weight: FloatArray, tolerance: float, most: int, pose: FloatArray,
@@ -74,7 +91,7 @@ def follow_bodies(
     and good (rows,). After a row that fails, the next one starts from the last solved row.
     """
     n = q.shape[0]
-    j, f, order, last, g, gb, v = room
+    j, f, order, last, v = room.j, room.f, room.order, room.last, room.v
     for k in range(n):
         last[k] = q[k]
     for r in range(values.shape[0]):
@@ -82,15 +99,7 @@ def follow_bodies(
             q[k] = last[k]
         done, step = 0, math.inf
         while done < most and step > tolerance:
-            if ji.shape[0] > 0:
-                place_tree(q, values[r], ji, jz, pose[r], v)
-            else:
-                place_bodies(q, bi, pose[r])
-            pair_rows(values[r], pi, pz, pose[r], f, g, gb)
-            if ji.shape[0] > 0:
-                joint_rows(g, gb, ji, above, pose[r], v, j)
-            else:
-                absolute_rows(g, gb, bi, j)
+            gradients(q, values[r], bi, pi, pz, ji, jz, above, room, pose[r])
             step = correct(q, j, f, order, weight)
             done += 1
             if step == math.inf:

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from gimcli.errors import UnassembledError
+from gimcli.library.inputs import refuse_choice
+from gimcli.library.jacobian import COORDINATES, NATURAL, JacobianMatrix, jacobian_matrix
 from gimcli.library.result import Result
 from gimcli.mechanism import Mechanism
 from gimcli.structure.branch_mobility import Branch
@@ -18,18 +21,25 @@ REGULAR = "regular"
 """The kind of an initial configuration that is not singular."""
 
 
-def mobility(mechanism: Mechanism) -> MobilityResult:
+def mobility(mechanism: Mechanism, *, coordinates: str = NATURAL) -> MobilityResult:
     """Find mobility, redundant constraints and undriven nodes at the assembled position nearest to the drawn one.
 
+    Args:
+        mechanism: from `load` or `loads`.
+        coordinates: of `.jacobian`: "joint", "absolute" or "natural".
+
     Returns:
-        A MobilityResult: `.mobility`, `.status`, and `report()` with Grübler's count, the rank and the names.
+        A MobilityResult: `.mobility`, `.status`, `report()` with Grübler's count, the rank and the names, and
+        `.jacobian` with names of rows and columns, values and ranks, computed when it is asked for.
 
     Raises:
+        UsageError: unknown coordinates.
         UnassembledError: no assembled position was found near the drawn one.
     """
+    refuse_choice("coordinates", coordinates, COORDINATES)
     parts = {one.name: MobilityResult(mechanism, *_of_machine(mechanism, one.mechanism)) for one in mechanism.machines}
     start = next((part.start for part in parts.values() if part.start != REGULAR), REGULAR)
-    return MobilityResult(mechanism, of_machines([part.found for part in parts.values()]), start, parts)
+    return MobilityResult(mechanism, of_machines([part.found for part in parts.values()]), start, parts, coordinates)
 
 
 def _of_machine(whole: Mechanism, mechanism: Mechanism) -> tuple[Mobility, str]:
@@ -54,9 +64,16 @@ class MobilityResult(Result):
     KIND = "mobility"
 
     def __init__(
-        self, mechanism: Mechanism, found: Mobility, start: str, each: Mapping[str, MobilityResult] | None = None
-    ) -> None:
+        self, mechanism: Mechanism, found: Mobility, start: str, each: Mapping[str, MobilityResult] | None = None,
+        coordinates: str = NATURAL,
+    ) -> None:  # fmt: skip
         self.mechanism, self.found, self.start, self.each = mechanism, found, start, each or {}
+        self.coordinates, self.shows_jacobian = coordinates, False  # whether report and table are those of the matrix
+
+    @cached_property
+    def jacobian(self) -> JacobianMatrix:
+        """The Jacobian of the constraints."""
+        return jacobian_matrix(self.mechanism, self.coordinates)
 
     @property
     def mobility(self) -> int:
@@ -85,13 +102,21 @@ class MobilityResult(Result):
                 {"mobility": one.mobility, "undriven": list(one.undriven), "over_driven": list(one.overdriven)}
                 for one in found.branches
             ],
+            "alternatives": [{"constraint": k, "instead": own} for k, own in self._alternatives().items()],
+            **({"jacobian": self.jacobian.report()} if self.shows_jacobian else {}),
             **({"machines": [{"name": name, **one.report()} for name, one in self.each.items()]} if several else {}),
         }  # fmt: skip
 
     def table(self) -> Table:
-        """Return the quantities and their values as text."""
+        """Return the quantities and their values as text, or the Jacobian if it is shown."""
+        if self.shows_jacobian:
+            return self.jacobian.table()
         names, values = zip(*self.rows(), strict=True)
         return Table((Column("quantity", np.array(names)), Column("value", np.array(values))))
+
+    def _alternatives(self) -> dict[str, list[str]]:
+        """Return for each redundant constraint those that could take its place: the choice is one of several."""
+        return dict(zip(self.found.redundant, map(list, self.found.alternatives), strict=True))
 
     def _followers(self) -> list[tuple[str, str]]:
         """Return the row of the inputs that follow others, if there are any."""
@@ -106,6 +131,10 @@ class MobilityResult(Result):
             ("rank of the constraint Jacobian", str(found.rank)),
             ("mobility", str(found.mobility)),
             ("redundant constraints", ", ".join(found.redundant) or "none"),
+            *(
+                (f"instead of {name}", ", ".join(own))
+                for name, own in zip(found.redundant, found.alternatives, strict=True)
+            ),
             ("actuators", ", ".join(found.actuators) or "none"),
             *self._followers(),
             ("undriven nodes", ", ".join(found.undriven) or "none"),

@@ -162,6 +162,17 @@ def full_pivoting(table: FloatArray, tolerance: float = RANK) -> tuple[int, list
     return rank, sorted(rows[rank:])
 
 
+def dependent(table: FloatArray) -> dict[int, list[int]]:
+    """Return for each row without a pivot the other rows that could take its place: those that it depends on."""
+    spare = full_pivoting(table)[1] if table.size else []
+    own = [k for k in range(len(table)) if k not in spare]
+    if not spare:
+        return {}
+    parts = np.linalg.lstsq(table[own].T, table[spare].T, rcond=None)[0]
+    used = np.abs(parts.T) > RANK
+    return {row: [own[k] for k in np.flatnonzero(mask)] for row, mask in zip(spare, used, strict=True)}
+
+
 def _gradient(restriction: Restriction | CoupledRow, z: ComplexArray, inputs: FloatArray) -> dict[int, complex]:
     return restriction.gradient(z) if isinstance(restriction, CoupledRow) else gradient(restriction, z, inputs)
 

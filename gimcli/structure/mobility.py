@@ -18,7 +18,7 @@ from gimcli.canonical import first_least
 from gimcli.errors import StructureError
 from gimcli.mechanism import ANGLE, FRAME, HEIGHT, ComplexArray, FloatArray, Input, Mechanism
 from gimcli.structure.branch_mobility import Branch, branches
-from gimcli.structure.constraint_jacobian import ALMOST, ASSEMBLED, RANK, constraint_jacobian, full_pivoting
+from gimcli.structure.constraint_jacobian import ALMOST, ASSEMBLED, RANK, constraint_jacobian, dependent
 from gimcli.structure.coupled_rows import CoupledRow
 from gimcli.structure.kinematic_nodes import carry, loose_nodes
 from gimcli.structure.residual import errors
@@ -44,6 +44,7 @@ class Mobility:
     mobility: int  # number of freedoms of the branch that has most
     apparent: int  # coordinates minus rank at the position
     redundant: tuple[str, ...]  # names of the redundant constraints
+    alternatives: tuple[tuple[str, ...], ...]  # for each of these, others that could take its place
     undriven: tuple[str, ...]  # nodes that can move while all inputs are constant
     actuators: tuple[str, ...]  # names of all actuators
     overdriven: tuple[str, ...]  # actuators of freedoms that are already driven or constrained
@@ -103,11 +104,12 @@ def mobility(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray, enough: 
             break
     found = found or {Branch(0, (), names): z}
     judged = min(found, key=lambda one: (len(one.overdriven) + bool(one.undriven), -one.mobility))
-    spare = full_pivoting(jacobian.rows(jacobian.constraints, found[judged], inputs))[1] if jacobian.constraints else []
+    spare = dependent(jacobian.rows(jacobian.constraints, found[judged], inputs))
+    names_of = [constraint.name for constraint in jacobian.constraints]
     return Mobility(
         gruebler(mechanism), here[0], max(one.mobility for one in found), coordinates - here[0],
-        tuple(jacobian.constraints[k].name for k in spare), judged.undriven, names, judged.overdriven,
-        here[1] < jacobian.ranks(found[judged], inputs)[1],
+        tuple(names_of[k] for k in spare), tuple(tuple(names_of[k] for k in own) for own in spare.values()),
+        judged.undriven, names, judged.overdriven, here[1] < jacobian.ranks(found[judged], inputs)[1],
         tuple(sorted(found, key=lambda one: (one is not judged, -one.mobility))),
     )  # fmt: skip
 
