@@ -157,7 +157,8 @@ class Family:
         else:
             values = np.ascontiguousarray(inputs if np.ndim(inputs) == 3 else np.asarray(inputs)[None], dtype=float)
             time = np.linspace(0.0, 1.0, values.shape[2]) if values.shape[2] > 1 else np.zeros(1)
-        count, rows = len(designs), len(time)
+        grid, between, own = self._refined(time, values)
+        count, rows = len(designs), len(grid)
         jit = "on" if reachable or inputs is not None else mode_of(self.plan, jit)
         run = choose(jit, count * ONE, notify, (kernel_name(self.plan),))
         outcome = np.full(count, kernels.CAREFUL)
@@ -167,10 +168,12 @@ class Family:
         finite = np.all([np.isfinite(t).reshape(count, -1).all(axis=1) for t in tables[:-1]], axis=0)
         if run is not plain and self.start is not None:
             found = kernels.FamilyRows(z.view(float).reshape(*z.shape, 2), residual, outcome, first, end)
-            self._compiled(tables, time, values, found, reachable, threads)
+            nominal = self._nominal_rows(time, values[0], reachable)
+            self._compiled(tables, grid, between, found, nominal, own if reachable else own[:1], threads)
             outcome[~finite | self._reversed(tables)] = kernels.CAREFUL
         careful = np.flatnonzero((outcome == kernels.CAREFUL) & ((first == 0) | (inputs is None)))
-        codes = self._codes(outcome, first, end, rows)
+        codes = self._codes(outcome, first, end, rows)[:, own]
+        z, residual, rows, first = z[:, :, own], residual[:, own], len(time), np.searchsorted(own, first)
         for d in careful.tolist():
             if first[d]:
                 self._from_row(designs[d], int(first[d]), z[d], residual[d], codes[d])
@@ -180,6 +183,27 @@ class Family:
         z.transpose(0, 2, 1)[bad] = complex(math.nan, math.nan)
         residual[bad] = math.nan
         return Designs(designs, time, values, z, codes, residual, len(careful))
+
+    def _refined(self, time: FloatArray, inputs: FloatArray) -> tuple[FloatArray, FloatArray, IntArray]:
+        """Return times (rows,) and inputs (designs or 1, actuators, rows) with rows in between, none far from the next.
+
+        Also the indices of the given rows. Inputs are linear in between.
+        """
+        step = np.abs(np.diff(inputs, axis=2)) / scales(self.mechanism)[:, None]
+        parts = np.maximum(np.ceil(step.max(axis=(0, 1), initial=0.0) / kernels.LONGEST), 1.0).astype(np.int64)
+        own = np.append(0, np.cumsum(parts))
+        if own[-1] + 1 == len(time) or not np.isfinite(step).all():
+            return time, inputs, np.arange(len(time))
+        row = np.repeat(np.arange(len(parts)), parts)
+        share = (np.arange(own[-1]) - own[row]) / parts[row]
+
+        def filled(values: FloatArray) -> FloatArray:
+            before, after = values[..., row], values[..., row + 1]
+            return np.concatenate(
+                [np.where(share == 0.0, before, before + share * (after - before)), values[..., -1:]], axis=-1
+            )
+
+        return filled(time), np.ascontiguousarray(filled(inputs)), own
 
     def _reversed(self, tables: FloatTables) -> BoolArray:
         """Return the designs (designs,) with a link whose length has not the sign of the nominal one.
@@ -323,7 +347,7 @@ class Family:
 
     def _compiled(
         self, tables: FloatTables, time: FloatArray, inputs: FloatArray,
-        found: kernels.FamilyRows, reachable: bool, threads: int | None,
+        found: kernels.FamilyRows, rows: FloatArray, begins: IntArray, threads: int | None,
     ) -> None:  # fmt: skip
         """Solve all designs in compiled code, in several threads."""
         solve = jit.compiled(kernels.family, self.program.variant)
@@ -332,7 +356,7 @@ class Family:
         nominal = kernels.Nominal(
             self.program.arrays, groups, self._nominal_tables,
             np.array(self.mechanism.members[FRAME].nodes, dtype=np.int64),
-            self._nominal_rows(time, inputs[0], reachable), sign, np.zeros(len(groups.gi)), scales(self.mechanism),
+            rows, sign, np.zeros(len(groups.gi)), scales(self.mechanism),
             self.plan.surplus > 0,
         )  # fmt: skip
         own = kernels.Tables(*tables[:7])
@@ -348,7 +372,7 @@ class Family:
                 with np.errstate(all="ignore"):
                     solve(
                         nominal, self.program.at, own, time, inputs, room, solver, one, found, begin,
-                        min(begin + SHARE, count), reachable,
+                        min(begin + SHARE, count), begins,
                     )  # fmt: skip
 
         if workers == 1:
@@ -369,7 +393,18 @@ class Family:
         )  # fmt: skip
         inputs = np.ascontiguousarray(self.mechanism.start_inputs[None, :, None])
         solve(
-            nominal, self.program.at, self._nominal_tables, np.zeros(1), inputs, room, solver, one, found, 0, 1, False
+            nominal,
+            self.program.at,
+            self._nominal_tables,
+            np.zeros(1),
+            inputs,
+            room,
+            solver,
+            one,
+            found,
+            0,
+            1,
+            np.zeros(1, dtype=np.int64),
         )
         nominal.determinant[:] = room.determinant
 

@@ -46,7 +46,7 @@ PATH_FINEST = 2.0**-10
 ATTEMPTS = 400
 """Number of single rows tried for one design, after which it is left to the solver of single motions."""
 
-LONGEST = 2.0 * math.pi / 72.0 * (1.0 + 1e-9)
+LONGEST = 2.0 * math.pi / 43.0 * (1.0 + 1e-9)
 """Greatest step of an input between two rows [rad, or sizes of the mechanism]."""
 
 SOLVED, NO_START, AT_LIMIT, CONTRADICTS, CAREFUL = range(5)
@@ -260,10 +260,11 @@ def start_dyads(
 
 @stage
 def start_by_steps(
-    room: Room, at: Lanes, nominal: Nominal, tables: Tables, d: int, solver: RowSolver, rows: Rows, row: int, one: Rows
-) -> int:
-    """Solve row `row` of design d from the same row of the nominal design, along a path in the plan's numbers."""
-    lanes, origin = room.lanes, nominal.rows[row]
+    room: Room, at: Lanes, nominal: Nominal, tables: Tables, d: int, solver: RowSolver, rows: Rows, row: int, k: int,
+    one: Rows,
+) -> int:  # fmt: skip
+    """Solve row `row` of design d from row k of the nominal design, of the same time, along a path in numbers."""
+    lanes, origin = room.lanes, nominal.rows[k]
     begin_from(lanes, origin, 0.0)
     copy(room.determinant, nominal.determinant)
     s, h = 0.0, 1.0
@@ -288,11 +289,12 @@ def start_by_steps(
 
 @stage
 def start(
-    room: Room, at: Lanes, nominal: Nominal, tables: Tables, d: int, solver: RowSolver, rows: Rows, row: int, one: Rows
-) -> int:
+    room: Room, at: Lanes, nominal: Nominal, tables: Tables, d: int, solver: RowSolver, rows: Rows, row: int, k: int,
+    one: Rows,
+) -> int:  # fmt: skip
     """Solve row `row` of design d; return SOLVED, NO_START or CAREFUL; `one` is scratch for one row."""
     if nominal.groups.gi.shape[0] > 0:
-        return start_by_steps(room, at, nominal, tables, d, solver, rows, row, one)
+        return start_by_steps(room, at, nominal, tables, d, solver, rows, row, k, one)
     return start_dyads(room, at, nominal, tables, d, solver, rows, row)
 
 
@@ -433,22 +435,22 @@ def judged(found: FamilyRows, d: int, outcome: int, surplus: bool, enough: float
 @kernel
 def family(
     nominal: Nominal, at: Lanes, tables: Tables, time: FloatArray, inputs: FloatArray, room: Room, solver: RowSolver,
-    one: Rows, found: FamilyRows, first: int, end: int, reachable: bool,
+    one: Rows, found: FamilyRows, first: int, end: int, own: IntArray,
 ) -> None:  # fmt: skip
     """Follow the motions of designs first..end; inputs (designs or 1, actuators, rows) at times (rows,).
 
-    reachable: a design that has no position at the first row starts at the first row at which it has one.
+    A design starts at the first row in `own` at which it has a position.
     """
-    total = time.shape[0]
     for d in range(first, end):
         rows = Rows(time, inputs[d if inputs.shape[0] > 1 else 0], one.z, one.residual, one.work, one.kept, one.mark)
         room.note[1] = 0
-        row, skipped = 0, False
-        begun = start(room, at, nominal, tables, d, solver, rows, 0, one)
-        while reachable and row + 1 < total and (begun == NO_START or (begun == CAREFUL and row > 0)):
+        k, row, skipped = 0, 0, False
+        begun = start(room, at, nominal, tables, d, solver, rows, 0, 0, one)
+        while k + 1 < own.shape[0] and (begun == NO_START or (begun == CAREFUL and k > 0)):
             skipped = begun == CAREFUL  # a first position at a dead point does not determine the branch
-            row += 1
-            begun = start(room, at, nominal, tables, d, solver, rows, row, one)
+            k += 1
+            row = own[k]
+            begun = start(room, at, nominal, tables, d, solver, rows, row, k, one)
         found.first[d] = row
         found.end[d] = row
         if begun != SOLVED:

@@ -15,6 +15,7 @@ from gimcli.families import family as families
 from gimcli.families.family import Family
 from gimcli.families.float_tables import listed
 from gimcli.kernels import jit
+from gimcli.kernels.family import LONGEST
 from gimcli.mechanism import FloatArray
 from gimcli.motion.motion import trace
 from gimcli.positions.dispatch import plain
@@ -157,16 +158,17 @@ CASES = [
 ]
 
 
+@pytest.mark.parametrize("steps", [1, 5, 18, 43, 71, 72])
 @pytest.mark.parametrize("name", CASES)
-def test_each_design_as_its_own_trace(name: str) -> None:
+def test_each_design_as_its_own_trace(name: str, steps: int) -> None:
     m = _model(name)
     family = Family(m, some_names(m))
     designs = random_designs(family.nominal, 12, 0.05)
-    found = family.solve(designs, 72)
+    found = family.solve(designs, steps, jit="on")
     assert found.careful == 0
     for d, design in enumerate(designs):
         own = m.with_(dict(zip(family.names, design.tolist(), strict=True)))
-        motion = trace(own, 72, Options(jit="off"))
+        motion = trace(own, steps, Options(jit="off"))
         assert np.array_equal(motion.codes, found.codes[d])
         z = (own.to_file(motion.z) - m.origin) / m.scale
         assert np.nanmax(np.abs(z - found.z[d]), initial=0.0) < 1e-10
@@ -178,7 +180,7 @@ def test_a_gap_between_two_rows_is_not_passed() -> None:
     m = _model("jansen")
     family = Family(m, [f"{name}.length" for name in "mjkcfg"])
     design = np.array([[15.20373807, 51.32417517, 62.64036725, 38.58622951, 39.77050777, 38.23356659]])
-    for steps in (24, 72, 720):  # rows at both sides of the gap
+    for steps in (1, 3, 24, 43, 47, 50, 60, 71, 72, 720):  # rows at both sides of the gap
         assert family.solve(design, steps).solved[0] == math.floor(179.488 / 360 * steps) + 1
 
 
@@ -226,3 +228,17 @@ def test_a_redundant_constraint_that_contradicts() -> None:
     found = family.solve(np.array([family.nominal, family.nominal * 1.1]), 12)
     assert found.status[0] in (Status.OK, Status.SINGULAR)
     assert found.status[1] != Status.OK
+
+
+@pytest.mark.parametrize("steps", range(1, 72))
+def test_few_steps_cost_at_most_a_fifth_more_than_72(steps: int) -> None:
+    """The rows in between are solved with the others: at most 1.2 x 72 rows for a full turn, none far from the next."""
+    family = Family(_model("crank_rocker"), ["coupler.length"])
+    time = np.arange(steps + 1) / steps
+    inputs = family.law_inputs(time, family.tables(family.nominal[None]))
+    grid, between, own = family._refined(time, inputs)
+    assert len(grid) - 1 <= 1.2 * 72
+    assert np.array_equal(grid[own], time)
+    assert np.array_equal(between[..., own], inputs)
+    assert np.abs(np.diff(between)).max() <= LONGEST
+    assert np.abs(between[0, 0] - 2.0 * np.pi * grid).max() < 1e-12
