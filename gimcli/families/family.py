@@ -158,7 +158,8 @@ class Family:
             values = np.ascontiguousarray(inputs if np.ndim(inputs) == 3 else np.asarray(inputs)[None], dtype=float)
             time = np.linspace(0.0, 1.0, values.shape[2]) if values.shape[2] > 1 else np.zeros(1)
         grid, between, own = self._refined(time, values)
-        count, rows = len(designs), len(grid)
+        count, rows, place = len(designs), len(time), np.full(len(grid), -1)
+        place[own] = np.arange(rows)
         jit = "on" if reachable or inputs is not None else mode_of(self.plan, jit)
         run = choose(jit, count * ONE, notify, (kernel_name(self.plan),))
         outcome = np.full(count, kernels.CAREFUL)
@@ -167,13 +168,13 @@ class Family:
         first, end = np.zeros(count, dtype=np.int64), np.zeros(count, dtype=np.int64)
         finite = np.all([np.isfinite(t).reshape(count, -1).all(axis=1) for t in tables[:-1]], axis=0)
         if run is not plain and self.start is not None:
-            found = kernels.FamilyRows(z.view(float).reshape(*z.shape, 2), residual, outcome, first, end)
+            found = kernels.FamilyRows(z.view(float).reshape(*z.shape, 2), residual, place, outcome, first, end)
             nominal = self._nominal_rows(time, values[0], reachable)
             self._compiled(tables, grid, between, found, nominal, own if reachable else own[:1], threads)
             outcome[~finite | self._reversed(tables)] = kernels.CAREFUL
         careful = np.flatnonzero((outcome == kernels.CAREFUL) & ((first == 0) | (inputs is None)))
-        codes = self._codes(outcome, first, end, rows)[:, own]
-        z, residual, rows, first = z[:, :, own], residual[:, own], len(time), np.searchsorted(own, first)
+        first, end = np.searchsorted(own, first), np.searchsorted(own, end)
+        codes = self._codes(outcome, first, end, rows)
         for d in careful.tolist():
             if first[d]:
                 self._from_row(designs[d], int(first[d]), z[d], residual[d], codes[d])
@@ -388,8 +389,7 @@ class Family:
         room, solver, one = self._scratch()
         nodes = len(self.mechanism.nodes)
         found = kernels.FamilyRows(
-            np.empty((1, nodes, 1, 2)), np.empty((1, 1)), np.zeros(1, dtype=np.int64), np.zeros(1, dtype=np.int64),
-            np.zeros(1, dtype=np.int64),
+            np.empty((1, nodes, 1, 2)), np.empty((1, 1)), *(np.zeros(1, dtype=np.int64) for _ in range(4)),
         )  # fmt: skip
         inputs = np.ascontiguousarray(self.mechanism.start_inputs[None, :, None])
         solve(

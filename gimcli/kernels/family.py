@@ -46,7 +46,7 @@ PATH_FINEST = 2.0**-10
 ATTEMPTS = 400
 """Number of single rows tried for one design, after which it is left to the solver of single motions."""
 
-LONGEST = 2.0 * math.pi / 43.0 * (1.0 + 1e-9)
+LONGEST = 2.0 * math.pi / 72.0 * (1.0 + 1e-9)
 """Greatest step of an input between two rows [rad, or sizes of the mechanism]."""
 
 SOLVED, NO_START, AT_LIMIT, CONTRADICTS, CAREFUL = range(5)
@@ -101,8 +101,9 @@ class Room(NamedTuple):
 class FamilyRows(NamedTuple):
     """Results."""
 
-    z: FloatArray  # (designs, nodes, rows, 2)
-    residual: FloatArray  # (designs, rows)
+    z: FloatArray  # (designs, nodes, kept rows, 2)
+    residual: FloatArray  # (designs, kept rows)
+    place: IntArray  # (rows,) number of the kept row, -1 for rows in between
     outcome: IntArray  # (designs,)
     first: IntArray  # (designs,) first solved row
     end: IntArray  # (designs,) end of the solved rows
@@ -214,15 +215,18 @@ def accept(lanes: FloatArray, count: int) -> None:
 
 @stage
 def write(lanes: FloatArray, at: Lanes, found: FamilyRows, d: int, row: int, count: int) -> None:
-    """Copy `count` solved rows to the results of design d from `row` on."""
+    """Copy `count` solved rows to the results of design d from `row` on, without those in between."""
+    place = found.place
     for node in range(found.z.shape[1]):
         x, y, z = lanes[at.x + node], lanes[at.y + node], found.z[d, node]
         for k in range(count):
-            z[row + k, 0] = x[HISTORY + k]
-            z[row + k, 1] = y[HISTORY + k]
+            if place[row + k] >= 0:
+                z[place[row + k], 0] = x[HISTORY + k]
+                z[place[row + k], 1] = y[HISTORY + k]
     worst, residual = lanes[WORST], found.residual[d]
     for k in range(count):
-        residual[row + k] = worst[HISTORY + k]
+        if place[row + k] >= 0:
+            residual[place[row + k]] = worst[HISTORY + k]
 
 
 @stage
@@ -426,7 +430,7 @@ def follow(
 def judged(found: FamilyRows, d: int, outcome: int, surplus: bool, enough: float) -> int:
     """Return the outcome of a design after the check of all its rows."""
     for r in range(found.first[d], found.end[d]):
-        if not found.residual[d, r] <= enough:
+        if found.place[r] >= 0 and not found.residual[d, found.place[r]] <= enough:
             found.end[d] = r
             return CONTRADICTS if surplus and r == found.first[d] else CAREFUL
     return outcome
