@@ -30,12 +30,14 @@ class JacobianMatrix:
     rows: tuple[str, ...]  # equations
     columns: tuple[tuple[str, str], ...]  # coordinates and their units
     values: FloatArray  # (rows, columns) file's unit of length, rad
+    size: float = 1.0  # reference length of the machine, file's unit: 1 rad counts as much as this length
 
     @property
     def scaled(self) -> FloatArray:
-        """The rows scaled to length 1; rows of 0 are unchanged."""
-        norm = np.linalg.norm(self.values, axis=1, keepdims=True)
-        return np.asarray(self.values / np.where(norm > 0.0, norm, 1.0))
+        """The rows scaled to length 1, angles by the size, so that no unit matters; rows of 0 are unchanged."""
+        table = self.values / np.array([self.size if unit == "rad" else 1.0 for _, unit in self.columns])
+        norm = np.linalg.norm(table, axis=1, keepdims=True)
+        return np.asarray(table / np.where(norm > 0.0, norm, 1.0))
 
     @property
     def rank(self) -> int:
@@ -90,7 +92,7 @@ def jacobian_matrix(mechanism: Mechanism, coordinates: str = NATURAL) -> Jacobia
         raise UnassembledError(f"{mechanism.name} cannot be assembled near its initial configuration")
     length = mechanism.length_unit
     if coordinates == NATURAL:
-        own, z = constraint_jacobian(mechanism.nearby), mechanism.near(z)
+        own = constraint_jacobian(mechanism)
         columns = tuple((f"{mechanism.nodes[n]}.{axis}", length) for n in own.free for axis in "xy")
         values = own.slopes(own.constraints, z, mechanism.drawn_inputs)
         return JacobianMatrix(coordinates, tuple(r.name for r in own.constraints), columns, values)
@@ -104,4 +106,4 @@ def jacobian_matrix(mechanism: Mechanism, coordinates: str = NATURAL) -> Jacobia
     units = np.array([1.0 if angle else mechanism.scale for _, angle in system.names])
     columns = tuple((name, "rad" if angle else length) for name, angle in system.names)
     values = values * lengths[:, None] / units
-    return JacobianMatrix(coordinates, tuple(system.bodies.equations(pairs)), columns, values)
+    return JacobianMatrix(coordinates, tuple(system.bodies.equations(pairs)), columns, values, mechanism.scale)

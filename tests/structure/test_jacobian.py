@@ -72,6 +72,49 @@ def test_absolute_coordinates_of_a_four_bar(unit):
             assert dict(zip(names, row, strict=True)) == pytest.approx(expected[axis], abs=1e-9 * size)
 
 
+@pytest.mark.parametrize("far", [6.0, 40.0, 100.0, 1e6])
+def test_a_guide_node_far_away(far):
+    """Slot: the distance of B from the line O-D, Im(conj(D) B) / |D|; D turns the line by 1 / |D|."""
+    mechanism = gimcli.load(
+        {
+            "units": {"length": "mm", "angle": "deg"},
+            "nodes": {"O": [0, 0], "C": [3, 2], "B": [3, 4], "D": [0.6 * far, 0.8 * far]},
+            "ground": ["O", "C"],
+            "links": {"crank": ["C", "B"], "arm": ["O", "D"]},
+            "prismatic": {"slot": {"node": "B", "guide": ["O", "D"]}},
+            "actuators": {"motor": {"pivot": "C", "arm": "B"}},
+        }
+    )
+    found = jacobian_matrix(mechanism, "natural")
+    assert [name for name, _ in found.columns] == ["B.x", "B.y", "D.x", "D.y"]
+    slot = np.array([-0.8, 0.6, 4.0 / far, -3.0 / far])  # |OB| = 5
+    row = found.values[found.rows.index("slot")]
+    assert row * np.sign(row[1]) == pytest.approx(slot, rel=1e-9, abs=1e-15)
+    assert found.rank == 3
+
+
+@pytest.mark.parametrize("coordinates", COORDINATES)
+@pytest.mark.parametrize("size", [1e-12, 1e-9, 1e-3, 1e3, 1e9, 1e12])
+def test_the_rank_has_no_unit(coordinates, size):
+    """The textbook example in other sizes has the same ranks."""
+    high = 0.75**0.5
+    places = {"A": (0, 0), "E": (1, 0), "D": (2, 0), "B": (0.5, high), "F": (1.5, high), "C": (2.5, high)}
+    mechanism = gimcli.load(
+        {
+            "units": {"length": "mm", "angle": "deg"},
+            "nodes": {name: [size * x, size * y] for name, (x, y) in places.items()},
+            "ground": ["A", "E", "D"],
+            "links": {"left": ["A", "B"], "middle": ["E", "F"], "right": ["D", "C"]},
+            "elements": {"bar": ["B", "F", "C"]},
+            "actuators": {"motor": {"pivot": "A", "arm": "B"}},
+        }
+    )
+    found = jacobian_matrix(mechanism, coordinates)
+    assert (found.rank, *found.values.shape) == RANKS[coordinates]
+    assert found.rank_by_singular_values == found.rank
+    assert len(found.dependent) == 1
+
+
 def test_joint_coordinates_of_a_four_bar():
     """Loop closure at C along crank and coupler, minus the rocker: i times the vector from each joint to C."""
     z, mechanism = four_bar()
