@@ -70,3 +70,19 @@ def test_the_textbook_example_without_its_actuator(angle):
     assert (found["mobility"], found["undriven"]) == (1, ["B0", "B1", "B2"])
     with pytest.raises(gimcli.GimError, match="nothing drives nodes B0, B1, B2: mobility 1"):
         gimcli.trace(gimcli.load(cranks(3, 1.0, angle, driven=False)))
+
+
+@pytest.mark.parametrize("seed", [5, 15, 25, 35])
+def test_branches_that_touch_are_not_a_tangent_mechanism(seed):
+    """From the extreme of its rocker a crank-rocker moves on, with a flat parallelogram on the rocker."""
+    name, data, branches = symmetrical(seed)
+    assert (name, len(branches)) == ("rocker_at_its_extreme", 1)
+    drawn = gimcli.load(data)
+    start = drawn.inputs_to_file(drawn.drawn_inputs)["motor"]
+    data["actuators"]["motor"]["law"] = {"from": start, "to": start + 40}
+    motion = gimcli.trace(gimcli.load(data), steps=12)
+    assert set(motion["status"]) == {"ok"}
+    z = {n: motion[f"{n}.x"] + 1j * motion[f"{n}.y"] for n in ("Q", "B0", "C")}
+    places = {n: complex(*place) for n, place in data["nodes"].items()}
+    for one, other in (("Q", "B0"), ("B0", "C")):
+        assert np.abs(np.abs(z[one] - z[other]) - abs(places[one] - places[other])).max() < 1e-9
