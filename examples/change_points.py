@@ -11,8 +11,9 @@ import numpy as np
 from gimcli import load
 from gimcli.branching.resampling import circuit_motion
 from gimcli.branching.singular_positions import survey
-from gimcli.branching.singularities import CHANGE, LIMIT, rates
+from gimcli.branching.singularities import LIMIT, rates
 from gimcli.rates.motion_table import traced_paths
+from gimcli.status import CHANGE
 
 MODELS = Path(__file__).parents[1] / "models"
 

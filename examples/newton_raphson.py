@@ -2,7 +2,7 @@
 
 One equation and its failures (1.4 to 1.6), a quintic whose start decides the root (1.7), a slotted arm (the subject of
 1.2 and 1.3) with its pin at a given place (1.8) and as a model with a crank of our own dimensions, a circle and a line
-(1.9), dependent equations (1.10). A failure is an answer in words, not an exception.
+(1.9), dependent equations (1.10, 1.11). A failure is an answer in words, not an exception.
 
 Run from the repository: python examples/newton_raphson.py [FOLDER of the picture]
 """

@@ -34,8 +34,8 @@ def command(
     assembly: Assembly = "",
     jacobian: Annotated[bool, typer.Option("--jacobian", help="Print the Jacobian of the constraints.")] = False,
     coordinates: Annotated[
-        str, typer.Option("--coordinates", metavar="NAME", help="Of the Jacobian: joint, absolute or natural.")
-    ] = "natural",
+        str, typer.Option("--coordinates", metavar="NAME", help="The Jacobian in joint, absolute or natural ones.")
+    ] = "",
     out: Out = NONE,
     as_json: Json = False,
 ) -> None:
@@ -44,8 +44,8 @@ def command(
     from gimcli.library.mobility import MobilityResult, mobility
 
     outputs = Outputs(MobilityResult, model, out, as_json=as_json)
-    found = mobility(outputs.loaded(assembly, changes=changes), coordinates=coordinates)
-    found.shows_jacobian = jacobian
+    found = mobility(outputs.loaded(assembly, changes=changes), coordinates=coordinates or "natural")
+    found.shows_jacobian = (jacobian or bool(coordinates)) and found.jacobian is not None  # refused before output
     outputs.finish(found, _print)
 
 

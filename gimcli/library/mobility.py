@@ -126,11 +126,12 @@ class MobilityResult(Result):
     def rows(self) -> list[tuple[str, str]]:
         """Return the quantities and their values as pairs of texts."""
         found = self.found
+        choice = " (one of several choices)" if any(found.alternatives) else ""
         return [
             ("Grübler's count", str(found.gruebler)),
             ("rank of the constraint Jacobian", str(found.rank)),
             ("mobility", str(found.mobility)),
-            ("redundant constraints", ", ".join(found.redundant) or "none"),
+            ("redundant constraints", (", ".join(found.redundant) or "none") + choice),
             *(
                 (f"instead of {name}", ", ".join(own))
                 for name, own in zip(found.redundant, found.alternatives, strict=True)

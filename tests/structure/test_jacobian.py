@@ -208,3 +208,10 @@ def test_without_the_option_nothing_is_computed(monkeypatch):
     assert wrong.code == 2
     assert "coordinates: expected one of joint, absolute, natural" in wrong.error
     assert json.dumps(done.json)
+
+
+def test_what_cannot_be_written_is_refused_before_anything_is_printed():
+    refused = gim("mobility", "cardan_gear", "--coordinates", "joint")
+    assert refused.code == 2
+    assert "follow other inputs; only natural coordinates" in refused.error
+    assert refused.text == ""
