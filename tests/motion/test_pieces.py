@@ -12,7 +12,7 @@ from random_mechanisms import Growth
 from gimcli import load
 from gimcli.errors import GimError
 from gimcli.motion.follow import FollowedPath
-from gimcli.motion.motion import Motion, _checked, stream, trace
+from gimcli.motion.motion import Motion, checked, stream, trace
 from gimcli.motion.summary import DRAWN, Summary
 from gimcli.positions.inputs import law_inputs
 from gimcli.positions.options import Options
@@ -92,7 +92,7 @@ def test_a_row_that_was_not_solved_is_never_ok():
     path.z[:] = trace(mechanism, 4).z
     path.z[:, 2] = np.nan
     path.z[-1, 3] += 1e-6
-    assert _checked(mechanism, make_plan(mechanism), path, Options()).good.tolist() == [True, True, False, False, True]
+    assert checked(mechanism, make_plan(mechanism), path, Options()).good.tolist() == [True, True, False, False, True]
 
 
 def test_a_summary_counts_all_rows_and_keeps_some():
