@@ -8,6 +8,7 @@ import pytest
 from symmetrical_mechanisms import symmetrical
 
 import gimcli
+from gimcli.structure.mobility import mobility
 
 
 @pytest.mark.parametrize("seed", range(200))
@@ -86,3 +87,28 @@ def test_branches_that_touch_are_not_a_tangent_mechanism(seed):
     places = {n: complex(*place) for n, place in data["nodes"].items()}
     for one, other in (("Q", "B0"), ("B0", "C")):
         assert np.abs(np.abs(z[one] - z[other]) - abs(places[one] - places[other])).max() < 1e-9
+
+
+# mobility where a shipped mechanism folds: the rhombus of Peaucellier's cell collapses to two arms, one about each end
+# (2); each pair of equal bars of the scissors turns about its own pins (3)
+FOLDED = {"parallelogram": 1, "antiparallelogram": 1, "galloway_kite": 1, "peaucellier": 2, "scissor_lift": 3}
+
+
+@pytest.mark.parametrize("name", FOLDED)
+def test_drives_are_judged_on_the_branch_that_they_move_at_every_singular_position(name):
+    mechanism = gimcli.load(name)
+    base = gimcli.mobility(mechanism)
+    assert (base.mobility, len(base.found.branches)) == (1, 1)
+    found = []
+    for one in gimcli.singularities(mechanism).report()["singularities"]:
+        if one["kind"] == "stationary":
+            continue
+        z = np.array([complex(*one["nodes"][node]) for node in mechanism.nodes])
+        (actuator,) = mechanism.actuators
+        value = one["at"][actuator.name]
+        inputs = np.array([math.radians(value) if actuator.rotary else value / mechanism.scale])
+        here = mobility(mechanism, (z - mechanism.origin) / mechanism.scale, inputs)
+        assert here.undriven == here.overdriven == ()
+        assert here.branches[0] == base.found.branches[0]
+        found.append(here.mobility)
+    assert max(found) == FOLDED[name]
