@@ -20,6 +20,7 @@ from gimcli.mechanism import ANGLE, FRAME, HEIGHT, ComplexArray, FloatArray, Inp
 from gimcli.structure.branch_mobility import Branch, branches
 from gimcli.structure.constraint_jacobian import ALMOST, ASSEMBLED, RANK, constraint_jacobian, dependent
 from gimcli.structure.coupled_rows import CoupledRow
+from gimcli.structure.derived import derived
 from gimcli.structure.kinematic_nodes import carry, loose_nodes
 from gimcli.structure.residual import errors
 from gimcli.structure.restrictions import Restriction
@@ -175,6 +176,7 @@ def require_driven(mechanism: Mechanism) -> None:
         check_driven(mechanism, found)
 
 
+@derived
 def drawn_mobility(mechanism: Mechanism) -> Mobility | None:
     """Return the mobility near the drawn position; None if no assembled position is found there."""
     found = []
