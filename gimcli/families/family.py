@@ -393,19 +393,9 @@ class Family:
         )  # fmt: skip
         inputs = np.ascontiguousarray(self.mechanism.start_inputs[None, :, None])
         solve(
-            nominal,
-            self.program.at,
-            self._nominal_tables,
-            np.zeros(1),
-            inputs,
-            room,
-            solver,
-            one,
-            found,
-            0,
-            1,
+            nominal, self.program.at, self._nominal_tables, np.zeros(1), inputs, room, solver, one, found, 0, 1,
             np.zeros(1, dtype=np.int64),
-        )
+        )  # fmt: skip
         nominal.determinant[:] = room.determinant
 
     def _scratch(self) -> tuple[kernels.Room, kernels.RowSolver, marching.Rows]:

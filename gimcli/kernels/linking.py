@@ -34,8 +34,8 @@ class PartCompiler(Compiler):
         """Translate a Python function (numba's name and signature)."""
         context = self.state.targetctx
         context.get_executable = _without_code
-        self.state.library = PartLibrary(context.codegen(), func.__qualname__)  # type: ignore[no-untyped-call]
-        return super().compile_extra(func)  # type: ignore[no-untyped-call]
+        self.state.library = PartLibrary(context.codegen(), func.__qualname__)  # type: ignore[no-untyped-call]  # numba is untyped
+        return super().compile_extra(func)  # type: ignore[no-untyped-call]  # numba is untyped
 
 
 def _without_code(library: Any, description: Any, environment: Any) -> Any:

@@ -140,7 +140,7 @@ class HoldingResult(Result):
         """Names of the reactions that redundant constraints leave undetermined."""
         return open_reactions(self.forces)
 
-    def values(self) -> dict[str, tuple[complex | float, str]]:  # type: ignore[override]
+    def values(self) -> dict[str, tuple[complex | float, str]]:  # type: ignore[override]  # with units
         """Return efforts, normal forces and moments as numbers, pin forces as x + iy, by name, with their units."""
         found: dict[str, tuple[complex | float, str]] = {}
         columns = {column.name: column for column in self._table.columns if column.unit in UNITS}

@@ -40,7 +40,7 @@ class NpzStream:
     def __enter__(self) -> NpzStream:
         from tempfile import TemporaryFile  # imported late, as zipfile: few commands write these files
 
-        self._columns = [self._stack.enter_context(TemporaryFile()) for _ in self._names]  # noqa: SIM115
+        self._columns = [self._stack.enter_context(TemporaryFile()) for _ in self._names]  # noqa: SIM115 - closed by the stack
         return self
 
     def __exit__(self, *fault: Any) -> None:

@@ -16,7 +16,7 @@ from gimcli.table import Table
 def require_pyarrow(path: Path) -> None:
     """Raise OutputError if pyarrow is not installed."""
     try:
-        import pyarrow.parquet  # noqa: F401
+        import pyarrow.parquet  # noqa: F401 - only whether it is installed
     except ImportError:
         raise OutputError(f"{path}: Parquet files need pyarrow; run: pip install 'gimcli[parquet]'") from None
 

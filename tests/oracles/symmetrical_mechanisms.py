@@ -105,8 +105,8 @@ def cranks_with_one_coupler(seed):
     return d, {verdict(1, [f"B{k}" for k in range(count)])}
 
 
-def kite(seed):
-    """The crank lies on the frame, both of length a; the sides b are drawn in line too."""
+def folded_kite(seed):
+    """Return a kite whose crank lies on the frame, both of length a; the sides b are drawn in line too."""
     d = Drawing(seed)
     a, b = 1.0, d.random.choice([0.6, 1.7])
     d.crank(0, 0.0, a)
@@ -114,19 +114,19 @@ def kite(seed):
     d.node("C", a + d.random.choice([b, -b]))
     d.link("B0", "C")
     d.link("D", "C")
+    return d
+
+
+def kite(seed):
+    """On the second branch the crank stands still, and nothing drives C."""
+    d = folded_kite(seed)
     d.motor()
     return d, {verdict(1), verdict(1, ["C"], ["motor"])}
 
 
 def kite_driven_at_the_still_side(seed):
-    """As `kite`, with the motor on a side b: both branches move it, and on the second one the crank rests."""
-    d = Drawing(seed)
-    a, b = 1.0, d.random.choice([0.6, 1.7])
-    d.crank(0, 0.0, a)
-    d.node("D", a, ground=True)
-    d.node("C", a + d.random.choice([b, -b]))
-    d.link("B0", "C")
-    d.link("D", "C")
+    """With the motor on a side b both branches move it, and on the second one the crank rests."""
+    d = folded_kite(seed)
     d.motors["motor"] = {"pivot": "D", "arm": "C"}
     return d, {verdict(1)}
 
