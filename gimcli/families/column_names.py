@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gimcli.errors import UsageError
+from gimcli.language.expression import Kind
 from gimcli.measures import KINDS, measures_of
 from gimcli.measures.measure import Head, Measure
 from gimcli.measures.naming import guess
@@ -17,7 +18,7 @@ from gimcli.structure.drive_check import explained
 from gimcli.structure.mechanism_types import mechanism_type
 from gimcli.table import per_second
 
-SOLVED, REACHABLE, TYPE = "solved", "reachable", "type"
+SOLVED, REACHABLE, TYPE = WORDS = ("solved", "reachable", "type")
 """Words: number of solved rows, their share, Grashof type of the first four-bar loop."""
 
 LISTED = 12
@@ -47,25 +48,29 @@ class ColumnNames:
         self.needs = _needs(mechanism)
         self._measures: dict[str, list[Measure]] = {}
 
-    def kind(self, name: str) -> str:
-        """Return "rows" for a column, "number" or "text" for one value of a design; "" for an unknown name."""
-        if name in self.needs:
-            return "rows"
-        if name in self.dimensions or name in (SOLVED, REACHABLE):
-            return "number"
-        if name == TYPE:
-            return "text"
-        return "rows" if self.heads(name) else ""
+    def longest(self, text: str) -> str:
+        """Return the longest name with which a text begins; "" if it begins with none."""
+        ends = (k for k in range(len(text), 0, -1) if not (_in_word(text[k - 1 : k]) and _in_word(text[k : k + 1])))
+        return next((text[:k] for k in ends if text[k - 1] not in " \t\n(" and self.knows(text[:k])), "")
 
-    def unit(self, name: str) -> str:
-        """Return the unit of a column or measure."""
-        if name in self.needs:
-            return self.needs[name].unit
-        return next((head.unit for head in self.heads(name)), "")
+    def knows(self, name: str) -> bool:
+        """Return whether a text is a name."""
+        return bool(self.kind(name).what)
 
-    def columns(self, name: str) -> int:
-        """Return the number of columns of a name."""
-        return 1 if name in self.needs else len(self.heads(name))
+    def kind(self, name: str) -> Kind:
+        """Return what a name stands for: a column, or one value of a design."""
+        if name in self.needs:
+            return Kind("rows", self.needs[name].unit)
+        if name in self.dimensions or name in WORDS:
+            return Kind("text" if name == TYPE and name not in self.dimensions else "number")
+        heads = self.heads(name)
+        return Kind("rows", heads[0].unit, len(heads)) if heads else Kind("")
+
+    def across(self) -> tuple[str, str]:
+        """Return name and unit of the only independent input, or of the time."""
+        drivers = self.mechanism.drivers
+        name = self.mechanism.actuators[drivers[0]].name if len(drivers) == 1 else "time"
+        return name, self.needs[name].unit
 
     def heads(self, name: str) -> list[Head]:
         """Return the columns of a measure, or the one with this name; an empty list if there is none."""
@@ -99,14 +104,14 @@ class ColumnNames:
                 self._measures[spec] = []
         return self._measures[spec]
 
-    def unknown(self, name: str) -> UsageError:
+    def unknown(self, name: str, rest: str = "") -> UsageError:
         """Return the error for an unknown name, with a similar one."""
         if name.partition(":")[0] in KINDS:
             try:
                 measures_of(self.mechanism, name)
             except UsageError as error:
                 return error
-        words = [SOLVED, REACHABLE, TYPE, *self.dimensions, *KINDS, *self.needs]
+        words = [*WORDS, *self.dimensions, *KINDS, *self.needs]
         near = guess(name, words)
         if f"{name}.length" in self.dimensions:
             near = f"did you mean '{name}.length'?"
@@ -116,7 +121,7 @@ class ColumnNames:
             near = f"known: {', '.join(words[:LISTED])}, ..."
         return UsageError(f"no column, measure or dimension '{name}'; {near}")
 
-    def check_input(self, name: str, value: float) -> None:
+    def refuse_value(self, name: str, value: float) -> None:
         """Raise UsageError if a name is not an actuator, or if its law does not have the value."""
         names = [a.name for a in self.mechanism.actuators]
         if name not in names:
@@ -134,6 +139,10 @@ class ColumnNames:
         with explained(self.mechanism):
             if not any(loop.four_bar for loop in mechanism_type(self.mechanism, self.mechanism.drawn).loops):
                 raise UsageError(f"type: {self.mechanism.name} has no four-bar loop with the frame")
+
+
+def _in_word(letter: str) -> bool:
+    return letter.isalnum() or (letter != "" and letter in "_.:")
 
 
 def _needs(mechanism: Mechanism) -> dict[str, ColumnNeed]:

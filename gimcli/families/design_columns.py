@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from gimcli.families.column_names import SOLVED, TYPE, ColumnNames, ColumnNeed
+from gimcli.families.column_names import REACHABLE, SOLVED, TYPE, ColumnNames, ColumnNeed
 from gimcli.families.design_angles import counted_angles, filled
 from gimcli.families.design_motions import DesignMotions
 from gimcli.families.designs import Designs
@@ -39,24 +39,30 @@ class DesignColumns:
         """Take solved designs; `together`: velocities are computed for all of them together, in compiled code."""
         self.motions, self.names, self._together = motions, names, together
         self.solved, self.mechanism, self.designs = motions.solved, motions.mechanism, motions.solved.designs
-        self._found: dict[str, FloatArray] = {}
+        self._found: dict[str, Any] = {}
         self._angles: dict[int, FloatArray] = {}
 
-    def rows(self, name: str) -> FloatArray:
-        """Return a column, or the columns of a measure (designs, rows, columns), file's units; NaN if not solved."""
+    def __getitem__(self, name: str) -> Any:
+        """Return a column (designs, rows), or the columns of a measure (columns, designs, rows); NaN if not solved.
+
+        All are in the file's units. A dimension or a word has one value for each design (designs, 1).
+        """
         if name not in self._found:
-            need = self.names.needs.get(name)
-            found = self._measured(name) if need is None else [self._column(name, need)]
-            self._found[name] = np.where(self.solved.good[:, :, None], np.stack(found, axis=2), np.nan)
+            self._found[name] = self._new(name)
         return self._found[name]
 
-    def number(self, name: str) -> Any:
-        """Return a varied dimension, the number or share of solved rows, or the Grashof type (designs,)."""
+    def _new(self, name: str) -> Any:
+        need = self.names.needs.get(name)
+        if need is not None:
+            return np.where(self.solved.good, self._column(name, need), np.nan)
         if name in self.names.dimensions:
-            return self.designs[:, self.names.dimensions.index(name)]
+            return self.designs[:, self.names.dimensions.index(name), None]
         if name == TYPE:
-            return four_bar_types(self.mechanism, self.motions.tables, self.solved.z[:, :, 0])
-        return self.solved.solved.astype(float) if name == SOLVED else self.solved.reachable
+            return four_bar_types(self.mechanism, self.motions.tables, self.solved.z[:, :, 0])[:, None]
+        if name in (SOLVED, REACHABLE):
+            return (self.solved.solved.astype(float) if name == SOLVED else self.solved.reachable)[:, None]
+        found = np.where(self.solved.good, np.stack(self._measured(name)), np.nan)
+        return found if len(found) > 1 else found[0]
 
     def at(self, actuator: str, value: float) -> DesignColumns | ColumnsAtRow:
         """Return the columns at the first position at which an input has a value [file's unit]."""
@@ -213,15 +219,13 @@ class ColumnsAtRow:
     def __init__(self, columns: DesignColumns, row: IntArray) -> None:
         self._columns, self._row = columns, row
 
-    def rows(self, name: str) -> FloatArray:
-        """Return a column (designs, 1, columns)."""
-        values = self._columns.rows(name)
-        found = values[np.arange(len(values)), np.maximum(self._row, 0)]
-        return np.where(self._row[:, None] >= 0, found, np.nan)[:, None]
-
-    def number(self, name: str) -> Any:
-        """Return a number of each design (designs,)."""
-        return self._columns.number(name)
+    def __getitem__(self, name: str) -> Any:
+        """Return a column (designs, 1), the columns of a measure (columns, designs, 1), or a number (designs, 1)."""
+        values = self._columns[name]
+        if self._columns.names.kind(name).what != "rows":
+            return values
+        places = np.broadcast_to(np.maximum(self._row, 0)[:, None], (*values.shape[:-1], 1))
+        return np.where(self._row[:, None] >= 0, np.take_along_axis(values, places, -1), np.nan)
 
     def at(self, actuator: str, value: float) -> DesignColumns | ColumnsAtRow:
         """Return the columns at another value."""

@@ -26,12 +26,14 @@ class MachineColumns(DesignColumns):
         super().__init__(motions, names, together)
         self.parts = parts
 
-    def rows(self, name: str) -> FloatArray:
-        """Return a column, or the columns of a measure (designs, rows, columns); NaN if its machine is not solved."""
-        own = [part.rows(name) for part in self.parts if part.names.kind(name)]
+    def __getitem__(self, name: str) -> Any:
+        """Return values in the shapes of `DesignColumns`; NaN if the machine is not solved."""
+        own = [part[name] for part in self.parts if part.names.kind(name).what == "rows"]
         if not own:
-            return super().rows(name)
-        return np.fmax.reduce(own) if name in self.names.needs else np.concatenate(own, axis=2)
+            return super().__getitem__(name)
+        if name in self.names.needs:
+            return np.fmax.reduce(own)
+        return np.concatenate([one.reshape(-1, *one.shape[-2:]) for one in own])
 
     def at(self, actuator: str, value: float) -> Any:
         """Return the columns at the first position at which an input has a value [file's unit]."""
@@ -46,9 +48,9 @@ class _ColumnsAt:
     def __init__(self, own: DesignColumns, *at: partial[DesignColumns | ColumnsAtRow]) -> None:
         self._own, self._at = own, at
 
-    def rows(self, name: str) -> FloatArray:
-        """Return a column (designs, 1, columns)."""
-        return self._at[not self._own.names.kind(name)]().rows(name)
+    def __getitem__(self, name: str) -> Any:
+        """Return a column (designs, 1), or the columns of a measure (columns, designs, 1)."""
+        return self._at[not self._own.names.knows(name)]()[name]
 
 
 def joined_designs(family: Family, designs: FloatArray, parts: Sequence[Designs]) -> Designs:

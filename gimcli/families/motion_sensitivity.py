@@ -17,6 +17,7 @@ from gimcli.families.design_sensitivity import QuantitySlopes
 from gimcli.families.dual import Dual, duals
 from gimcli.families.position_quantities import PositionAngle, PositionQuantity, QuantityFinder
 from gimcli.families.quantity_text import KeptQuantity, quantity
+from gimcli.language.arrays import ARRAYS
 from gimcli.mechanism import FloatArray, Mechanism
 
 
@@ -40,8 +41,8 @@ class MotionNumber:
     def with_slopes(self, quantities: Sequence[PositionQuantity], rows: QuantitySlopes) -> tuple[float, FloatArray]:
         """Return the number and its derivatives (dimensions,) from the solved rows of a motion."""
         with np.errstate(all="ignore"):
-            found = self.kept.part.find(_DualColumns(self, quantities, rows))
-        one = found[0] if isinstance(found, np.ndarray) else found
+            found = self.kept.expression.value(_DualColumns(self, quantities, rows), ARRAYS)
+        one = found.flat[0] if isinstance(found, np.ndarray) else found
         return (one.value, one.slopes) if isinstance(one, Dual) else (float(one), np.zeros(rows.slopes.shape[1]))
 
 
@@ -51,19 +52,17 @@ class _DualColumns:
     def __init__(self, own: MotionNumber, quantities: Sequence[PositionQuantity], rows: QuantitySlopes) -> None:
         self._own, self._quantities, self._rows = own, quantities, rows
 
-    def rows(self, name: str) -> Any:
-        """Return a column, or those of a measure (1, rows, columns)."""
+    def __getitem__(self, name: str) -> Any:
+        """Return a column (1, rows), or those of a measure (columns, 1, rows); raise UsageError for other names."""
+        if name not in self._own.columns:
+            raise UsageError(f"of '{self._own.name}': '{name}' has no derivatives; use columns such as P.y")
         columns = []
         for k in self._own.columns[name]:
             one, values = self._quantities[k], self._rows.values[k]
             if isinstance(one, PositionAngle):
                 values = np.unwrap(values, period=one.turn)
-            columns.append(duals(values, self._rows.slopes[k]))
-        return np.stack(columns, axis=-1)[None]
-
-    def number(self, name: str) -> Any:
-        """Raise UsageError: only columns have derivatives."""
-        raise UsageError(f"of '{self._own.name}': '{name}' has no derivatives; use columns such as P.y")
+            columns.append(duals(values, self._rows.slopes[k])[None])
+        return np.stack(columns) if len(columns) > 1 else columns[0]
 
     def at(self, actuator: str, value: float) -> Any:
         """Raise UsageError: a position is requested by its input value."""

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gimcli.errors import UsageError
 from gimcli.families.column_names import REACHABLE, TYPE, ColumnNames
 from gimcli.families.design_columns import DesignColumns
 from gimcli.families.design_motions import DesignMotions
 from gimcli.families.family import Family
-from gimcli.families.quantity_text import KeptQuantity, quantity
+from gimcli.families.quantity_text import quantity
+from gimcli.language.arrays import ARRAYS
 from gimcli.mechanism import FloatArray
 
 STEPS = 360
@@ -23,7 +23,13 @@ STEPS = 360
 ROOM = 1e-7
 """Margins are less by this part of the bound, so that rounding does not violate it."""
 
-INEQUALITY = re.compile(r"([^<>=!]+)(<=?|>=?)([^<>=!]+)")
+
+def _margin(sense: float, one: Any, two: Any) -> Any:
+    """Return by how much an inequality is satisfied, less than the room for rounding."""
+    return sense * (one - two) - ROOM * (1.0 + np.abs(two))
+
+
+MARGINS = {sign: partial(_margin, 1.0 if sign[0] == ">" else -1.0) for sign in ("<", "<=", ">", ">=")}
 
 
 class DesignQuantities:
@@ -35,7 +41,7 @@ class DesignQuantities:
         names = self._names = ColumnNames(family.mechanism, family.names)
         self.tests = [quantity(text, names, ("yes",), "where") for text in where]
         self.goal = quantity(goal, names, ("number",), "goal") if goal else None
-        self._margins = [pair for text in where if (pair := _sides(text, names)) is not None]
+        self._margins = [test.expression for test in self.tests if test.expression.code[-1][0] in MARGINS]
         used = frozenset[str]().union(*(q.names for q in [*self.tests, *([self.goal] if self.goal else [])]))
         if TYPE in used:
             names.check_type()
@@ -68,12 +74,9 @@ class DesignQuantities:
     def margins(self, designs: FloatArray) -> FloatArray:
         """Return by how much designs exceed the bounds of inequalities (designs, inequalities); negative: violated."""
         columns = self._columns(designs, STEPS)
-        found = [np.empty((len(designs), 0))]
-        for one, other, sense in self._margins:
-            first, second = (np.asarray(side.values(columns), dtype=float) for side in (one, other))
-            margin = sense * (first - second) - ROOM * (1.0 + np.abs(second))
-            found.append(np.broadcast_to(margin, len(designs))[:, None])
-        return np.concatenate(found, axis=1)
+        with np.errstate(all="ignore"):
+            found = [np.asarray(one.value(columns, {**ARRAYS, **MARGINS})) for one in self._margins]
+        return np.concatenate([np.empty((len(designs), 0)), *(np.broadcast_to(f, (len(designs), 1)) for f in found)], 1)
 
     @property
     def inequalities(self) -> int:
@@ -84,15 +87,3 @@ class DesignQuantities:
         options: dict[str, Any] = {"reachable": self._reachable, "jit": "on"}
         solved = self.family.solve(designs, steps, **options)
         return DesignColumns(DesignMotions(self.family, solved, options), self._names)
-
-
-def _sides(text: str, names: ColumnNames) -> tuple[KeptQuantity, KeptQuantity, float] | None:
-    """Return the sides of an inequality and its sense; None for other conditions."""
-    found = INEQUALITY.fullmatch(text)
-    if found is None:
-        return None
-    try:
-        one, other = (quantity(side, names, ("number",), "where") for side in found.group(1, 3))
-    except UsageError:  # the sign is inside a part of the text, such as brackets
-        return None
-    return one, other, 1.0 if found[2].startswith(">") else -1.0

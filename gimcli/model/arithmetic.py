@@ -10,7 +10,8 @@ from contextlib import suppress
 from graphlib import CycleError, TopologicalSorter
 from typing import Any, NamedTuple
 
-from gimcli.model.formula import WORDS, Formula, FormulaError, UnknownNameError, is_number, parsed
+from gimcli.language.expression import Expression, ExpressionError
+from gimcli.model.formula import WORDS, UnknownNameError, is_number, parsed
 from gimcli.model.nearest import near
 from gimcli.model.source import Where
 from gimcli.model.units import SPEEDS, speed
@@ -27,7 +28,7 @@ class Evaluated(NamedTuple):
     """Plain data with numbers in place of formulas, and the formulas by path; `refused` are texts without a value."""
 
     data: dict[str, Any]
-    formulas: dict[Where, Formula]
+    formulas: dict[Where, Expression]
     refused: dict[Where, str]  # the reason; empty if a parameter in the formula is refused itself
 
 
@@ -41,7 +42,7 @@ def evaluated(data: dict[str, Any], texts: Iterable[Where]) -> Evaluated:
                 result.formulas[where] = _formula(_part(data, where), names)
             else:
                 _part(data, where[:-1])[where[-1]] = rate
-        except FormulaError as error:
+        except ExpressionError as error:
             result.refused[where] = reason(error, names if len(result.refused) < MOST_HINTS else ())
     values = {name: float(v) for name, v in names.items() if type(v) in (int, float) and math.isfinite(v)}
     for where in _ordered(result):
@@ -51,7 +52,7 @@ def evaluated(data: dict[str, Any], texts: Iterable[Where]) -> Evaluated:
             continue
         try:
             value = formula.number(values)
-        except FormulaError as error:
+        except ExpressionError as error:
             result.refused[where] = str(error)
             continue
         _part(data, where[:-1])[where[-1]] = value
@@ -60,8 +61,8 @@ def evaluated(data: dict[str, Any], texts: Iterable[Where]) -> Evaluated:
     return result._replace(formulas={w: result.formulas[w] for w in _ordered(result) if w not in result.refused})
 
 
-def in_order(formulas: Mapping[Where, Formula]) -> tuple[Where, ...]:
-    """Return the paths of formulas in an order in which they can be evaluated; raise FormulaError for a cycle."""
+def in_order(formulas: Mapping[Where, Expression]) -> tuple[Where, ...]:
+    """Return the paths of formulas in an order in which they can be evaluated; raise ExpressionError for a cycle."""
     own = {str(where[1]): formula for where, formula in formulas.items() if where[0] == PARAMETERS}
     graph = {name: sorted(formula.names & own.keys()) for name, formula in own.items()}
     try:
@@ -71,7 +72,7 @@ def in_order(formulas: Mapping[Where, Formula]) -> tuple[Where, ...]:
     return (*((PARAMETERS, name) for name in order), *(where for where in formulas if where[0] != PARAMETERS))
 
 
-class DependenceError(FormulaError):
+class DependenceError(ExpressionError):
     """Parameters that depend on each other: each on the one before it, and the first on the last, which is the same."""
 
     def __init__(self, names: list[str]) -> None:
@@ -79,7 +80,7 @@ class DependenceError(FormulaError):
         self.names = names[1:]
 
 
-def reason(error: FormulaError, names: Collection[str]) -> str:
+def reason(error: ExpressionError, names: Collection[str]) -> str:
     """Return the text of an error, with the name among `names` that was probably meant."""
     if isinstance(error, UnknownNameError):
         return f"{error}{near(error.word, names) or near(error.word, WORDS)}"
@@ -110,7 +111,7 @@ def _speed(data: dict[str, Any], where: Where) -> float | None:
                 return speed(text, True, length, str(angle))
         return speed(text, "pivot" in own or "arm" in own, length, str(angle))
     except ValueError as error:
-        raise FormulaError(str(error)) from None
+        raise ExpressionError(str(error)) from None
 
 
 def _names(data: dict[str, Any]) -> dict[str, Any]:
@@ -119,14 +120,14 @@ def _names(data: dict[str, Any]) -> dict[str, Any]:
     return own if isinstance(own, dict) else {}
 
 
-def _formula(text: str, names: Mapping[str, Any]) -> Formula:
+def _formula(text: str, names: Mapping[str, Any]) -> Expression:
     unit = _UNIT.match(text.strip())
     if unit is not None and unit[1] not in names:
-        raise FormulaError("set units once, under `units:`")
+        raise ExpressionError("set units once, under `units:`")
     if is_number(text):
-        raise FormulaError("write it without quotes")
+        raise ExpressionError("write it without quotes")
     if len(names) > MOST_PARAMETERS:
-        raise FormulaError(f"{len(names)} parameters are too many for formulas; at most {MOST_PARAMETERS} are read")
+        raise ExpressionError(f"{len(names)} parameters are too many for formulas; at most {MOST_PARAMETERS} are read")
     return parsed(text, names)
 
 

@@ -13,12 +13,13 @@ from typing import Any
 from pydantic_core import SchemaValidator, ValidationError
 
 from gimcli.errors import ModelError, UsageError
+from gimcli.language.expression import Expression, ExpressionError
 from gimcli.mechanism import Mechanism
 from gimcli.model.arithmetic import DependenceError, reason
 from gimcli.model.check import check
 from gimcli.model.compile import compile_model
 from gimcli.model.dimensions import Dimension, name_of
-from gimcli.model.formula import Formula, FormulaError, is_number, parsed
+from gimcli.model.formula import is_number, parsed
 from gimcli.model.kept_assembly import in_assembly_of
 from gimcli.model.pairs import sized_nodes
 from gimcli.model.references import References
@@ -38,7 +39,7 @@ def changed(own: Any, mechanism: Mechanism, changes: Mapping[str, float | str]) 
     if len(wanted) < len(changes):
         raise UsageError(f"{_listed(changes)}: two values for one dimension; give one")
     given = {dimension.where: _value(dimension, value, own.model) for dimension, value in wanted.items()}
-    new = {one.name: v.text if isinstance(v, Formula) else v for one, v in zip(wanted, given.values(), strict=True)}
+    new = {one.name: v.text if isinstance(v, Expression) else v for one, v in zip(wanted, given.values(), strict=True)}
     source = _ChangedSource(**{**vars(own.source), "faults": []}, changes=new)
     try:
         model, numbers = with_numbers(own.model, given, source.number)
@@ -82,11 +83,11 @@ class _ChangedSource(Source):
         place = f"{self.path} with {_listed(self.changes)}"
         return ModelError([f"{place}: {fault.text}" for fault in dict.fromkeys(self.faults)])
 
-    def number(self, where: Where, formula: Formula, values: Mapping[str, float]) -> float:
+    def number(self, where: Where, formula: Expression, values: Mapping[str, float]) -> float:
         """Return the value of a formula; raise ModelError if it has none."""
         try:
             return formula.number(values)
-        except FormulaError as error:
+        except ExpressionError as error:
             self.fault(where, f"expected a number, got '{formula.text}'; {error}")
             raise self.error() from None
 
@@ -108,7 +109,7 @@ def _validator(where: Where) -> SchemaValidator:
     return SchemaValidator(value_schema(where))
 
 
-def _value(dimension: Dimension, value: Any, model: Model) -> float | Formula:
+def _value(dimension: Dimension, value: Any, model: Model) -> float | Expression:
     """Return a new value of a dimension as a number, or a formula."""
     if isinstance(value, str):
         try:
@@ -119,10 +120,10 @@ def _value(dimension: Dimension, value: Any, model: Model) -> float | Formula:
     if isinstance(value, str):
         try:
             value = float(value) if is_number(value) else parsed(value, model.parameters)
-        except FormulaError as error:
+        except ExpressionError as error:
             text = reason(error, model.parameters)
             raise UsageError(f"{dimension.name}: expected a number, got '{value}'; {text}") from None
-    if isinstance(value, Formula):
+    if isinstance(value, Expression):
         return value
     if isinstance(value, int) and abs(value) > sys.float_info.max:
         value = math.inf

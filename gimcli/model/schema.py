@@ -14,7 +14,7 @@ from pydantic_core import core_schema
 from gimcli.model.part import Part
 
 if TYPE_CHECKING:
-    from gimcli.model.formula import Formula
+    from gimcli.language.expression import Expression
 
 SHORTEST, LONGEST = 1e-12, 1e12
 """Least and greatest duration of a motion [s]; powers of other durations would underflow or overflow."""
@@ -26,7 +26,7 @@ FARTHEST = 1e100
 """Greatest coordinate of a node or point, and offset of a guide, as of a mechanism's size."""
 MOST_COEFFICIENTS = 100
 """Most coefficients of a polynomial: its roots take long to compute, and high powers of the time hardly differ."""
-NO_FORMULAS: Mapping[tuple[str | int, ...], Formula] = MappingProxyType({})
+NO_FORMULAS: Mapping[tuple[str | int, ...], Expression] = MappingProxyType({})
 MEMBER_WORDS = ("member", "true", "True", "TRUE")
 """Other words for the key `on` of points and loads; programs that read YAML 1.1 write it as true."""
 PROFILES = ("uniform", "cubic", "quintic", "cycloidal", "harmonic")

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from gimcli.language.expression import Expression
 from gimcli.model.arithmetic import PARAMETERS, in_order
 from gimcli.model.dimensions import dimensions_of, found
-from gimcli.model.formula import Formula
 from gimcli.model.part import Part
 from gimcli.model.schema import Law, Model
 from gimcli.model.source import Where
@@ -15,7 +15,7 @@ from gimcli.model.source import Where
 DYNAMIC = ("masses", "loads", "springs", "dampers", "friction")
 """Sections on which positions do not depend."""
 
-Evaluate = Callable[[Where, Formula, Mapping[str, Any]], Any]
+Evaluate = Callable[[Where, Expression, Mapping[str, Any]], Any]
 
 
 def without_dynamics(model: Model) -> Model:
@@ -46,7 +46,7 @@ def substituted(model: Model, changes: Mapping[str, Any], functions: Mapping[str
 def with_numbers(model: Model, wanted: Mapping[Where, Any], evaluate: Evaluate) -> tuple[Model, dict[Where, Any]]:
     """Return a model with other numbers or formulas at some paths, and all numbers that were replaced."""
     formulas = {where: formula for where, formula in model.formulas.items() if where not in wanted}
-    new = {where: value for where, value in wanted.items() if isinstance(value, Formula)}
+    new = {where: value for where, value in wanted.items() if isinstance(value, Expression)}
     if new:
         merged = {**formulas, **new}
         formulas = {where: merged[where] for where in in_order(merged)}

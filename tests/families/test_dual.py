@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from gimcli.families.dual import duals
-from gimcli.families.quantity_text import FUNCTIONS, OPERATORS, TWO
+from gimcli.language.arrays import ARRAYS
+from gimcli.language.expression import FUNCTIONS, OPERATORS
 
 ARITHMETIC = ("+", "-", "*", "/", "**")
 STEP = 1e-6
@@ -20,13 +21,13 @@ def along(find, *values):
 
 
 @pytest.mark.parametrize("value", [0.3, 0.8])
-@pytest.mark.parametrize("name", [name for name in FUNCTIONS if name not in TWO])
+@pytest.mark.parametrize("name", [name for name, count in FUNCTIONS.items() if count == 1])
 def test_functions(name, value):
-    along(FUNCTIONS[name], value)
+    along(ARRAYS[name], value)
 
 
 @pytest.mark.parametrize("values", [(0.3, 1.7), (2.5, 0.4)])
-@pytest.mark.parametrize("find", [*(FUNCTIONS[name] for name in TWO), *(OPERATORS[sign] for sign in ARITHMETIC)])
+@pytest.mark.parametrize("find", [ARRAYS["atan2"], ARRAYS["hypot"], *(OPERATORS[sign] for sign in ARITHMETIC)])
 def test_functions_of_two_numbers(find, values):
     along(find, *values)
 

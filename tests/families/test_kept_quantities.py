@@ -174,10 +174,10 @@ def test_velocities_of_all_designs_together(name):
     for k, design in enumerate(designs.tolist()):
         t = gimcli.trace(m.with_(dict(zip(vary, design, strict=True))), 12, derivatives=1, jit="off")
         time = np.where(t.status == "ok", t["time"], np.nan)
-        assert columns.rows("time")[k, :, 0] == pytest.approx(time, nan_ok=True)
+        assert columns["time"][k] == pytest.approx(time, nan_ok=True)
         for column in names:
             size = np.nanmax(np.abs(t[column]), initial=0.0)
-            assert columns.rows(column)[k, :, 0] == pytest.approx(t[column], abs=1e-9 * size, nan_ok=True)
+            assert columns[column][k] == pytest.approx(t[column], abs=1e-9 * size, nan_ok=True)
 
 
 def test_transmission_angle_at_a_moving_guide():
@@ -214,16 +214,16 @@ def test_value_of_an_input_of_laws_that_are_not_linear_or_differ(name, jit):
     columns = DesignColumns(DesignMotions(family, family.solve(designs, 12, **options), options), names).at(
         first, value
     )
-    assert columns.rows("time")[0, 0, 0] == pytest.approx(0.37 * m.duration, abs=1e-9)
+    assert columns["time"][0, 0] == pytest.approx(0.37 * m.duration, abs=1e-9)
     point, member = m.traced[0], m.members[1].name
     for k, design in enumerate(vary[f"{first}.to"]):
         own = m.with_({f"{first}.to": design})
-        share = columns.rows("time")[k, 0, 0] / m.duration
+        share = columns["time"][k, 0] / m.duration
         inputs = {a.name: own.value_to_file(j, a.law(np.array([share])))[0] for j, a in enumerate(own.actuators)}
         assert inputs[first] == pytest.approx(value)
         p = gimcli.solve(own, inputs)
-        assert columns.rows(f"{point}.x")[k, 0, 0] == pytest.approx(p.xy[point][0], abs=1e-8)
-        assert np.cos(np.radians(columns.rows(f"{member}.angle")[k, 0, 0] - p.angle[member])) == pytest.approx(1.0)
+        assert columns[f"{point}.x"][k, 0] == pytest.approx(p.xy[point][0], abs=1e-8)
+        assert np.cos(np.radians(columns[f"{member}.angle"][k, 0] - p.angle[member])) == pytest.approx(1.0)
 
 
 @pytest.mark.parametrize("jit", ["on", "off"])
@@ -235,9 +235,9 @@ def test_designs_that_are_solved_one_by_one_have_the_same_columns(jit):
     columns = DesignColumns(DesignMotions(family, solved, {"jit": jit}), names)
     for k in (0, 1):
         t = gimcli.trace(m.with_({"crank.length": vary["crank.length"][k]}), 6)
-        assert columns.rows("coupler.angle")[k, :, 0] == pytest.approx(t.angle["coupler"])
-        assert columns.rows("crank.angle")[k, :, 0] == pytest.approx(t.angle["crank"])
-    assert np.isnan(columns.rows("crank.angle")[2:]).all()
+        assert columns["coupler.angle"][k] == pytest.approx(t.angle["coupler"])
+        assert columns["crank.angle"][k] == pytest.approx(t.angle["crank"])
+    assert np.isnan(columns["crank.angle"][2:]).all()
     assert np.isnan(columns.at("motor", 31.0).rows("P.y")[2:]).all()
 
 

@@ -19,13 +19,11 @@ class Given:
 
     def __init__(self, rows=slice(None)):
         x, y = [[1.0, 2.0, 3.0], [4.0, NAN, 8.0]], [[-1.0, 0.0, 1.0], [2.0, NAN, 2.0]]
-        self.columns = {name: np.array(own)[:, rows, None] for name, own in (("P.x", x), ("P.y", y))}
+        self.columns = {name: np.array(own)[:, rows] for name, own in (("P.x", x), ("P.y", y))}
+        self.columns |= {"crank.length": np.array([[5.0], [6.0]]), "type": np.array([["kite"], ["rhombus"]])}
 
-    def rows(self, name):
+    def __getitem__(self, name):
         return self.columns[name]
-
-    def number(self, name):
-        return {"crank.length": np.array([5.0, 6.0]), "type": np.array(["kite", "rhombus"])}[name]
 
     def at(self, actuator, value):
         assert (actuator, value) == ("motor", 30.0)

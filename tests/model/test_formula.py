@@ -7,7 +7,9 @@ import random
 
 import pytest
 
-from gimcli.model.formula import CONSTANTS, DEEPEST, FUNCTIONS, LONGEST, FormulaError, parsed
+from gimcli.language.expression import CONSTANTS, FUNCTIONS, ExpressionError
+from gimcli.language.reader import DEEPEST, LONGEST
+from gimcli.model.formula import parsed
 
 NAMES = {"a": 1.5, "b_2": -0.25, "größe": 7.0}
 PYTHON = {**{name: getattr(math, name, None) for name in FUNCTIONS}, "abs": abs, "min": min, "max": max, **NAMES}
@@ -43,7 +45,7 @@ def test_formulas_have_the_values_of_python():
         if len(text) > LONGEST or ("**" in text and "abs" in text):  # abs of a complex number is real in Python
             continue
         if isinstance(expected, complex) or not math.isfinite(expected):
-            with pytest.raises(FormulaError):
+            with pytest.raises(ExpressionError):
                 parsed(text, NAMES).number(NAMES)
         else:
             assert parsed(text, NAMES).number(NAMES) == expected, text
@@ -64,16 +66,19 @@ def test_the_parameters_of_a_formula():
 
 
 @pytest.mark.parametrize(("text", "part"), [
-    ("", "not complete"), ("2 +", "not complete"), ("(2", "not complete"), ("2)", r"unexpected '\)'"), ("2 3", "'3'"),
-    ("2^3", r"write \*\*"), ("aa", "'aa' is not a parameter"), ("a.real", r"'\.'"), ("a[0]", r"unexpected '\['"),
-    ("__import__('os')", "'__import__' is not a parameter"), ("open(1)", "'open' is not"), ("a if a else a", "'if'"),
-    ("sin", "not complete"), ("sin()", r"unexpected '\)'"), ("sin(1, 2)", "needs 1 argument, got 2"),
-    ("atan2(1)", "needs 2 arguments"), ("min(1)", "at least 2"), ("a(2)", r"unexpected '\('"), ("lambda: 1", "lambda"),
-    ("1_000", "'_000'"), ("0x10", "'x10'"), ("2 // 3", "'/'"), ("a := 2", "':'"), ("nan", "'nan'"), ("1j", "'j'"),
-    ("'2'", "unexpected"), ("a == 1", "'='"), ("{}", "unexpected"), ("2;3", "';'"),
+    ("", "got the end"), ("2 +", "name or number, got the end"), ("(2", r"expected '\)', got the end"),
+    ("2)", r"end or an operator, got '\)'"), ("2 3", "got '3'"), ("2^3", r"write \*\*"),
+    ("aa", "'aa' is not a parameter"), ("a.real", r"got '\.real'"), ("a[0]", r"got '\[0"),
+    ("__import__('os')", "no function '__import__'"), ("open(1)", "no function 'open'"), ("a if a else a", "got 'if"),
+    ("sin", "'sin' is not a parameter"), ("sin()", r"name or number, got '\)'"),
+    ("sin(1, 2)", "needs 1 argument, got 2"),
+    ("atan2(1)", "needs 2 arguments"), ("min(1)", "at least 2"), ("a(2)", "no function 'a'"), ("lambda: 1", "lambda"),
+    ("1_000", "'_000'"), ("0x10", "'x10'"), ("2 // 3", "got '/ 3'"), ("a := 2", "got ':= 2'"), ("nan", "'nan'"),
+    ("1j", "'j'"), ("'2'", "got a text"), ("a == 1", "got a comparison"), ("a == 1 and not a", "got a number"),
+    ("{}", "got '{}'"), ("2;3", "got ';3'"), ("mean(a)", "takes a column"), ("at(a, a=1)", "takes a column"),
 ])  # fmt: skip
 def test_what_is_no_formula(text, part):
-    with pytest.raises(FormulaError, match=part):
+    with pytest.raises(ExpressionError, match=part):
         parsed(text, NAMES)
 
 
@@ -83,7 +88,7 @@ def test_what_is_no_formula(text, part):
     ("log(0)", "no real"), ("1e999", "too large"), ("9**9**9**9", "too large"),
 ])  # fmt: skip
 def test_what_has_no_value(text, part):
-    with pytest.raises(FormulaError, match=part):
+    with pytest.raises(ExpressionError, match=part):
         parsed(text, NAMES).number(NAMES)
 
 
@@ -92,7 +97,7 @@ def test_what_has_no_value(text, part):
     "(" * (DEEPEST + 1) + "1" + ")" * (DEEPEST + 1),
 ])  # fmt: skip
 def test_size_and_depth_are_bounded(text):
-    with pytest.raises(FormulaError, match=r"too many|too deeply"):
+    with pytest.raises(ExpressionError, match=r"too many|too deeply"):
         parsed(text, {})
 
 

@@ -99,8 +99,8 @@ def test_an_alias_of_a_formula():
     ("[1]", "5", ["1:13: parameters: expected a mapping"]),
     ("{a: 3}", "'3'", ["got '3'; write it without quotes"]),
     ("{a: 3}", "3 mm", ["got '3 mm'; set units once, under `units:`"]),
-    ("{mm: 3}", "3 mm", ["got '3 mm'; unexpected 'mm'"]),
-    ("{a: 3}", '"a.real"', ["got 'a.real'; unexpected '.'"]),
+    ("{mm: 3}", "3 mm", ["got '3 mm'; expected the end or an operator, got 'mm'"]),
+    ("{a: 3}", '"a.real"', ["got 'a.real'; expected the end or an operator, got '.real'"]),
 ])  # fmt: skip
 def test_faults(parameters, length, faults):
     with pytest.raises(ModelError) as refused:

@@ -1,0 +1,268 @@
+"""Reads an expression from left to right, by the precedence of its operators."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import replace
+from typing import Any, Protocol
+
+from gimcli.language.expression import CONSTANTS, FUNCTIONS, REDUCTIONS, Expression, ExpressionError, Kind
+
+LONGEST, DEEPEST = 1000, 50
+"""Most characters of a text, and most brackets, signs and powers inside one another."""
+
+COMPARISONS = ("<=", ">=", "==", "!=", "<", ">")
+NOT, SIGN, POWER = 3, 7, 8
+PRECEDENCE = {
+    "or": 1, "and": 2, **dict.fromkeys(COMPARISONS, 4), "+": 5, "-": 5, "**": POWER, "*": 6, "/": 6,
+}  # fmt: skip
+"""Operators between two operands; longer signs before those with which they begin."""
+
+DIGITS = r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?"
+NUMBER, SIGNED, WORD = re.compile(DIGITS), re.compile(rf"\s*[-+]?{DIGITS}\s*"), re.compile(r"[^\W\d]\w*")
+OTHER = re.compile(r"[a-z]+:[^\s()+*<>=!,|]+|[^\W\d][^\s()+*/<>=!,|]*")
+"""A word that is no name."""
+
+
+class Names(Protocol):
+    """The names that an expression may use."""
+
+    def longest(self, text: str) -> str:
+        """Return the longest name with which a text begins; "" if it begins with none."""
+
+    def kind(self, name: str) -> Kind:
+        """Return what a name stands for."""
+
+    def unknown(self, word: str, rest: str) -> Exception:
+        """Return the error for a word that is no name; `rest` is the text from it on."""
+
+    def across(self) -> tuple[str, str]:
+        """Return name and unit of the variable of integrals: the only input, or the time."""
+
+    def refuse_value(self, actuator: str, value: float) -> None:
+        """Raise an error if a name is no input, or if the input does not have the value."""
+
+
+NAMED = {"text": "a text", "yes": "a comparison", "rows": "a column", "number": "a number"}
+
+
+class Reader:
+    """Reads a text from left to right, by the precedence of its operators."""
+
+    def __init__(self, text: str, names: Names) -> None:
+        if len(text) > LONGEST:
+            raise ExpressionError(f"{len(text)} characters are too many; at most {LONGEST} are read")
+        self.text, self.names = text, names
+        self.place = self.depth = 0
+        self.code: list[Any] = []
+
+    def whole(self) -> Expression:
+        """Return the expression of the whole text; raise ExpressionError where it is none."""
+        kind = self.operation()
+        if self.rest():
+            hint = "; the sign of equality is ==" if self.rest()[0] == "=" else ""
+            hint = "; write ** for a power" if self.rest()[0] == "^" else hint
+            raise ExpressionError(f"expected the end or an operator, got {self._got()}{hint}")
+        return Expression(" ".join(self.text.split()), tuple(self.code), kind)
+
+    def operand(self) -> Expression:
+        """Return the next number, name, function, amount, text, or expression in brackets, for texts that join such."""
+        self.code = []
+        kind = self._operand()
+        return Expression(self.text, tuple(self.code), kind)
+
+    def operation(self, least: int = 0) -> Kind:
+        """Read operands that are joined by operators of at least some precedence."""
+        self.depth += 1
+        if self.depth > DEEPEST:
+            raise ExpressionError(f"nested too deeply: more than {DEEPEST} brackets or signs inside one another")
+        found = self._signed()
+        while sign := next((s for s, level in PRECEDENCE.items() if level >= least and self.takes(s)), ""):
+            second = self.operation(SIGN if sign == "**" else PRECEDENCE[sign] + 1)
+            found = self._joined(sign, found, second)
+        self.depth -= 1
+        return found
+
+    def _signed(self) -> Kind:
+        if not self.names.longest(self.rest()) and self.takes("not"):
+            self._expect(self.operation(NOT), "yes")
+            return self._applied("not", 1, Kind("yes"))
+        sign = next((s for s in "+-" if self.takes(s)), "")
+        if not sign:
+            return self._operand()
+        found = self._numeric(self.operation(SIGN))
+        return self._applied("negative", 1, found) if sign == "-" else found
+
+    def _operand(self) -> Kind:
+        rest = self.rest()
+        name, word, number = self.names.longest(rest), WORD.match(rest), NUMBER.match(rest)
+        called = word is not None and rest[word.end() :].lstrip()[:1] == "("
+        if called and word is not None and (not name or word[0] == name):
+            self.place += word.end()
+            return self._call(word[0])
+        if name:
+            return self._pushed(name, name, self.names.kind(name))
+        if number is not None:
+            return self._pushed(number[0], float(number[0]), Kind("number", None))
+        if rest[:1] in ("'", '"') and rest[0] in rest[1:]:
+            text = rest[1 : rest.index(rest[0], 1)]
+            return self._pushed(f"'{text}'", ("text", text), Kind("text"))
+        if self.takes("("):
+            return self._closed(self.operation(), ")")
+        if self.takes("|"):
+            return self._amount(self._closed(self._numeric(self.operation()), "|"))
+        if word is not None and word[0] in CONSTANTS:
+            return self._pushed(word[0], CONSTANTS[word[0]], Kind("number", None))
+        other = OTHER.match(rest)
+        if other is not None:
+            raise self.names.unknown(other[0], rest)
+        raise ExpressionError(f"expected a name or number, got {self._got()}")
+
+    def _amount(self, kind: Kind) -> Kind:
+        if kind.columns > 2:
+            raise ExpressionError(
+                "| | takes a number or a vector, but a measure here has more columns; name one of them"
+            )
+        return self._applied("hypot of columns" if kind.columns == 2 else "abs", 1, replace(kind, columns=1))
+
+    def _call(self, word: str) -> Kind:
+        if word not in (*REDUCTIONS, "at", *FUNCTIONS):
+            known = ", ".join(dict.fromkeys((*REDUCTIONS, "at", *FUNCTIONS)))
+            raise ExpressionError(f"no function '{word}'; known: {known}")
+        self.need("(")
+        start = len(self.code)
+        kinds = [self._numeric(self.operation())]
+        if word == "at":
+            return self._at(start, kinds[0])
+        while self.takes(","):
+            kinds.append(self._numeric(self.operation()))
+        self.need(")")
+        if word in REDUCTIONS and len(kinds) == 1:
+            return self._reduced(word, kinds[0])
+        wanted, count = FUNCTIONS.get(word, 1), len(kinds)
+        if count != (wanted or max(count, 2)):
+            least = "at least 2 arguments" if not wanted else f"{wanted} argument{'s' * (wanted > 1)}"
+            raise ExpressionError(f"{word} needs {least}, got {count}")
+        if word in ("radians", "degrees"):
+            self.code.append(CONSTANTS["deg"] if word == "radians" else 180.0 / math.pi)
+            return self._applied("*", 2, replace(kinds[0], unit=""))
+        found = kinds[0]
+        for other in kinds[1:]:
+            found = self._together(found, other, word if word != "atan2" else "")
+        unit = found.unit if word in ("abs", "hypot", "min", "max") else _root(found.unit) if word == "sqrt" else ""
+        return self._applied(word, count, replace(found, unit=unit))
+
+    def _reduced(self, word: str, kind: Kind) -> Kind:
+        if kind.what != "rows":
+            least = "" if word not in FUNCTIONS else f", or {word} needs at least 2 arguments"
+            raise ExpressionError(f"{word}() takes a column, such as {word}(P.y){least}")
+        if kind.columns != 1 and word not in ("min", "max"):
+            raise ExpressionError(f"{word}() takes one column, but a measure here has {kind.columns}; name one of them")
+        unit, count = kind.unit, 1
+        if word in ("argmin", "argmax", "integral"):
+            across, own = self.names.across()
+            self.code.append(across)
+            unit, count = (own if word != "integral" else " ".join(filter(None, (unit, own)))), 2
+        return self._applied(f"{word} of rows", count, Kind("number", unit))
+
+    def _at(self, start: int, kind: Kind) -> Kind:
+        if kind.what != "rows":
+            raise ExpressionError("at() takes a column, such as at(P.y, motor=30)")
+        if kind.columns != 1:
+            raise ExpressionError(f"at() takes one column, but a measure here has {kind.columns}; name one of them")
+        self.need(",")
+        actuator, equals, _ = self.rest().partition("=")
+        if not equals:
+            raise ExpressionError("at() needs the value of an input, such as at(P.y, motor=30)")
+        self.place += len(actuator) + 1
+        sign, number = -1.0 if self.takes("-") else 1.0, NUMBER.match(self.rest())
+        if number is None:
+            raise ExpressionError(f"expected a number after '{actuator.strip()}='")
+        self.place += number.end()
+        self.need(")")
+        where = actuator.strip(), sign * float(number[0])
+        self.names.refuse_value(*where)
+        self.code.insert(start, ("at", where))
+        self.code.append(("end", 0))
+        return Kind("number", kind.unit)
+
+    def _joined(self, sign: str, first: Kind, second: Kind) -> Kind:
+        if sign in ("and", "or"):
+            self._expect(first, "yes")
+            self._expect(second, "yes")
+            return self._applied(sign, 2, Kind("yes"))
+        if sign in COMPARISONS and "text" in (first.what, second.what):
+            if first.what != second.what or sign not in ("==", "!="):
+                raise ExpressionError("a text can only be compared with a text, by == or !=")
+            return self._applied(f"text {sign}", 2, Kind("yes"))
+        if sign in COMPARISONS:
+            self._together(self._expect(first, "number"), self._expect(second, "number"), sign)
+            return self._applied(sign, 2, Kind("yes"))
+        found = self._together(self._numeric(first), self._numeric(second), sign if sign in "+-" else "")
+        return self._applied(sign, 2, found if sign in "+-" else replace(found, unit=found.unit and ""))
+
+    def _together(self, first: Kind, second: Kind, alike: str) -> Kind:
+        """Return the kind of two numbers or columns that are combined; `alike` names what needs equal units."""
+        if 1 not in (first.columns, second.columns):
+            raise ExpressionError("two measures of several columns cannot be combined; name their columns")
+        units = {first.unit, second.unit} - {None}
+        if alike and len(units - {""}) > 1:
+            raise ExpressionError(f"{alike} needs equal units, got {first.unit} and {second.unit}")
+        unit = None if not units else units.pop() if len(units) == 1 and alike else ""
+        what = "rows" if "rows" in (first.what, second.what) else "number"
+        return Kind(what, unit, max(first.columns, second.columns))
+
+    def _numeric(self, kind: Kind) -> Kind:
+        if kind.what not in ("number", "rows"):
+            raise ExpressionError(f"expected a number, got {NAMED[kind.what]}")
+        return kind
+
+    def _expect(self, kind: Kind, what: str) -> Kind:
+        if kind.what == "rows":
+            raise ExpressionError("a column has a value for every row; write for example min(COLUMN)")
+        if kind.what != what:
+            raise ExpressionError(f"expected {NAMED[what]}, got {NAMED[kind.what]}")
+        return kind
+
+    def _applied(self, name: str, count: int, kind: Kind) -> Kind:
+        self.code.append((name, count))
+        return kind
+
+    def _pushed(self, text: str, item: Any, kind: Kind) -> Kind:
+        self.place += len(text)
+        self.code.append(item)
+        return kind
+
+    def _closed(self, kind: Kind, sign: str) -> Kind:
+        self.need(sign)
+        return kind
+
+    def takes(self, sign: str) -> bool:
+        """Skip a sign or a word that begins here; return whether it was skipped."""
+        rest = self.rest()
+        word = WORD.match(rest)
+        longer = sign.isalpha() and word is not None and word[0] != sign
+        if not rest.startswith(sign) or longer or (sign == "*" and rest.startswith("**")):
+            return False
+        self.place += len(sign)
+        return True
+
+    def need(self, sign: str) -> None:
+        """Skip a sign; raise ExpressionError if there is another one."""
+        if not self.takes(sign):
+            raise ExpressionError(f"expected '{sign}', got {self._got()}")
+
+    def rest(self) -> str:
+        """Return the text that is left, from its first letter on."""
+        while self.place < len(self.text) and self.text[self.place].isspace():
+            self.place += 1
+        return self.text[self.place :]
+
+    def _got(self) -> str:
+        return f"'{self.rest()}'" if self.rest() else "the end"
+
+
+def _root(unit: str | None) -> str | None:
+    """Return the unit of a square root; "" where it has no name."""
+    return unit and (unit.removesuffix("^2") if unit.endswith("^2") else "")
