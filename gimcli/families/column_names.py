@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gimcli.errors import UsageError
-from gimcli.language.expression import Kind
+from gimcli.language.expression import PartKind
 from gimcli.measures import KINDS, measures_of
 from gimcli.measures.measure import Head, Measure
 from gimcli.measures.naming import guess
@@ -57,14 +57,14 @@ class ColumnNames:
         """Return whether a text is a name."""
         return bool(self.kind(name).what)
 
-    def kind(self, name: str) -> Kind:
+    def kind(self, name: str) -> PartKind:
         """Return what a name stands for: a column, or one value of a design."""
         if name in self.needs:
-            return Kind("rows", self.needs[name].unit)
+            return PartKind("rows", self.needs[name].unit)
         if name in self.dimensions or name in WORDS:
-            return Kind("text" if name == TYPE and name not in self.dimensions else "number")
+            return PartKind("text" if name == TYPE and name not in self.dimensions else "number")
         heads = self.heads(name)
-        return Kind("rows", heads[0].unit, len(heads)) if heads else Kind("")
+        return PartKind("rows", heads[0].unit, len(heads)) if heads else PartKind("")
 
     def across(self) -> tuple[str, str]:
         """Return name and unit of the only independent input, or of the time."""

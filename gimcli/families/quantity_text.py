@@ -11,7 +11,7 @@ from gimcli.errors import UsageError
 from gimcli.families.column_names import ColumnNames
 from gimcli.language.arrays import ARRAYS
 from gimcli.language.expression import Expression, ExpressionError
-from gimcli.language.reader import LONGEST, NAMED, Reader
+from gimcli.language.reader import LONGEST, NAMED, ExpressionReader
 
 
 class Values(Protocol):
@@ -71,7 +71,7 @@ def quantity(
 ) -> KeptQuantity:
     """Return the quantity of a text; raise UsageError where it is no expression, or not of one of some kinds."""
     try:
-        found = Reader(text, names).whole()
+        found = ExpressionReader(text, names).whole()
         if found.kind.what == "rows":
             raise ExpressionError(f"the column has a value for every row; write for example min({text.strip()})")
         if found.kind.what not in kinds:

@@ -48,7 +48,7 @@ class ExpressionError(ValueError):
 
 
 @dataclass(frozen=True)
-class Kind:
+class PartKind:
     """What a part of an expression is.
 
     `unit` is "" if there is none or it is not known, None for a bare number, which takes that of its partner.
@@ -69,7 +69,7 @@ class Expression:
 
     text: str
     code: tuple[Any, ...]
-    kind: Kind = Kind("number")
+    kind: PartKind = PartKind("number")
 
     @property
     def names(self) -> frozenset[str]:

@@ -7,7 +7,7 @@ import re
 from dataclasses import replace
 from typing import Any, Protocol
 
-from gimcli.language.expression import CONSTANTS, FUNCTIONS, REDUCTIONS, Expression, ExpressionError, Kind
+from gimcli.language.expression import CONSTANTS, FUNCTIONS, REDUCTIONS, Expression, ExpressionError, PartKind
 
 LONGEST, DEEPEST = 1000, 50
 """Most characters of a text, and most brackets, signs and powers inside one another."""
@@ -25,13 +25,13 @@ OTHER = re.compile(r"[a-z]+:[^\s()+*<>=!,|]+|[^\W\d][^\s()+*/<>=!,|]*")
 """A word that is no name."""
 
 
-class Names(Protocol):
+class KnownNames(Protocol):
     """The names that an expression may use."""
 
     def longest(self, text: str) -> str:
         """Return the longest name with which a text begins; "" if it begins with none."""
 
-    def kind(self, name: str) -> Kind:
+    def kind(self, name: str) -> PartKind:
         """Return what a name stands for."""
 
     def unknown(self, word: str, rest: str) -> Exception:
@@ -47,10 +47,10 @@ class Names(Protocol):
 NAMED = {"text": "a text", "yes": "a comparison", "rows": "a column", "number": "a number"}
 
 
-class Reader:
+class ExpressionReader:
     """Reads a text from left to right, by the precedence of its operators."""
 
-    def __init__(self, text: str, names: Names) -> None:
+    def __init__(self, text: str, names: KnownNames) -> None:
         if len(text) > LONGEST:
             raise ExpressionError(f"{len(text)} characters are too many; at most {LONGEST} are read")
         self.text, self.names = text, names
@@ -72,7 +72,7 @@ class Reader:
         kind = self._operand()
         return Expression(self.text, tuple(self.code), kind)
 
-    def operation(self, least: int = 0) -> Kind:
+    def operation(self, least: int = 0) -> PartKind:
         """Read operands that are joined by operators of at least some precedence."""
         self.depth += 1
         if self.depth > DEEPEST:
@@ -84,17 +84,17 @@ class Reader:
         self.depth -= 1
         return found
 
-    def _signed(self) -> Kind:
+    def _signed(self) -> PartKind:
         if not self.names.longest(self.rest()) and self.takes("not"):
             self._expect(self.operation(NOT), "yes")
-            return self._applied("not", 1, Kind("yes"))
+            return self._applied("not", 1, PartKind("yes"))
         sign = next((s for s in "+-" if self.takes(s)), "")
         if not sign:
             return self._operand()
         found = self._numeric(self.operation(SIGN))
         return self._applied("negative", 1, found) if sign == "-" else found
 
-    def _operand(self) -> Kind:
+    def _operand(self) -> PartKind:
         rest = self.rest()
         name, word, number = self.names.longest(rest), WORD.match(rest), NUMBER.match(rest)
         called = word is not None and rest[word.end() :].lstrip()[:1] == "("
@@ -104,29 +104,29 @@ class Reader:
         if name:
             return self._pushed(name, name, self.names.kind(name))
         if number is not None:
-            return self._pushed(number[0], float(number[0]), Kind("number", None))
+            return self._pushed(number[0], float(number[0]), PartKind("number", None))
         if rest[:1] in ("'", '"') and rest[0] in rest[1:]:
             text = rest[1 : rest.index(rest[0], 1)]
-            return self._pushed(f"'{text}'", ("text", text), Kind("text"))
+            return self._pushed(f"'{text}'", ("text", text), PartKind("text"))
         if self.takes("("):
             return self._closed(self.operation(), ")")
         if self.takes("|"):
             return self._amount(self._closed(self._numeric(self.operation()), "|"))
         if word is not None and word[0] in CONSTANTS:
-            return self._pushed(word[0], CONSTANTS[word[0]], Kind("number", None))
+            return self._pushed(word[0], CONSTANTS[word[0]], PartKind("number", None))
         other = OTHER.match(rest)
         if other is not None:
             raise self.names.unknown(other[0], rest)
         raise ExpressionError(f"expected a name or number, got {self._got()}")
 
-    def _amount(self, kind: Kind) -> Kind:
+    def _amount(self, kind: PartKind) -> PartKind:
         if kind.columns > 2:
             raise ExpressionError(
                 "| | takes a number or a vector, but a measure here has more columns; name one of them"
             )
         return self._applied("hypot of columns" if kind.columns == 2 else "abs", 1, replace(kind, columns=1))
 
-    def _call(self, word: str) -> Kind:
+    def _call(self, word: str) -> PartKind:
         if word not in (*REDUCTIONS, "at", *FUNCTIONS):
             known = ", ".join(dict.fromkeys((*REDUCTIONS, "at", *FUNCTIONS)))
             raise ExpressionError(f"no function '{word}'; known: {known}")
@@ -153,7 +153,7 @@ class Reader:
         unit = found.unit if word in ("abs", "hypot", "min", "max") else _root(found.unit) if word == "sqrt" else ""
         return self._applied(word, count, replace(found, unit=unit))
 
-    def _reduced(self, word: str, kind: Kind) -> Kind:
+    def _reduced(self, word: str, kind: PartKind) -> PartKind:
         if kind.what != "rows":
             least = "" if word not in FUNCTIONS else f", or {word} needs at least 2 arguments"
             raise ExpressionError(f"{word}() takes a column, such as {word}(P.y){least}")
@@ -164,9 +164,9 @@ class Reader:
             across, own = self.names.across()
             self.code.append(across)
             unit, count = (own if word != "integral" else " ".join(filter(None, (unit, own)))), 2
-        return self._applied(f"{word} of rows", count, Kind("number", unit))
+        return self._applied(f"{word} of rows", count, PartKind("number", unit))
 
-    def _at(self, start: int, kind: Kind) -> Kind:
+    def _at(self, start: int, kind: PartKind) -> PartKind:
         if kind.what != "rows":
             raise ExpressionError("at() takes a column, such as at(P.y, motor=30)")
         if kind.columns != 1:
@@ -185,24 +185,24 @@ class Reader:
         self.names.refuse_value(*where)
         self.code.insert(start, ("at", where))
         self.code.append(("end", 0))
-        return Kind("number", kind.unit)
+        return PartKind("number", kind.unit)
 
-    def _joined(self, sign: str, first: Kind, second: Kind) -> Kind:
+    def _joined(self, sign: str, first: PartKind, second: PartKind) -> PartKind:
         if sign in ("and", "or"):
             self._expect(first, "yes")
             self._expect(second, "yes")
-            return self._applied(sign, 2, Kind("yes"))
+            return self._applied(sign, 2, PartKind("yes"))
         if sign in COMPARISONS and "text" in (first.what, second.what):
             if first.what != second.what or sign not in ("==", "!="):
                 raise ExpressionError("a text can only be compared with a text, by == or !=")
-            return self._applied(f"text {sign}", 2, Kind("yes"))
+            return self._applied(f"text {sign}", 2, PartKind("yes"))
         if sign in COMPARISONS:
             self._together(self._expect(first, "number"), self._expect(second, "number"), sign)
-            return self._applied(sign, 2, Kind("yes"))
+            return self._applied(sign, 2, PartKind("yes"))
         found = self._together(self._numeric(first), self._numeric(second), sign if sign in "+-" else "")
         return self._applied(sign, 2, found if sign in "+-" else replace(found, unit=found.unit and ""))
 
-    def _together(self, first: Kind, second: Kind, alike: str) -> Kind:
+    def _together(self, first: PartKind, second: PartKind, alike: str) -> PartKind:
         """Return the kind of two numbers or columns that are combined; `alike` names what needs equal units."""
         if 1 not in (first.columns, second.columns):
             raise ExpressionError("two measures of several columns cannot be combined; name their columns")
@@ -211,30 +211,30 @@ class Reader:
             raise ExpressionError(f"{alike} needs equal units, got {first.unit} and {second.unit}")
         unit = None if not units else units.pop() if len(units) == 1 and alike else ""
         what = "rows" if "rows" in (first.what, second.what) else "number"
-        return Kind(what, unit, max(first.columns, second.columns))
+        return PartKind(what, unit, max(first.columns, second.columns))
 
-    def _numeric(self, kind: Kind) -> Kind:
+    def _numeric(self, kind: PartKind) -> PartKind:
         if kind.what not in ("number", "rows"):
             raise ExpressionError(f"expected a number, got {NAMED[kind.what]}")
         return kind
 
-    def _expect(self, kind: Kind, what: str) -> Kind:
+    def _expect(self, kind: PartKind, what: str) -> PartKind:
         if kind.what == "rows":
             raise ExpressionError("a column has a value for every row; write for example min(COLUMN)")
         if kind.what != what:
             raise ExpressionError(f"expected {NAMED[what]}, got {NAMED[kind.what]}")
         return kind
 
-    def _applied(self, name: str, count: int, kind: Kind) -> Kind:
+    def _applied(self, name: str, count: int, kind: PartKind) -> PartKind:
         self.code.append((name, count))
         return kind
 
-    def _pushed(self, text: str, item: Any, kind: Kind) -> Kind:
+    def _pushed(self, text: str, item: Any, kind: PartKind) -> PartKind:
         self.place += len(text)
         self.code.append(item)
         return kind
 
-    def _closed(self, kind: Kind, sign: str) -> Kind:
+    def _closed(self, kind: PartKind, sign: str) -> PartKind:
         self.need(sign)
         return kind
 

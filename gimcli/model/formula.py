@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from gimcli.language.expression import CONSTANTS, FUNCTIONS, Expression, ExpressionError, Kind
-from gimcli.language.reader import NAMED, SIGNED, WORD, Reader
+from gimcli.language.expression import CONSTANTS, FUNCTIONS, Expression, ExpressionError, PartKind
+from gimcli.language.reader import NAMED, SIGNED, WORD, ExpressionReader
 
 WORDS = (*FUNCTIONS, *CONSTANTS)
 """Words that are no parameters."""
@@ -31,9 +31,9 @@ class Parameters:
         word = WORD.match(text)
         return word[0] if word is not None and word[0] in self.names and word[0] not in WORDS else ""
 
-    def kind(self, name: str) -> Kind:
+    def kind(self, name: str) -> PartKind:
         """Return that every parameter is a number."""
-        return Kind("number")
+        return PartKind("number")
 
     def unknown(self, word: str, rest: str) -> Exception:
         """Return the error for a word that is not a parameter."""
@@ -59,7 +59,7 @@ def is_number(text: str) -> bool:
 
 def parsed(text: str, names: Mapping[str, Any]) -> Expression:
     """Return a formula of a model file with parameters among `names`; raise ExpressionError if it is none."""
-    found = Reader(text, Parameters(names)).whole()
+    found = ExpressionReader(text, Parameters(names)).whole()
     if found.kind.what != "number":
         raise ExpressionError(f"expected a number, got {NAMED[found.kind.what]}")
     return found

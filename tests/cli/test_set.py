@@ -33,7 +33,7 @@ def test_only_commands_with_a_model_have_the_option():
     (["crank=41", "crank=42"], 2, "'crank' already has a value"),
     (["crank=41", "crank.length=42"], 2, "two values for one dimension"),
     (["crank=long"], 2, "crank.length: expected a number, got 'long'; 'long' is not a parameter"),
-    (["crank="], 2, "crank.length: expected a number, got ''; the formula is not complete"),
+    (["crank="], 2, "crank.length: expected a number, got ''; expected a name or number, got the end"),
     (["crank=nan"], 2, "'nan' is not a parameter"),
     (["crank=-3"], 3, "crank_rocker.yaml with crank.length = -3: crank.length: expected a number above 0, got -3.0"),
     (["motor.to=1e9", "P.x=3"], 3, "with motor.to = 1e+09, P.x = 3: motor: the law reaches 1e+09"),
