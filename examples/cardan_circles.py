@@ -12,11 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
-from gimcli import load
-from gimcli.measures import measures_of
+from gimcli import load, trace
 from gimcli.mechanism import ComplexArray, FloatArray
-from gimcli.motion.motion import trace
-from gimcli.rates.path_derivatives import PathDerivatives
 
 MODEL = Path(__file__).parents[1] / "models" / "elliptic_trammel.yaml"
 LENGTH, MAJOR, MINOR = 2.5, 3.5, 1.0
@@ -29,16 +26,15 @@ def arc(z: ComplexArray) -> FloatArray:
 
 def main() -> None:
     """Compare the centrodes and the curvature of the ellipse with their closed forms."""
-    motion = trace(load(MODEL), 360)
-    derivatives = PathDerivatives(motion)
-    x, y, along, left = measures_of(motion.mechanism, "centre:frame/bar")[0].values(derivatives)
+    motion = trace(load(MODEL), 360, measure=["centre:frame/bar", "curvature:P"])
+    x, y, along, left = (motion[f"centre:frame/bar{axis}"] for axis in (".x", ".y", ".bar.x", ".bar.y"))
     assert np.allclose(np.hypot(x, y), LENGTH, rtol=1e-12), "fixed centrode: radius L around O"
     assert np.allclose(np.hypot(along - LENGTH / 2, left), LENGTH / 2, rtol=1e-12), (
         "moving centrode: radius L/2 around the midpoint"
     )
     fixed, moving = arc(x + 1j * y), arc(along - LENGTH / 2 + 1j * left)
     assert np.allclose(fixed, moving, rtol=1e-9), "the centrodes roll on each other without slipping"
-    radius = np.abs(measures_of(motion.mechanism, "curvature:P")[0].values(derivatives)[0])
+    radius = np.abs(motion["curvature:P.radius"])
     assert np.isclose(radius.max(), MAJOR**2 / MINOR, rtol=1e-12), "a^2/b at the ends of the minor axis"
     assert np.isclose(radius.min(), MINOR**2 / MAJOR, rtol=1e-3), "b^2/a at the ends of the major axis, between rows"
     print(f"centrodes of radius {np.hypot(x, y).mean():.12g} and {np.hypot(along - LENGTH / 2, left).mean():.12g}")

@@ -92,17 +92,17 @@ def reactions(found: Simulation) -> Forces:
     return with_friction(forces, found.friction)
 
 
-def reaction_names(mechanism: Mechanism) -> list[str]:
-    """Return the names of the columns of reactions; no simulation is needed for them."""
+def reaction_units(mechanism: Mechanism) -> dict[str, str]:
+    """Return the units of the columns of reactions by name; no simulation is needed for them."""
     from gimcli.dynamics.force_table import reaction_columns
     from gimcli.dynamics.kinematic_history import Course
 
     nodes = np.zeros((3, len(mechanism.nodes), 1), dtype=complex)
     nodes[0, :, 0] = mechanism.drawn
     at_rest = Course(np.zeros(1), mechanism.drawn_inputs[:, None], nodes)
-    names = [column.name for column in reaction_columns(inverse_dynamics(statics(mechanism), at_rest))]
+    units = {one.name: one.unit for one in reaction_columns(inverse_dynamics(statics(mechanism), at_rest))}
     if not any(friction.mu > 0.0 for friction in mechanism.dynamics.frictions):
-        return names
+        return units
     from gimcli.dynamics.simulated_friction import friction_names
 
-    return [*names, *friction_names(mechanism)]
+    return {**units, **dict.fromkeys(friction_names(mechanism), "")}

@@ -31,13 +31,13 @@ class MachineColumns(DesignColumns):
         own = [part[name] for part in self.parts if part.names.kind(name).what == "rows"]
         if not own:
             return super().__getitem__(name)
-        if name in self.names.needs:
+        if self.names.kind(name).columns == 1:
             return np.fmax.reduce(own)
         return np.concatenate([one.reshape(-1, *one.shape[-2:]) for one in own])
 
     def at(self, actuator: str, value: float) -> Any:
         """Return the columns at the first position at which an input has a value [file's unit]."""
-        own = next(part for part in self.parts if actuator in part.names.needs)
+        own = next(part for part in self.parts if actuator in part.names.catalogue.rows)
         whole = DesignColumns(self.motions, self.names, self._together)
         return _ColumnsAt(own, partial(own.at, actuator, value), partial(whole.at, actuator, value))
 
@@ -50,7 +50,7 @@ class _ColumnsAt:
 
     def __getitem__(self, name: str) -> Any:
         """Return a column (designs, 1), or the columns of a measure (columns, designs, 1)."""
-        return self._at[not self._own.names.knows(name)]()[name]
+        return self._at[not self._own.names.kind(name).what]()[name]
 
 
 def joined_designs(family: Family, designs: FloatArray, parts: Sequence[Designs]) -> Designs:

@@ -17,10 +17,11 @@ import numpy as np
 from gimcli.canonical import phase, principal
 from gimcli.errors import UsageError
 from gimcli.families.float_tables import FloatTables, spans
-from gimcli.measures import naming
-from gimcli.measures.transmission import KIND as TRANSMISSION, ForceLine, Transmission
 from gimcli.mechanism import FRAME, HEIGHT, ComplexArray, FloatArray, Mechanism
 from gimcli.positions.program import plan_program
+from gimcli.quantities import naming
+from gimcli.quantities.state import ForceLine
+from gimcli.quantities.transmission import KIND as TRANSMISSION, Transmission
 from gimcli.structure.checks import checks
 from gimcli.structure.plan import make_plan
 

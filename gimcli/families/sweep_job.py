@@ -117,8 +117,8 @@ class SweepJob:
     @property
     def moves(self) -> bool:
         """Whether a quantity needs velocities."""
-        needs = (self.names.needs.get(name) for q in self.quantities for name in q.names)
-        return any(need is not None and need.order == 1 for need in needs)
+        used = (item for q in self.quantities for name in q.names for item in self.names.catalogue.find(name))
+        return any(getattr(item.quantity, "order", 0) == 1 for item in used)
 
     def check(self) -> None:
         """Raise UsageError where a quantity, filter or goal is not valid."""

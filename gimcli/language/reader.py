@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, Protocol
 
@@ -44,6 +45,16 @@ class KnownNames(Protocol):
         """Raise an error if a name is no input, or if the input does not have the value."""
 
 
+def longest(text: str, knows: Callable[[str], Any]) -> str:
+    """Return the longest name with which a text begins, not in the middle of a word; "" if it begins with none."""
+    ends = (k for k in range(len(text), 0, -1) if not (_in_word(text[k - 1 : k]) and _in_word(text[k : k + 1])))
+    return next((text[:k] for k in ends if text[k - 1] not in " \t\n(" and knows(text[:k])), "")
+
+
+def _in_word(letter: str) -> bool:
+    return letter.isalnum() or (letter != "" and letter in "_.:")
+
+
 NAMED = {"text": "a text", "yes": "a comparison", "rows": "a column", "number": "a number"}
 
 
@@ -67,10 +78,11 @@ class ExpressionReader:
         return Expression(" ".join(self.text.split()), tuple(self.code), kind)
 
     def operand(self) -> Expression:
-        """Return the next number, name, function, amount, text, or expression in brackets, for texts that join such."""
-        self.code = []
-        kind = self._operand()
-        return Expression(self.text, tuple(self.code), kind)
+        """Return the next number, name, function, amount, or expression in brackets, for texts that join such."""
+        self.rest()
+        self.code, start = [], self.place
+        kind = self._numeric(self._signed())
+        return Expression(self.text[start : self.place].strip(), tuple(self.code), kind)
 
     def operation(self, least: int = 0) -> PartKind:
         """Read operands that are joined by operators of at least some precedence."""

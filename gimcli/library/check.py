@@ -17,8 +17,6 @@ from gimcli.library.inputs import in_file_units, interval_of, leaders
 from gimcli.library.machines import joined_reports
 from gimcli.library.mobility import mobility
 from gimcli.library.result import Result
-from gimcli.measures.initial_coordinates import initial_coordinates
-from gimcli.measures.measure import angle_to_file
 from gimcli.mechanism import Mechanism
 from gimcli.motion.motion import trace
 from gimcli.motion.solve import solve
@@ -26,6 +24,8 @@ from gimcli.positions.inputs import law_inputs
 from gimcli.positions.options import TOLERANCE, Options
 from gimcli.positions.position import Position
 from gimcli.progress import Phases, no_phases
+from gimcli.quantities.initial_coordinates import initial_coordinates
+from gimcli.quantities.quantity import angle_to_file
 from gimcli.structure.drive_check import explained
 from gimcli.structure.formation_report import class_of, described
 from gimcli.structure.loop_types import LoopType
@@ -35,8 +35,8 @@ from gimcli.table import Table, per_second
 
 if TYPE_CHECKING:
     from gimcli.continuation.circuit import Circuit
-    from gimcli.measures.motion_summary import MotionSummary, Output, Peak
     from gimcli.output.animation import Animation
+    from gimcli.quantities.motion_summary import MotionSummary, Output, Peak
 
 
 DRAWN = 360
@@ -165,7 +165,7 @@ class CheckResult(Result):
         return limits(self.circuit) if self.circuit is not None else []
 
     def _summary(self) -> MotionSummary | None:
-        from gimcli.measures.motion_summary import motion_summary
+        from gimcli.quantities.motion_summary import motion_summary
 
         if self.error or not self.mechanism.actuators:
             return None

@@ -12,8 +12,8 @@ from gimcli.table import Column, Table
 
 if TYPE_CHECKING:
     from gimcli.library.plots import KeptColumns, PlannedGraph
-    from gimcli.measures.record import Record
     from gimcli.output.graph import CurveGraph
+    from gimcli.quantities.record import Record
 
 
 class Extras:
@@ -32,7 +32,7 @@ class Extras:
         if any(text.strip() for text in texts):
             self._plan(texts)
         if self.specs:
-            from gimcli.measures.record import Record
+            from gimcli.quantities.record import Record
 
             self.record = Record(mechanism, self.specs)
 
@@ -40,19 +40,23 @@ class Extras:
         """Read the graphs, and add what they need; raise UsageError for an unknown quantity."""
         from gimcli.library.plots import KeptColumns, only_angle
         from gimcli.library.trace_plots import TraceVocabulary
+        from gimcli.quantities import KINDS
+        from gimcli.quantities.state import Needs
 
         vocabulary = TraceVocabulary(self.mechanism, tuple(self.specs))
         for plan in (p for text in texts for p in vocabulary.plans(text, only_angle(self.mechanism))):
             if plan not in self.plans:
                 self.plans.append(plan)
-        for need in (vocabulary.needs[name] for plan in self.plans for name in plan.columns):
-            self.order = max(self.order, need.order)
-            if need.point and need.point not in (*self.mechanism.traced, *self.points):
-                self.points.append(need.point)
-            if need.member and need.member not in self.members:
-                self.members.append(need.member)
-            if need.spec and need.spec not in self.specs:
-                self.specs.append(need.spec)
+        needs = Needs(self.mechanism)
+        found = (vocabulary.catalogue.column(name) for plan in self.plans for name in sorted(plan.columns))
+        for item in (item for item in found if item is not None):
+            if item.quantity.spec.partition(":")[0] in KINDS:
+                self.specs += [item.quantity.spec] * (item.quantity.spec not in self.specs)
+            else:
+                item.quantity.values(needs)
+        self.order = max(self.order, needs.order)
+        self.points += [name for name in needs.points if name not in self.mechanism.traced]
+        self.members += needs.members
         self._kept = KeptColumns(self.plans)
 
     @property
@@ -85,7 +89,7 @@ class Extras:
         if self._kept is None:
             return []
         from gimcli.library.plots import drawn
-        from gimcli.measures.graphs import abscissa
+        from gimcli.quantities.graphs import abscissa
 
         columns, across = self._kept.columns, abscissa(motion)
         return [drawn(plan, columns, across, events) for plan in self.plans]

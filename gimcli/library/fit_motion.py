@@ -12,8 +12,8 @@ from gimcli.fitting.motion_quantity import ANGLE, X
 from gimcli.fitting.targets import TURN, FitRange
 from gimcli.library.fit_targets import FittedTask, input_range
 from gimcli.library.trace import MotionTraceResult, trace
-from gimcli.measures import measures_of
 from gimcli.mechanism import FloatArray, IntArray, Mechanism
+from gimcli.quantities import quantities_of
 
 ROWS = 360
 """Approximate number of rows of the motion."""
@@ -105,7 +105,7 @@ def _component(found: MotionTraceResult, one: Any) -> FloatArray:
 def _measured(mechanism: Mechanism) -> tuple[str, ...]:
     """Return the measure of the transmission angles, if the mechanism has any."""
     try:
-        measures_of(mechanism, "transmission")
+        quantities_of(mechanism, "transmission")
     except UsageError:
         return ()
     return ("transmission",)

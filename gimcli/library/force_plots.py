@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
-from gimcli.library.plots import Group, PlannedCurve, PlannedGraph, PlottedQuantity, Vocabulary
+from gimcli.library.plots import Group, PlannedCurve, PlannedGraph, Vocabulary, amount, plotted
 from gimcli.mechanism import Mechanism
 from gimcli.output.graph import ORDINARY
 from gimcli.table import Column
@@ -20,18 +20,19 @@ CONSTANT = 1e-9
 """Range of a constant quantity, relative to its largest value."""
 
 
-def force_vocabulary(names: Iterable[str], more: Iterable[str] = ()) -> Vocabulary:
-    """Return the words for columns of forces, powers and energies; `more` columns belong to no word."""
-    columns = [name for name in names if name not in TEXTS]
-    return Vocabulary([*columns, *more], {word: group for word, group in _words(columns).items() if group.quantities})
+def force_vocabulary(table: Mapping[str, str], mechanism: Mechanism, more: Iterable[str] = ()) -> Vocabulary:
+    """Return the words for columns of forces, powers and energies with their units; `more` belong to no word [N]."""
+    columns = {name: unit for name, unit in table.items() if name not in TEXTS}
+    words = {word: group for word, group in _words(columns).items() if group.quantities}
+    return Vocabulary({**columns, **dict.fromkeys(more, "N")}, words, mechanism)
 
 
-def _words(columns: Sequence[str]) -> dict[str, Group]:
+def _words(columns: Mapping[str, str]) -> dict[str, Group]:
     pins = [name[:-3] for name in columns if name.endswith(".fx") and name != f"{SHAKING}.fx"]
     pairs = [name for name in columns if name.endswith(".normal")]
     reactions = [
-        *(PlottedQuantity(pin, (f"{pin}.fx", f"{pin}.fy"), True) for pin in pins),
-        *(PlottedQuantity(name[: -len(".normal")], (name,), True) for name in pairs),
+        *(amount(pin, (f"{pin}.fx", f"{pin}.fy"), columns[f"{pin}.fx"]) for pin in pins),
+        *(amount(name[: -len(".normal")], (name,), columns[name]) for name in pairs),
     ]
     return {
         "effort": _ending(columns, "effort"),
@@ -43,14 +44,14 @@ def _words(columns: Sequence[str]) -> dict[str, Group]:
     }
 
 
-def _ending(columns: Sequence[str], word: str) -> Group:
+def _ending(columns: Mapping[str, str], word: str) -> Group:
     own = [name for name in columns if name.endswith(f".{word}")]
-    return Group(word, tuple(PlottedQuantity(name[: -len(word) - 1], (name,)) for name in own))
+    return Group(word, tuple(plotted(name, columns[name], name[: -len(word) - 1]) for name in own))
 
 
-def _beginning(columns: Sequence[str], word: str) -> Group:
+def _beginning(columns: Mapping[str, str], word: str) -> Group:
     own = [name for name in columns if name.startswith(f"{word}.")]
-    return Group(word, tuple(PlottedQuantity(name[len(word) + 1 :], (name,)) for name in own))
+    return Group(word, tuple(plotted(name, columns[name], name[len(word) + 1 :]) for name in own))
 
 
 def usual_graphs(mechanism: Mechanism) -> list[PlannedGraph]:
@@ -58,7 +59,8 @@ def usual_graphs(mechanism: Mechanism) -> list[PlannedGraph]:
     plans = []
     for rotary, title in ((True, "driving torque"), (False, "driving force")):
         own = [a.name for k, a in enumerate(mechanism.actuators) if a.rotary is rotary and k not in mechanism.geared]
-        curves = tuple(PlannedCurve(PlottedQuantity(name, (f"{name}.effort",))) for name in own)
+        unit = "N m" if rotary else "N"
+        curves = tuple(PlannedCurve(plotted(f"{name}.effort", unit, name)) for name in own)
         plans += [PlannedGraph(ORDINARY, title, curves)] if own else []
     return plans
 
@@ -67,7 +69,7 @@ def varying(plans: Sequence[PlannedGraph], columns: Mapping[str, Column]) -> tup
     """Return the graphs that show more than a constant, and the values of the constant ones as texts."""
     kept, texts = [], []
     for plan in plans:
-        names = [name for c in plan.curves for q in (c.x, c.y) if q is not None for name in q.columns]
+        names = sorted(plan.columns)
         if all(_is_constant(columns[name]) for name in names):
             texts += [_value(columns[name]) for name in names]
         else:

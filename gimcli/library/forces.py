@@ -24,12 +24,12 @@ from gimcli.library.machines import accepted, loaded_machines
 from gimcli.library.plots import KeptColumns, PlannedGraph, drawn, only_angle
 from gimcli.library.result import RowsResult, joined
 from gimcli.library.turned_forces import turned_names, with_turned
-from gimcli.measures.graphs import input_or_time, motion_events
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.motion.motion import Motion, stream
 from gimcli.positions.inputs import law_inputs
 from gimcli.positions.options import Options
 from gimcli.progress import Notify, Phases, no_phases
+from gimcli.quantities.graphs import input_or_time, motion_events
 from gimcli.rates.motion_table import events, reachable
 from gimcli.structure.drive_check import explained, require_consistent
 from gimcli.table import Column, Table
@@ -148,7 +148,8 @@ class ForcesAlong:
     def _planned(self, texts: Sequence[str]) -> list[PlannedGraph]:
         """Return the graphs of texts; raise UsageError for an unknown column."""
         statics = self.found.statics
-        vocabulary = force_vocabulary(self.names, turned_names(statics))
+        units = {column.name: column.unit for column in self.head.columns}
+        vocabulary = force_vocabulary(units, statics.mechanism, turned_names(statics))
         plans = [plan for text in texts for plan in vocabulary.plans(text, only_angle(self.found.statics.mechanism))]
         wanted = {name for plan in plans for name in plan.columns}
         head = with_turned(self.head, statics, self._first.z[:, :1], wanted)

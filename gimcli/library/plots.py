@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from gimcli.errors import UsageError
-from gimcli.library.plot_text import HODOGRAPH, POLAR as POLAR_WORD, CurveText, GraphText, Operand, graphs_of
-from gimcli.measures.naming import guess
+from gimcli.language.arrays import ARRAYS
+from gimcli.language.expression import Expression, PartKind
+from gimcli.language.reader import longest
+from gimcli.library.plot_text import HODOGRAPH, POLAR as POLAR_WORD, CurveText, GraphText, graphs_of
 from gimcli.mechanism import FloatArray, IntArray, Mechanism
 from gimcli.output.graph import EQUAL, ORDINARY, POLAR, Axis, Curve, CurveGraph
+from gimcli.quantities.naming import guess
 from gimcli.table import Column, Table
 
 LONGEST = 40
@@ -22,36 +25,59 @@ LISTED = 12
 """Number of columns that the message for an unknown name lists."""
 
 
-@dataclass(frozen=True)
-class PlottedQuantity:
-    """A column, its magnitude, or the magnitude of a vector with two columns."""
+class PlottedQuantity(NamedTuple):
+    """A column, or an expression of columns."""
 
     label: str
-    columns: tuple[str, ...]  # one, or x and y
-    magnitude: bool = False
+    expression: Expression
 
-    def values(self, columns: Mapping[str, Column]) -> FloatArray:
+    @property
+    def column(self) -> str:
+        """The name of the column; "" for an expression."""
+        (name,) = self.expression.code if len(self.expression.code) == 1 else ("",)
+        return str(name)
+
+    @property
+    def columns(self) -> frozenset[str]:
+        """Names of the columns in it."""
+        return self.expression.names
+
+    def unit_in(self, columns: Mapping[str, Column]) -> str:
+        """Return the unit; "" if it has none or it is not known."""
+        return columns[self.column].unit if self.column else self.expression.kind.unit or ""
+
+    def values(self, columns: Mapping[str, Column], rows: int) -> FloatArray:
         """Return the values (rows,)."""
-        parts = [np.asarray(columns[name].values, dtype=np.float64) for name in self.columns]
-        if len(parts) == 2:
-            return np.asarray(np.hypot(*parts))
-        return np.abs(parts[0]) if self.magnitude else parts[0]
+        values = {name: np.asarray(columns[name].values, dtype=np.float64)[None] for name in self.columns}
+        with np.errstate(all="ignore"):
+            found = self.expression.value(values, ARRAYS)
+        return np.asarray(np.broadcast_to(found, (1, rows))[0])
 
-    def unit(self, columns: Mapping[str, Column]) -> str:
-        """Return the unit."""
-        return columns[self.columns[0]].unit
+    def magnitude(self, label: str = "") -> PlottedQuantity:
+        """Return the amount of the quantity."""
+        own = self.expression
+        return PlottedQuantity(label or f"|{self.label}|", Expression(own.text, (*own.code, ("abs", 1)), own.kind))
 
 
-@dataclass(frozen=True)
-class Group:
+def plotted(name: str, unit: str, label: str = "") -> PlottedQuantity:
+    """Return a column as a quantity."""
+    return PlottedQuantity(label or name, Expression(name, (name,), PartKind("rows", unit)))
+
+
+def amount(label: str, columns: Sequence[str], unit: str) -> PlottedQuantity:
+    """Return the amount of a vector with the columns x and y, or of one column."""
+    code = (*columns, ("hypot", 2) if len(columns) == 2 else ("abs", 1))
+    return PlottedQuantity(label, Expression(label, code, PartKind("rows", unit)))
+
+
+class Group(NamedTuple):
     """Quantities with a common name, such as the angular velocities of all members."""
 
     title: str
     quantities: Sequence[PlottedQuantity]
 
 
-@dataclass(frozen=True)
-class PlannedCurve:
+class PlannedCurve(NamedTuple):
     """A quantity over another one, or over the default abscissa."""
 
     y: PlottedQuantity
@@ -69,19 +95,31 @@ class PlannedGraph:
     @property
     def columns(self) -> set[str]:
         """Names of the columns that the graph needs."""
-        return {name for c in self.curves for q in (c.y, c.x) if q is not None for name in q.columns}
+        return {name for c in self.curves for q in c if q is not None for name in q.columns}
 
 
 class Vocabulary:
     """The columns of a command, and the words for groups of them."""
 
-    def __init__(self, columns: Iterable[str], words: Mapping[str, Group]) -> None:
-        self.columns: Collection[str] = dict.fromkeys(columns)
-        self.words = words
+    def __init__(self, columns: Mapping[str, str], words: dict[str, Group], mechanism: Mechanism) -> None:
+        """Take the units of the columns by name."""
+        self.columns, self.words, self.mechanism = columns, words, mechanism
 
-    def has(self, name: str) -> bool:
-        """Return whether a text names a column, a vector (x and y) or a word."""
-        return name in self.columns or bool(self.components(name)) or bool(self.groups(name))
+    def unit(self, name: str) -> str | None:
+        """Return the unit of a column; None if there is no such column."""
+        return self.columns.get(name)
+
+    def longest(self, text: str) -> str:
+        """Return the longest name with which a text begins; "" if it begins with none."""
+        return longest(text, lambda name: self.kind(name).what)
+
+    def kind(self, name: str) -> PartKind:
+        """Return what a name stands for: a column, a vector (x and y), or a word for a group."""
+        parts = self.parts(name)
+        if parts:
+            return PartKind("rows", self.unit(parts[0]), len(parts))
+        count = sum(len(group.quantities) for group in self.groups(name))
+        return PartKind("rows" if count else "", "", count + 2)
 
     def unknown(self, name: str, rest: str) -> UsageError:
         """Return the error for an unknown name, with a similar one."""
@@ -91,6 +129,16 @@ class Vocabulary:
             near = f"known: {', '.join(shown)}{', ...' * (len(self.columns) > LISTED)}"
         return UsageError(f"plot: no quantity or column '{name}'; {near}")
 
+    def across(self) -> tuple[str, str]:
+        """Return name and unit of the only independent input, or of the time."""
+        own = self.mechanism
+        name = own.actuators[own.drivers[0]].name if len(own.drivers) == 1 else "time"
+        return name, self.unit(name) or ""
+
+    def refuse_value(self, actuator: str, value: float) -> None:
+        """Raise UsageError: a graph has all rows."""
+        raise UsageError(f"plot: at({actuator}={value:g}) is one row; a graph has all of them")
+
     def groups(self, name: str) -> list[Group]:
         """Return the groups of a word, or the one quantity of WORD:NAME."""
         if name in self.words:
@@ -99,12 +147,15 @@ class Vocabulary:
         own = [q for q in self.words[word].quantities if q.label == label] if colon and word in self.words else []
         return [Group(self.words[word].title, own)] if own else []
 
-    def components(self, name: str, *tails: str) -> tuple[str, str] | None:
-        """Return the columns x and y of a vector such as `P.v`, of a point, or of a reaction; `tails` come first."""
-        for tail in (*tails, "", ".", ".f"):
-            if f"{name}{tail}x" in self.columns and f"{name}{tail}y" in self.columns:
-                return f"{name}{tail}x", f"{name}{tail}y"
-        return None
+    def parts(self, name: str, *tails: str) -> tuple[str, ...]:
+        """Return a column, or the columns x and y of a vector such as `P.v`, a point, or a reaction; `tails` first."""
+        if not tails and self.unit(name) is not None:
+            return (name,)
+        pairs = ((f"{name}{tail}x", f"{name}{tail}y") for tail in (*tails, "", ".", ".f"))
+        alone = [q.column for group in self.groups(name) for q in group.quantities]
+        return next(
+            (pair for pair in pairs if None not in map(self.unit, pair)), tuple(alone) if len(alone) == 1 else ()
+        )
 
     def plans(self, text: str, angle: str = "") -> list[PlannedGraph]:
         """Return the graphs of a text; `angle` is the default angle of polar diagrams."""
@@ -115,9 +166,10 @@ class Vocabulary:
             return [PlannedGraph(EQUAL, "", tuple(map(self._hodograph, graph.curves)))]
         if graph.form == POLAR_WORD:
             return [self._polar(graph, angle)]
-        if len(graph.curves) == 1 and not graph.curves[0].y.magnitude and graph.curves[0].y.name not in self.columns:
-            over = self._abscissa(graph.curves[0])
-            groups = self.groups(graph.curves[0].y.name)
+        first, name = graph.curves[0], _name(graph.curves[0].y)
+        if len(graph.curves) == 1 and name and self.unit(name) is None:
+            over = self._abscissa(first)
+            groups = self.groups(name)
             if groups:
                 return [
                     PlannedGraph(ORDINARY, g.title, tuple(PlannedCurve(q, over) for q in g.quantities)) for g in groups
@@ -130,55 +182,62 @@ class Vocabulary:
             return None
         found = self._quantities(curve.x)
         if len(found) != 1:
-            raise UsageError(f"plot: '{curve.x.name}' has several columns; name one as the abscissa")
+            raise UsageError(f"plot: '{curve.x.text}' has several columns; name one as the abscissa")
         return found[0]
 
-    def _quantities(self, operand: Operand) -> list[PlottedQuantity]:
-        """Return the quantities of a name: a column, the components of a vector, or the members of a group."""
-        name, columns = operand.name, self.components(operand.name)
-        if operand.magnitude:
-            pair = (name,) if name in self.columns else columns
-            if pair is None:
-                raise UsageError(f"plot: '|{name}|': '{name}' is neither a column nor a vector (columns x and y)")
-            return [PlottedQuantity(f"|{name}|", pair, True)]
-        if name in self.columns:
-            return [PlottedQuantity(name, (name,))]
-        if columns is not None:
-            return [PlottedQuantity(column, (column,)) for column in columns]
-        return [q for group in self.groups(name) for q in group.quantities]
+    def _quantities(self, given: Expression) -> list[PlottedQuantity]:
+        """Return the quantities of a text: a column, the components of a vector, the members of a group, or one."""
+        name = _name(given)
+        if name:
+            parts = self.parts(name)
+            own = [plotted(column, self.unit(column) or "") for column in parts]
+            return own or [q for group in self.groups(name) for q in group.quantities]
+        code: list[Any] = []
+        for item in given.code:
+            if isinstance(item, str):
+                code += self.parts(item)
+            else:
+                code.append(("hypot", 2) if item == ("hypot of columns", 1) else item)
+        if given.kind.columns > 1:
+            raise UsageError(f"plot: '{given.text}' has several columns; name one of them")
+        return [PlottedQuantity(given.text, Expression(given.text, tuple(code), given.kind))]
 
     def _hodograph(self, curve: CurveText) -> PlannedCurve:
         """Return the curve of the tip of a vector; that of a point is its velocity, or its reaction."""
-        columns = self.components(curve.y.name, ".v", ".f")
-        if columns is None or curve.x is not None or curve.y.magnitude:
+        name = _name(curve.y)
+        columns = self.parts(name, ".v", ".f") if name else ()
+        if not columns or curve.x is not None:
             raise UsageError(
-                f"plot 'hodograph:{curve.y.name}': expected a point, or a vector with the columns x and y, such as P.v"
+                f"plot 'hodograph:{curve.y.text}': expected a point, or a vector with the columns x and y, such as P.v"
             )
-        x, y = (PlottedQuantity(column, (column,)) for column in columns)
+        x, y = (plotted(column, self.unit(column) or "") for column in columns)
         return PlannedCurve(y, x)
 
     def _polar(self, graph: GraphText, angle: str) -> PlannedGraph:
         curves = []
         for one in graph.curves:
-            over = self._abscissa(one) or (PlottedQuantity(angle, (angle,)) if angle else None)
+            over = self._abscissa(one) or (plotted(angle, self.unit(angle) or "") if angle else None)
             if over is None:
                 raise UsageError("plot: a polar diagram needs an angle: write polar:COLUMN/ANGLE")
-            name = one.y.name
-            alone = name in self.columns or self.components(name) is not None
-            for q in self._quantities(Operand(name, True) if alone else one.y):
-                curves.append(
-                    PlannedCurve(PlottedQuantity(q.label if alone else f"|{q.label}|", q.columns, True), over)
-                )
+            parts = self.parts(_name(one.y)) if _name(one.y) else ()
+            if parts:
+                curves.append(PlannedCurve(amount(f"|{one.y.text}|", parts, self.unit(parts[0]) or ""), over))
+            else:
+                curves += [PlannedCurve(q.magnitude(), over) for q in self._quantities(one.y)]
         return PlannedGraph(POLAR, "", tuple(curves))
+
+
+def _name(given: Expression) -> str:
+    """Return the name that is the whole expression; "" for others."""
+    return given.code[0] if len(given.code) == 1 and isinstance(given.code[0], str) else ""
 
 
 def _is_path(curve: PlannedCurve) -> bool:
     """Return whether a curve is one component of a vector over the other."""
-    x, y = curve.x, curve.y
-    if x is None or x.magnitude or y.magnitude or len(x.columns) + len(y.columns) != 2:
+    if curve.x is None or not curve.x.column or not curve.y.column:
         return False
-    ends = x.columns[0][-1:] + y.columns[0][-1:]
-    return x.columns[0][:-1] == y.columns[0][:-1] and ends in ("xy", "yx")
+    x, y = curve.x.column, curve.y.column
+    return x[:-1] == y[:-1] and x[-1:] + y[-1:] in ("xy", "yx")
 
 
 def only_angle(mechanism: Mechanism) -> str:
@@ -198,10 +257,11 @@ def drawn(
     across = abscissa
     curves, units, overs = [], [], []
     for curve in plan.curves:
-        over = abscissa if curve.x is None else Column(curve.x.label, curve.x.values(columns), curve.x.unit(columns))
+        rows, x = len(abscissa.values), curve.x
+        over = abscissa if x is None else Column(x.label, x.values(columns, rows), x.unit_in(columns))
         overs.append(over)
-        units.append(curve.y.unit(columns))
-        curves.append(Curve(_label(plan, curve), over.values, curve.y.values(columns)))
+        units.append(curve.y.unit_in(columns))
+        curves.append(Curve(_label(plan, curve), over.values, curve.y.values(columns, rows)))
     across = overs[0]
     if plan.title:
         curves, units, overs = _without_zeros(curves, units, overs)

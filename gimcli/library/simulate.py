@@ -19,7 +19,7 @@ from gimcli.dynamics.simulation_table import (
     ENERGIES,
     column_names,
     event_report,
-    reaction_names,
+    reaction_units,
     reactions as find_reactions,
     simulation_table,
 )
@@ -189,7 +189,8 @@ def _check_slip(mechanism: Mechanism, slip: float | None) -> None:
 
 def _planned(mechanism: Mechanism, texts: Sequence[str]) -> list[PlannedGraph]:
     """Return the graphs of texts; raise UsageError for an unknown column."""
-    vocabulary = force_vocabulary([*column_names(mechanism), *reaction_names(mechanism)])
+    units = {**dict.fromkeys(column_names(mechanism), ""), **reaction_units(mechanism)}
+    vocabulary = force_vocabulary(units, mechanism)
     return [plan for text in texts for plan in vocabulary.plans(text, only_angle(mechanism))]
 
 

@@ -11,9 +11,9 @@ from gimcli.families.design_table import DesignTable
 from gimcli.library.rounding import number
 from gimcli.library.sweep_tables import SweepTables
 from gimcli.library.trace_animation import returns, words
-from gimcli.measures.graphs import abscissa
 from gimcli.mechanism import FloatArray, IntArray
 from gimcli.output.animation import Animation, Clip, DimensionSlider, Graph
+from gimcli.quantities.graphs import abscissa
 from gimcli.rates.motion_table import motion_table
 from gimcli.status import Status
 from gimcli.table import Table

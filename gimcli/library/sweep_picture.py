@@ -116,7 +116,7 @@ def _coupler_curves(found: SweepTables, place: int) -> list[Picture]:
         return []
     own = job.table.names[place]
     size = float(np.abs(designs[:, place]).max())
-    paths = mechanism.to_file(columns.path(name))
+    paths = mechanism.to_file(columns.point(name))
     curves: dict[str, ComplexArray] = {
         f"{name}, {own} = {number(float(designs[k, place]), size)}": paths[k] for k in solved.tolist()
     }

@@ -336,7 +336,7 @@ class MotionTraceResult(TraceResult):
 
     def graphs(self) -> list[CurveGraph]:
         """Return the graphs of `plot` as data."""
-        from gimcli.measures.graphs import motion_events
+        from gimcli.quantities.graphs import motion_events
 
         motion = self.summary.motion
         return self.found.extras.graphs(motion, motion_events(motion))

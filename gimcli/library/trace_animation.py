@@ -9,10 +9,10 @@ import numpy as np
 
 from gimcli.library.extras import Extras
 from gimcli.library.rounding import at_inputs
-from gimcli.measures.graphs import abscissa
 from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.motion.motion import Motion
 from gimcli.output.animation import Animation, Clip, Graph, Moment, shown_rows
+from gimcli.quantities.graphs import abscissa
 from gimcli.rates.member_angles import Angles, in_rows
 from gimcli.rates.motion_table import motion_table, occurrences
 from gimcli.status import Status
@@ -71,7 +71,7 @@ def _requested(plan: PlannedGraph) -> tuple[tuple[str, ...], str]:
     """Return the columns of a graph of --plot, and its abscissa ("": the usual one)."""
     names = dict.fromkeys(name for curve in plan.curves for name in curve.y.columns)
     over = plan.curves[0].x if plan.curves else None
-    return tuple(names)[:MOST_CURVES], over.columns[0] if over is not None else ""
+    return tuple(names)[:MOST_CURVES], over.column if over is not None else ""
 
 
 def law_rates(motion: Motion) -> ComplexArray | None:
@@ -118,7 +118,7 @@ def thinning(shown: int, rows: int) -> tuple[str, ...]:
 
 def measured(mechanism: Mechanism, extras: Extras, motion: Motion, angles: Angles = in_rows) -> Sequence[Column]:
     """Return the columns of the measures for the rows of a motion."""
-    from gimcli.measures.record import Record
+    from gimcli.quantities.record import Record
 
     return Record(mechanism, extras.specs).columns(motion, angles) if extras.specs else ()
 

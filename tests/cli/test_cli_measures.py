@@ -14,8 +14,6 @@ from bundled import MODELS, run_model
 from in_process import printed as gim, refused
 
 from gimcli import load
-from gimcli.measures import KINDS
-from gimcli.measures.graphs import abscissa
 from gimcli.motion.solve import solve
 from gimcli.output.curves import drawn_runs
 from gimcli.output.drawing import position_picture
@@ -23,6 +21,8 @@ from gimcli.output.graph import graph_of
 from gimcli.output.panels import panel
 from gimcli.output.vectors import PENS, Arrows, Field
 from gimcli.positions.options import Options
+from gimcli.quantities import KINDS
+from gimcli.quantities.graphs import abscissa
 from gimcli.rates.instant import instant, law_time
 from gimcli.table import Column, Table
 

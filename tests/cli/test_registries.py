@@ -7,12 +7,12 @@ from bundled import MODELS
 from in_process import gim, read_rows
 
 from gimcli.dynamics.integrators import INTEGRATORS, Integrator
-from gimcli.measures import KINDS
-from gimcli.measures.measure import Head, Kind, Measure
 from gimcli.output import FORMATS, Format
+from gimcli.quantities import KINDS
+from gimcli.quantities.quantity import Head, Kind, Quantity
 
 
-class Height(Measure):
+class Height(Quantity):
     """The height of a node."""
 
     def __init__(self, mechanism, node):
@@ -20,8 +20,8 @@ class Height(Measure):
         self.spec = f"height:{node}"
         self.heads = (Head(self.spec, mechanism.length_unit, "height"),)
 
-    def values(self, derivatives):
-        return [self.mechanism.to_file(derivatives.motion.z[self.index]).imag]
+    def values(self, state):
+        return [self.mechanism.to_file(state.node(self.index)).imag]
 
 
 class Heun:

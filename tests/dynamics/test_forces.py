@@ -20,10 +20,10 @@ from gimcli.dynamics.kinematic_history import Course, turning
 from gimcli.dynamics.statics import statics
 from gimcli.errors import ModelError
 from gimcli.kernels.jit import compiled
-from gimcli.measures.graphs import input_or_time
 from gimcli.motion.motion import trace
 from gimcli.motion.solve import solve
 from gimcli.positions.options import Options
+from gimcli.quantities.graphs import input_or_time
 from gimcli.rates.derivatives import rates
 from gimcli.structure.steps import NONE
 

@@ -73,10 +73,10 @@ def test_positions_and_angles(name):
 
 def gimcli_heads(m):
     """Return the columns of the transmission angles, if there are any."""
-    from gimcli.measures import measures_of
+    from gimcli.quantities import quantities_of
 
     try:
-        return [head for measure in measures_of(m, "transmission") for head in measure.heads]
+        return [head for measure in quantities_of(m, "transmission") for head in measure.heads]
     except UsageError:
         return []
 
@@ -238,7 +238,7 @@ def test_designs_that_are_solved_one_by_one_have_the_same_columns(jit):
         assert columns["coupler.angle"][k] == pytest.approx(t.angle["coupler"])
         assert columns["crank.angle"][k] == pytest.approx(t.angle["crank"])
     assert np.isnan(columns["crank.angle"][2:]).all()
-    assert np.isnan(columns.at("motor", 31.0).rows("P.y")[2:]).all()
+    assert np.isnan(columns.at("motor", 31.0)["P.y"][2:]).all()
 
 
 def test_quantities_use_the_solved_rows_only():

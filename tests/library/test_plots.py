@@ -8,66 +8,81 @@ from in_process import gim, refused
 
 import gimcli
 from gimcli.errors import UsageError
-from gimcli.library.plot_text import CurveText, GraphText, Operand, graphs_of
+from gimcli.language.expression import PartKind
+from gimcli.language.reader import longest
+from gimcli.library.plot_text import graphs_of
 from gimcli.output.graph import EQUAL, ORDINARY, POLAR
 
 FOUR_BAR = MODELS / "crank_rocker.yaml"
 
 
 class Known:
-    """Names of a made-up command."""
+    """Names of a made-up command; those that end in .v are vectors."""
 
     def __init__(self, *names):
         self.names = names
 
-    def has(self, name):
-        return name in self.names
+    def longest(self, text):
+        return longest(text, self.names.__contains__)
+
+    def kind(self, name):
+        return PartKind("rows", "mm", 2 if name.endswith(".v") else 1)
 
     def unknown(self, name, rest):
         return UsageError(f"no '{name}' in '{rest}'")
 
+    def across(self):
+        return "time", "s"
+
 
 def read(text, *more):
-    return graphs_of(text, Known("P.x", "P.y", "P.v", "crank.angle", *more))
-
-
-def curve(y, x=None):
-    return CurveText(Operand(y), None if x is None else Operand(x))
+    """Return form and curves of each graph: the texts of a quantity, and of that below it."""
+    graphs = graphs_of(text, Known("P.x", "P.y", "P.v", "crank.angle", *more))
+    return [(g.form, [(c.y.text, c.x and c.x.text) for c in g.curves]) for g in graphs]
 
 
 # --- the text ------------------------------------------------------------------------------------------------
 
 
 def test_graphs_curves_and_abscissae_are_separated_by_signs():
-    assert read("P.x") == [GraphText("", (curve("P.x"),))]
-    assert read("P.x+P.y,P.v") == [GraphText("", (curve("P.x"), curve("P.y"))), GraphText("", (curve("P.v"),))]
-    assert read("P.y/P.x") == [GraphText("", (curve("P.y", "P.x"),))]
+    assert read("P.x") == [("", [("P.x", None)])]
+    assert read("P.x+P.y,P.v") == [("", [("P.x", None), ("P.y", None)]), ("", [("P.v", None)])]
+    assert read("P.y/P.x") == [("", [("P.y", "P.x")])]
     assert read(" P.x + P.y , P.v ") == read("P.x+P.y,P.v")
     assert read("P.x P.y") == read("P.x,P.y"), "a space separates graphs, too"
-    assert read("|P.v|") == [GraphText("", (CurveText(Operand("P.v", True)),))]
-    assert read("|P.v|/crank.angle+|P.x|/P.y")[0].curves[1] == CurveText(Operand("P.x", True), Operand("P.y"))
-    assert [g.form for g in read("hodograph:P.v,polar:P.v/crank.angle,P.x")] == ["hodograph", "polar", ""]
+    assert read("|P.v|") == [("", [("|P.v|", None)])]
+    assert read("|P.v|/crank.angle+|P.x|/P.y")[0][1][1] == ("|P.x|", "P.y")
+    assert [form for form, _ in read("hodograph:P.v,polar:P.v/crank.angle,P.x")] == ["hodograph", "polar", ""]
+
+
+def test_functions_and_brackets_are_one_quantity():
+    text = "hypot(P.x - 1, P.y) / (P.x + 2*P.y) + -P.y, max(P.x, P.y)"
+    first, second = "hypot(P.x - 1, P.y)", "-P.y"
+    with pytest.raises(UsageError, match=r"'-P.y' has no abscissa"):
+        read(text)
+    assert read(text.replace(" + -P.y", ""))[0] == ("", [(first, "(P.x + 2*P.y)")])
+    assert read(f"{first}+{second}")[0][1] == [(first, None), (second, None)]
 
 
 def test_an_abscissa_holds_for_the_curves_before_it():
-    assert read("P.x+P.y/crank.angle") == [GraphText("", (curve("P.x", "crank.angle"), curve("P.y", "crank.angle")))]
+    assert read("P.x+P.y/crank.angle") == [("", [("P.x", "crank.angle"), ("P.y", "crank.angle")])]
     with pytest.raises(UsageError, match=r"'P.y' has no abscissa"):
         read("P.x/crank.angle+P.y")
 
 
 @pytest.mark.parametrize("name", ["a+b.x", "a/b.x", "a,b.x", "|a|.x", "a b.x", "polar:a.x", "P.x+P.y"])
 def test_a_known_name_may_contain_the_signs(name):
-    assert read(name, name) == [GraphText("", (curve(name),))]
-    assert read(f"P.x+{name}/crank.angle,P.y", name)[0].curves[1] == curve(name, "crank.angle")
-    assert read(f"|{name}|", name)[0].curves == (CurveText(Operand(name, True)),)
+    assert read(name, name) == [("", [(name, None)])]
+    assert read(f"P.x+{name}/crank.angle,P.y", name)[0][1][1] == (name, "crank.angle")
+    assert read(f"|{name}|", name)[0][1] == [(f"|{name}|", None)]
 
 
 @pytest.mark.parametrize(
     ("text", "part"),
     [
-        ("P.x+", "expected a name, got nothing"), ("P.x+,P.y", "expected a name, got ','"), ("/P.x", "got '/'"),
-        ("|P.x", "expected a closing |"), ("P.z+P.x", "no 'P.z'"), ("|P.z|", "no 'P.z'"),
-        ("P.z/P.x,P.y", "in 'P.z/P.x'"),
+        ("P.x+", "expected a name or number, got the end"), ("P.x+,P.y", "expected a name or number, got ',P.y'"),
+        ("/P.x", "got '/P.x'"), ("|P.x", "expected '|', got the end"), ("P.z+P.x", "no 'P.z'"), ("|P.z|", "no 'P.z'"),
+        ("P.z/P.x,P.y", "in 'P.z/P.x"), ("'text'", "got a text"), ("(P.x < P.y)", "write for example min"),
     ],
 )  # fmt: skip
 def test_a_faulty_text_is_refused(text, part):
@@ -213,8 +228,8 @@ def test_circuits_have_graphs_of_positions_angles_and_measures():
         ("status", "no quantity or column 'status'"), ("Q", "no quantity or column 'Q'"),
         ("P.x/velocity", "several columns"), ("P.x/P", "several columns"), ("P.x/motor+P.y/time", "with one unit"),
         ("hodograph:crank.omega", "expected a point, or a vector"), ("polar:P.x/time", "needs an angle"),
-        ("|velocity|", "neither a column nor a vector"), ("centre:crank/rod", "no member 'rod'"),
-        ("transmission:x", "transmission:x"), ("P.x+", "got nothing"),
+        ("|velocity|", "has more columns"), ("centre:crank/rod", "no member 'rod'"),
+        ("transmission:x", "transmission:x"), ("P.x+", "got the end"),
     ],
 )  # fmt: skip
 def test_wrong_graphs_are_refused(plot, part):

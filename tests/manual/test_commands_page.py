@@ -19,8 +19,8 @@ from gimcli.comparison.methods import METHODS
 from gimcli.dynamics import simulation_types
 from gimcli.dynamics.integrators import INTEGRATORS
 from gimcli.manual.pages import manual_text
-from gimcli.measures import KINDS
 from gimcli.model.source import read_source
+from gimcli.quantities import KINDS
 from gimcli.status import CHANGE, TANGENCY, Status
 
 TEXT = (MANUAL / "commands.md").read_text(encoding="utf-8")

@@ -13,8 +13,8 @@ from in_process import printed, refused
 from gimcli.cli import COMMANDS
 from gimcli.dynamics.integrators import INTEGRATORS
 from gimcli.manual.pages import command_names, manual_text, page_names, summary
-from gimcli.measures import KINDS
 from gimcli.output import FORMATS, Format
+from gimcli.quantities import KINDS
 
 REGISTRIES = (INTEGRATORS, KINDS, FORMATS)
 

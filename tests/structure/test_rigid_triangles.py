@@ -7,7 +7,7 @@ from typer.testing import CliRunner
 
 import gimcli
 from gimcli.cli import app
-from gimcli.measures.transmission import output_joints
+from gimcli.quantities.transmission import output_joints
 from gimcli.structure.rigid_triangles import rigid_bodies, rigid_triangles, triangle_hints
 
 FOUR_BAR = """\

@@ -6,37 +6,33 @@ The direction of a member is that from its first node to its second. The angle s
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
-from gimcli.measures import naming
-from gimcli.measures.measure import Head, Kind, Measure
-from gimcli.mechanism import FRAME, FloatArray, Mechanism
+from gimcli.mechanism import FRAME, Mechanism
+from gimcli.quantities import naming
+from gimcli.quantities.quantity import Head, Kind, Quantity
+from gimcli.quantities.state import State
 from gimcli.rates.member_angles import full_turn
-from gimcli.rates.path_derivatives import PathDerivatives
 
 
-class RelativeAngle(Measure):
+class RelativeAngle(Quantity):
     """The angle from the second member to the first."""
 
     def __init__(self, mechanism: Mechanism, spec: str, first: int, second: int) -> None:
         self.mechanism, self.spec, self.pair = mechanism, spec, (first, second)
         self.heads = (Head(spec, mechanism.angle_unit, "angle"),)
-        self._shift: float | None = None  # full turns that are subtracted; None before the first solved row
 
-    def values(self, derivatives: PathDerivatives) -> list[FloatArray]:
+    def values(self, state: State) -> Sequence[Any]:
         """Return the angle in the file's unit, full turns counted."""
-        first, second = (derivatives.angle(member) for member in self.pair)
-        angle, turn = np.asarray(first - second), full_turn(self.mechanism)
-        good = np.flatnonzero(np.isfinite(angle))
-        if self._shift is None and len(good):
-            self._shift = turn * math.ceil(float(angle[good[0]]) / turn - 0.5)
-        return [angle - (self._shift or 0.0)]
+        first, second = map(state.counted, self.pair)
+        angle, turn = first - second, full_turn(state.mechanism)
+        return [angle - turn * np.ceil(state.first(self.spec, angle) / turn - 0.5)]
 
 
-def _make(mechanism: Mechanism, spec: str, names: Sequence[str]) -> list[Measure]:
+def _make(mechanism: Mechanism, spec: str, names: Sequence[str]) -> Sequence[Quantity]:
     members = [naming.member(mechanism, spec, name) for name in names]
     return [RelativeAngle(mechanism, spec, members[0], members[1] if len(members) > 1 else FRAME)]
 

@@ -7,9 +7,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from gimcli.canonical import beside, phase
-from gimcli.measures.extremes import Quantity, RateRows
-from gimcli.measures.transmission import ForceLine, TransmissionJoint
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, PairRow
+from gimcli.quantities.extremes import RateRows, TimedQuantity
+from gimcli.quantities.state import ForceLine
+from gimcli.quantities.transmission import TransmissionJoint
 from gimcli.structure.residual import pose
 
 
@@ -18,7 +19,7 @@ def _inner(a: ComplexArray, b: ComplexArray) -> FloatArray:
 
 
 @dataclass(frozen=True)
-class Speed(Quantity):
+class Speed(TimedQuantity):
     """Magnitude of the velocity (order 1) or acceleration (order 2) of a node or point."""
 
     point: str
@@ -33,7 +34,7 @@ class Speed(Quantity):
 
 
 @dataclass(frozen=True)
-class AngularSpeed(Quantity):
+class AngularSpeed(TimedQuantity):
     """Magnitude of the angular velocity (order 1) or angular acceleration (order 2) of a member."""
 
     member: int
@@ -46,7 +47,7 @@ class AngularSpeed(Quantity):
 
 
 @dataclass(frozen=True)
-class MemberRotation(Quantity):
+class MemberRotation(TimedQuantity):
     """Angle of a member, full turns counted from the rows of the motion."""
 
     least = True
@@ -75,7 +76,7 @@ def direction(rows: RateRows, member: int) -> FloatArray:
 
 
 @dataclass(frozen=True)
-class Travel(Quantity):
+class Travel(TimedQuantity):
     """Position of a slider along its guide."""
 
     least = True
@@ -95,7 +96,7 @@ class Travel(Quantity):
 
 
 @dataclass(frozen=True)
-class Flatness(Quantity):
+class Flatness(TimedQuantity):
     """Magnitude of the cosine of a transmission angle: 0 at 90 degrees, 1 at 0 and 180 degrees."""
 
     joint: TransmissionJoint

@@ -9,12 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from gimcli.measures import naming
-from gimcli.measures.measure import Head, Kind, Measure, unit_of
 from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
+from gimcli.quantities import naming
+from gimcli.quantities.quantity import Head, Kind, Quantity, unit_of
+from gimcli.quantities.state import State
 from gimcli.rates.path_derivatives import PathDerivatives
 
 
@@ -32,7 +34,7 @@ class CurvatureConstants:
 LIMITS = CurvatureConstants()
 
 
-class Curvature(Measure):
+class Curvature(Quantity):
     """Curvature, signed radius and centre of curvature of a path."""
 
     def __init__(self, mechanism: Mechanism, spec: str, point: str) -> None:
@@ -45,9 +47,9 @@ class Curvature(Measure):
             Head(f"{spec}.centre.y", unit),
         )
 
-    def values(self, derivatives: PathDerivatives) -> list[FloatArray]:
+    def values(self, state: State) -> Sequence[Any]:
         """Return radius (inf if straight, 0 at a cusp), curvature, and x, y of the centre (NaN if straight)."""
-        kappa, place, normal = path_curvature(derivatives, self.point)
+        kappa, place, normal = path_curvature(state.path, self.point)
         with np.errstate(all="ignore"):
             radius = np.where(kappa == 0.0, np.inf, 1.0 / kappa)
             centre = self.mechanism.to_file(place + np.where(np.isfinite(radius), radius, np.nan) * normal)
@@ -93,7 +95,7 @@ def _at_rest(derivatives: PathDerivatives, point: str, rows: IntArray, kappa: Fl
     kappa[rows[~(np.abs(a) > LIMITS.rest * size)]] = np.nan  # a point that does not move has no path
 
 
-def _make(mechanism: Mechanism, spec: str, names: Sequence[str]) -> list[Measure]:
+def _make(mechanism: Mechanism, spec: str, names: Sequence[str]) -> Sequence[Quantity]:
     naming.refuse_no_point(mechanism, spec, names[0])
     return [Curvature(mechanism, spec, names[0])]
 

@@ -47,7 +47,7 @@ class RateRows:
         return self.rates.mechanism
 
 
-class Quantity(ABC):
+class TimedQuantity(ABC):
     """A value along a motion, and its derivative by the real time.
 
     `least`: whether the least value is searched too, not only the greatest, and both times as exactly as the values.
@@ -123,7 +123,9 @@ class Extremes:
     reversals: int
 
 
-def extremes(rows: RateRows, quantities: Sequence[Quantity], solve: Solve, periodic: bool) -> list[Extremes | None]:
+def extremes(
+    rows: RateRows, quantities: Sequence[TimedQuantity], solve: Solve, periodic: bool
+) -> list[Extremes | None]:
     """Return the extremes of each quantity; None where it has no values.
 
     `solve` returns rows at further times. `periodic`: the last row repeats the first one, so that the ends are no
@@ -206,7 +208,7 @@ def _fill_zeros(sign: FloatArray, periodic: bool) -> None:
 
 
 def _refine(
-    rows: RateRows, quantities: Sequence[Quantity], brackets: list[Bracket], solve: Solve, spans: list[float]
+    rows: RateRows, quantities: Sequence[TimedQuantity], brackets: list[Bracket], solve: Solve, spans: list[float]
 ) -> None:
     """Refine all brackets together, by few solutions of many times; `spans`: ranges of the quantities."""
     duration = rows.mechanism.duration

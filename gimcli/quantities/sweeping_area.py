@@ -13,9 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gimcli.measures.missing_rates import completed, quintic
 from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.motion.coupler_points import carried_point
+from gimcli.quantities.missing_rates import completed, quintic
 from gimcli.rates.path_derivatives import PathDerivatives
 from gimcli.structure.convex_hull import convex_hull
 

@@ -12,11 +12,11 @@ from gimcli.motion.motion import Motion
 from gimcli.rates.motion_table import occurrences
 from gimcli.table import Column
 
-POINT_QUANTITIES = {"velocity": ("v", 1), "acceleration": ("a", 2), "jerk": ("j", 3)}
-"""Magnitudes of the points' derivatives: letter of their columns, and order."""
+POINT_QUANTITIES = {"velocity": "v", "acceleration": "a", "jerk": "j"}
+"""Magnitudes of the points' derivatives: letter of their columns."""
 
-MEMBER_QUANTITIES = {"angle": 0, "omega": 1, "alpha": 2}
-"""Direction, angular velocity and acceleration of the members, and order."""
+MEMBER_QUANTITIES = ("angle", "omega", "alpha")
+"""Direction, angular velocity and acceleration of the members."""
 
 
 def abscissa(motion: Motion) -> Column:

@@ -14,13 +14,13 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from gimcli.canonical import first_greatest
-from gimcli.measures.extremes import Extreme, Extremes, Quantity, RateRows, extremes
-from gimcli.measures.motion_quantities import AngularSpeed, Flatness, Speed, Travel, rotation
-from gimcli.measures.transmission import TransmissionJoint, dyad_joints
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
 from gimcli.motion.motion import Motion, stream, trace
 from gimcli.positions.inputs import law_inputs
 from gimcli.positions.options import Options
+from gimcli.quantities.extremes import Extreme, Extremes, RateRows, TimedQuantity, extremes
+from gimcli.quantities.motion_quantities import AngularSpeed, Flatness, Speed, Travel, rotation
+from gimcli.quantities.transmission import TransmissionJoint, dyad_joints
 from gimcli.rates.derivatives import MotionRates, law_rates, rates_of_inputs
 from gimcli.structure.kinematic_chain import kinematic_chain
 from gimcli.structure.mechanism_types import driving_links
@@ -160,7 +160,7 @@ class _Summarizer:
         """Return everything; all quantities are refined together."""
         outputs, joints, speeds = self._outputs(), dyad_joints(self.mechanism), self._speeds()
         angles = [Flatness(joint) for joint in joints]
-        quantities: list[Quantity] = [*(q for _, _, q in outputs), *angles, *(q for *_, q in speeds)]
+        quantities: list[TimedQuantity] = [*(q for _, _, q in outputs), *angles, *(q for *_, q in speeds)]
         found = extremes(self.rows, quantities, self._solve, self.periodic)
         first, second = len(outputs), len(outputs) + len(joints)
         moved = [self._output(name, guide, one) for (name, guide, _), one in zip(outputs, found, strict=False) if one]
@@ -217,10 +217,10 @@ class _Summarizer:
 
     # -- outputs --------------------------------------------------------------------------------
 
-    def _outputs(self) -> list[tuple[str, str, Quantity]]:
+    def _outputs(self) -> list[tuple[str, str, TimedQuantity]]:
         """Return name, guide and position of every slider and every driven member hinged to the frame."""
         mechanism, members = self.mechanism, self.mechanism.members
-        found: list[tuple[str, str, Quantity]] = []
+        found: list[tuple[str, str, TimedQuantity]] = []
         for pair in sliding_pairs(mechanism):
             if pair.actuator == NONE:
                 guide = "frame" if pair.guide == FRAME else members[pair.guide].name
@@ -252,13 +252,13 @@ class _Summarizer:
 
     # -- speeds ---------------------------------------------------------------------------------
 
-    def _speeds(self) -> list[tuple[str, bool, int, Quantity]]:
+    def _speeds(self) -> list[tuple[str, bool, int, TimedQuantity]]:
         """Return name, whether it is of a member, order and quantity of all speeds that are not 0."""
         mechanism = self.mechanism
         driven = [k for k in range(1, len(mechanism.members)) if k not in driving_links(mechanism)]
         points: dict[str, Speed | AngularSpeed] = {name: Speed(name) for name in mechanism.traced}
         members: dict[str, Speed | AngularSpeed] = {mechanism.members[k].name: AngularSpeed(k) for k in driven}
-        found: list[tuple[str, bool, int, Quantity]] = []
+        found: list[tuple[str, bool, int, TimedQuantity]] = []
         remote = {mechanism.nodes[n] for n in mechanism.remote}
         for rotary, speeds in ((False, points), (True, members)):
             near = [speed for name, speed in speeds.items() if name not in remote] or speeds.values()
@@ -270,17 +270,17 @@ class _Summarizer:
                         found.append((name, rotary, order, own))
         return found
 
-    def _most(self, quantity: Quantity) -> float:
+    def _most(self, quantity: TimedQuantity) -> float:
         values = quantity.of(self.rows)[0]
         return float(np.max(values[np.isfinite(values)], initial=0.0))
 
-    def _peak(self, name: str, rotary: bool, order: int, quantity: Quantity, found: Extremes) -> Peak:
+    def _peak(self, name: str, rotary: bool, order: int, quantity: TimedQuantity, found: Extremes) -> Peak:
         if self.motion.limit is not None and self._grows(quantity):
             return Peak(name, rotary, order, Extreme(math.inf, self.motion.limit))
         constant = found.greatest.value - found.least.value <= STILL * found.greatest.value
         return Peak(name, rotary, order, found.greatest, constant)
 
-    def _grows(self, quantity: Quantity) -> bool:
+    def _grows(self, quantity: TimedQuantity) -> bool:
         """Return whether a speed grows without bound towards the limit at which the motion ends."""
         f, _ = quantity.of(self.rows)
         f = f[np.isfinite(f)]

@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from gimcli.measures.transmission import TransmissionJoint, output_joints
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism, Member
+from gimcli.quantities.transmission import TransmissionJoint, output_joints
 from gimcli.structure.rotation import drawn_turn, shapes
 
 FAR = 0.1

@@ -1,18 +1,20 @@
-"""Measures: quantities computed from a motion. Each kind has one file and one entry in `KINDS`."""
+"""Quantities: what may be asked of a motion, of designs, or of any other state. Each family has one file."""
 
 from __future__ import annotations
 
-from gimcli.measures import advantage, angle, area, centre, curvature, naming, transmission
-from gimcli.measures.measure import Kind, Measure
+from collections.abc import Sequence
+
 from gimcli.mechanism import Mechanism
+from gimcli.quantities import advantage, angle, area, centre, curvature, naming, transmission
+from gimcli.quantities.quantity import Kind, Quantity
 
 KINDS: dict[str, Kind] = {
     kind.name: kind for kind in (centre.KIND, curvature.KIND, transmission.KIND, advantage.KIND, area.KIND, angle.KIND)
 }
 
 
-def measures_of(mechanism: Mechanism, spec: str) -> list[Measure]:
-    """Return the measures of a text such as "centre:rod/rocker".
+def quantities_of(mechanism: Mechanism, spec: str) -> Sequence[Quantity]:
+    """Return the quantities of a text such as "centre:rod/rocker".
 
     Raises UsageError for an unknown kind or name.
     """

@@ -7,21 +7,22 @@ Source: Norton, Design of Machinery, section 6.6; Uicker, Pennock & Shigley, The
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
-from gimcli.measures import naming
-from gimcli.measures.measure import Head, Kind, Measure, unit_of
 from gimcli.mechanism import FRAME, FloatArray, Mechanism, PairRow
+from gimcli.quantities import naming
+from gimcli.quantities.quantity import Head, Kind, Quantity, unit_of
+from gimcli.quantities.state import State
 from gimcli.rates.derivatives import MotionRates
-from gimcli.rates.path_derivatives import PathDerivatives
 from gimcli.structure.residual import pose
 
 STILL = 1e-12
 """Rate of the output for a unit rate of the input (normal frame) below which the output is at rest."""
 
 
-class Advantage(Measure):
+class Advantage(Quantity):
     """The mechanical advantage and its inverse."""
 
     def __init__(self, mechanism: Mechanism, spec: str, actuator: int, output: str) -> None:
@@ -35,9 +36,9 @@ class Advantage(Measure):
         # from the normal frame to the file's units
         self.scale = (mechanism.scale if linear else 1.0) / (1.0 if turning else mechanism.scale)
 
-    def values(self, derivatives: PathDerivatives) -> list[FloatArray]:
+    def values(self, state: State) -> Sequence[Any]:
         """Return d(in) / d(out) (inf if the output is at rest) and d(out) / d(in), each (rows,)."""
-        ratio = self._rate(derivatives.of_input(self.actuator))
+        ratio = self._rate(state.path.of_input(self.actuator))
         ratio = np.where(np.abs(ratio) <= STILL, 0.0, ratio)
         with np.errstate(all="ignore"):
             return [np.where(ratio == 0.0, np.inf, 1.0 / (ratio * self.scale)), ratio * self.scale]
@@ -78,7 +79,7 @@ def _output(mechanism: Mechanism, spec: str, name: str) -> tuple[int | None, Pai
     raise naming.unknown(spec, "member, sliding pair, point or node", name, [*members[FRAME + 1 :], *pairs, *points])
 
 
-def _make(mechanism: Mechanism, spec: str, names: Sequence[str]) -> list[Measure]:
+def _make(mechanism: Mechanism, spec: str, names: Sequence[str]) -> Sequence[Quantity]:
     return [Advantage(mechanism, spec, naming.actuator(mechanism, spec, names[0]), names[1])]
 
 

@@ -6,11 +6,11 @@ import numpy as np
 from bundled import MODELS
 
 import gimcli
-from gimcli.measures.extremes import RateRows
-from gimcli.measures.motion_quantities import AngularSpeed, Flatness, Speed, Travel, rotation
-from gimcli.measures.transmission import dyad_joints
 from gimcli.model.source import read_source
 from gimcli.motion.motion import trace
+from gimcli.quantities.extremes import RateRows
+from gimcli.quantities.motion_quantities import AngularSpeed, Flatness, Speed, Travel, rotation
+from gimcli.quantities.transmission import dyad_joints
 from gimcli.rates.derivatives import rates
 
 STEPS = 20_000

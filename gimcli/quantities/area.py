@@ -9,61 +9,59 @@ Theoretical Kinematics, 1979, chapter VIII (Holditch).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from gimcli.errors import UsageError
-from gimcli.measures import naming
-from gimcli.measures.measure import Head, Kind, Measure, unit_of
-from gimcli.measures.missing_rates import completed
-from gimcli.measures.sweeping_area import corners_of, swept, swept_area
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
+from gimcli.quantities import naming
+from gimcli.quantities.missing_rates import completed
+from gimcli.quantities.quantity import ColumnRange, Head, Kind, Quantity, unit_of
+from gimcli.quantities.state import State
+from gimcli.quantities.sweeping_area import corners_of, swept, swept_area
 from gimcli.rates.path_derivatives import PathDerivatives
 
 
-class Area(Measure):
+class Area(Quantity):
     """The signed area up to each row, and the area of the region of the whole motion."""
 
     def __init__(self, mechanism: Mechanism, spec: str, member: int) -> None:
         self.mechanism, self.spec, self.member = mechanism, spec, member
         self.unit = unit_of(mechanism, "{}^2")
         self.heads = (Head(f"{spec}.signed", self.unit, "signed area swept"),)
-        self._sum = 0.0
-        self._last: ComplexArray | None = None  # (time, rate, its derivative, arm, middle) of the last row so far
 
-    def values(self, derivatives: PathDerivatives) -> list[FloatArray]:
+    def values(self, state: State) -> Sequence[Any]:
         """Return the signed area swept up to each row; intervals that are not solved add nothing."""
-        rows = self._signed_rate(derivatives)
-        joint = rows if self._last is None else np.concatenate([self._last, rows], axis=1)
-        steps = _signed_steps(joint)
-        self._last = rows[:, -1:]
-        total = self._sum + np.concatenate([np.zeros(rows.shape[1] - len(steps)), np.cumsum(steps)])
-        self._sum = float(total[-1])
-        return [np.where(derivatives.motion.good, total, np.nan) * self.mechanism.scale**2]
+        rows, (last, before) = self._signed_rate(state.path), state.memory.get(self.spec, (None, 0.0))
+        steps = _signed_steps(rows if last is None else np.concatenate([last, rows], axis=1))
+        total = before + np.concatenate([np.zeros(rows.shape[1] - len(steps)), np.cumsum(steps)])
+        state.memory[self.spec] = rows[:, -1:], float(total[-1])
+        return [np.where(state.path.motion.good, total, np.nan) * self.mechanism.scale**2]
 
-    def _signed_rate(self, derivatives: PathDerivatives) -> ComplexArray:
+    def _signed_rate(self, path: PathDerivatives) -> ComplexArray:
+        """Return time, rate, its derivative, arm and middle (5, rows)."""
         ends = list(self.mechanism.members[self.member].nodes[:2])
-        z = derivatives.motion.z[ends]  # known also in rows without velocities
-        paths = np.moveaxis(derivatives.timed.nodes[:, ends], 0, 1).copy()
+        z = path.motion.z[ends]  # known also in rows without velocities
+        paths = np.moveaxis(path.timed.nodes[:, ends], 0, 1).copy()
         paths[:, 0] = z
-        a, b = completed(derivatives.clock, paths)
+        a, b = completed(path.clock, paths)
         arm, middle = b - a, (a + b) / 2.0
         rate = (np.conj(arm[0]) * middle[1]).imag
         change = (np.conj(arm[1]) * middle[1] + np.conj(arm[0]) * middle[2]).imag
-        return np.array([derivatives.clock + 0j, rate + 0j, change + 0j, z[1] - z[0], (z[0] + z[1]) / 2.0])
+        return np.array([path.clock + 0j, rate + 0j, change + 0j, z[1] - z[0], (z[0] + z[1]) / 2.0])
 
-    def outlines(self, derivatives: PathDerivatives) -> list[ComplexArray]:
+    def outlines(self, path: PathDerivatives) -> list[ComplexArray]:
         """Return the triangles that cover the region."""
         corners = corners_of(self.mechanism, self.member)
-        return list(swept(derivatives, corners, 1) * self.mechanism.scale + self.mechanism.origin)
+        return list(swept(path, corners, 1) * self.mechanism.scale + self.mechanism.origin)
 
-    def whole(self, derivatives: PathDerivatives) -> dict[str, Any]:
+    def whole(self, state: State, ranges: Mapping[str, ColumnRange]) -> dict[str, Any]:
         """Return area and error estimate of the region, and the signed area of the whole motion."""
-        area, error = swept_area(derivatives, corners_of(self.mechanism, self.member))
-        square = self.mechanism.scale**2
-        return {"area": area * square, "error": error * square, "signed": self._sum * square, "unit": self.unit}
+        area, error = swept_area(state.path, corners_of(self.mechanism, self.member))
+        square, signed = self.mechanism.scale**2, state.memory[self.spec][1]
+        return {"area": area * square, "error": error * square, "signed": signed * square, "unit": self.unit}
 
 
 def _signed_steps(rows: ComplexArray) -> FloatArray:
@@ -77,7 +75,7 @@ def _signed_steps(rows: ComplexArray) -> FloatArray:
     return np.where(np.isfinite(steps), steps, 0.0)
 
 
-def _make(mechanism: Mechanism, spec: str, names: Sequence[str]) -> list[Measure]:
+def _make(mechanism: Mechanism, spec: str, names: Sequence[str]) -> Sequence[Quantity]:
     index = naming.member(mechanism, spec, names[0])
     if index == FRAME:
         raise UsageError(f"measure '{spec}': expected a moving member, got the frame")

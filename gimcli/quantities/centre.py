@@ -11,13 +11,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from gimcli.errors import UsageError
-from gimcli.measures import naming
-from gimcli.measures.measure import Head, Kind, Measure, unit_of
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
+from gimcli.quantities import naming
+from gimcli.quantities.quantity import Head, Kind, Quantity, unit_of
+from gimcli.quantities.state import State
 from gimcli.rates.derivatives import MotionRates
 from gimcli.rates.path_derivatives import PathDerivatives
 from gimcli.structure.residual import pose
@@ -34,7 +36,7 @@ class Far:
 FAR = Far()
 
 
-class Centre(Measure):
+class Centre(Quantity):
     """The instant centre of two members, in the frame and in each of the two that moves."""
 
     def __init__(self, mechanism: Mechanism, spec: str, first: int, second: int) -> None:
@@ -48,19 +50,19 @@ class Centre(Measure):
             for axis in "xy"
         )
 
-    def values(self, derivatives: PathDerivatives) -> list[FloatArray]:
+    def values(self, state: State) -> Sequence[Any]:
         """Return x, y in the frame, then x, y in the own frame of each moving member."""
-        place = instant_centre(derivatives.along, *self.pair)
+        place = instant_centre(state.path.along, *self.pair)
         columns = [
             self.mechanism.to_file(place),
-            *(local_place(self.mechanism, m, place, derivatives.motion.z) * self.mechanism.scale for m in self.moving),
+            *(local_place(self.mechanism, m, place, state.path.motion.z) * self.mechanism.scale for m in self.moving),
         ]
         return [part for column in columns for part in (column.real, column.imag)]
 
-    def curves(self, derivatives: PathDerivatives) -> dict[str, ComplexArray]:
+    def curves(self, path: PathDerivatives) -> dict[str, ComplexArray]:
         """Return the centrodes; the moving ones are drawn in the first pose of their member."""
-        mechanism, z = self.mechanism, derivatives.motion.z
-        place = instant_centre(derivatives.along, *self.pair)
+        mechanism, z = self.mechanism, path.motion.z
+        place = instant_centre(path.along, *self.pair)
         names = [mechanism.members[m].name for m in self.pair]
         fixed = FRAME in self.pair
         title = f"fixed centrode of {names[1 - self.pair.index(FRAME)]}" if fixed else f"centre {names[0]}/{names[1]}"
@@ -112,7 +114,7 @@ def local_place(mechanism: Mechanism, index: int, place: ComplexArray, z: Comple
     return np.asarray((place - first) * np.conj(along))
 
 
-def _make(mechanism: Mechanism, spec: str, names: Sequence[str]) -> list[Measure]:
+def _make(mechanism: Mechanism, spec: str, names: Sequence[str]) -> Sequence[Quantity]:
     first, second = (naming.member(mechanism, spec, name) for name in names)
     if first == second:
         raise UsageError(f"measure '{spec}': expected two different members")

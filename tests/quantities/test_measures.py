@@ -13,12 +13,13 @@ from bundled import MODELS, run_model
 
 from gimcli import load
 from gimcli.errors import UsageError
-from gimcli.measures import KINDS, measures_of, sweeping_area
-from gimcli.measures.centre import instant_centre
-from gimcli.measures.record import Record
-from gimcli.measures.sweeping_area import swept_area, union_area
 from gimcli.mechanism import Member
 from gimcli.motion.motion import Motion, stream, trace
+from gimcli.quantities import KINDS, quantities_of, sweeping_area
+from gimcli.quantities.centre import instant_centre
+from gimcli.quantities.record import Record
+from gimcli.quantities.state import MotionState
+from gimcli.quantities.sweeping_area import swept_area, union_area
 from gimcli.rates.path_derivatives import PathDerivatives, input_path
 from gimcli.status import Status
 
@@ -30,11 +31,22 @@ def derivatives_of(name, steps=72, **more):
     return PathDerivatives(run_model(name, steps, **more).motion)
 
 
+def values(measure, path):
+    return measure.values(MotionState(path.motion))
+
+
+def whole(measure, path):
+    """Return the results of a measure for a whole motion."""
+    record = Record(path.mechanism, [measure.spec])
+    record.columns(path.motion)
+    return measure.whole(MotionState(path.motion, memory=record.memory), record.ranges)
+
+
 def values_of(derivatives, spec):
     """Return the columns of one measure by the last part of their names."""
-    (measure,) = measures_of(derivatives.mechanism, spec)
-    values = dict(zip((h.name for h in measure.heads), measure.values(derivatives), strict=True))
-    return {name.removeprefix(spec).lstrip("."): column for name, column in values.items()}
+    (measure,) = quantities_of(derivatives.mechanism, spec)
+    found = dict(zip((h.name for h in measure.heads), values(measure, derivatives), strict=True))
+    return {name.removeprefix(spec).lstrip("."): column for name, column in found.items()}
 
 
 def moving_at(rates, mechanism, member, place):
@@ -392,24 +404,24 @@ def test_curvature_is_empty_where_inputs_start_from_rest_with_different_profiles
 def test_the_transmission_angle_of_a_four_bar():
     """cos mu = (b^2 + c^2 - a^2 - d^2 + 2 a d cos theta) / (2 b c). Source: Balli & Chand 2002."""
     run = run_model("crank_rocker", 90)
-    (measure,) = measures_of(run.mechanism, "transmission")
+    (measure,) = quantities_of(run.mechanism, "transmission")
     assert measure.spec == "transmission:coupler/rocker"
     theta, (a, b, c, d) = np.radians(run.value["motor"]), (40.0, 120.0, 80.0, 100.0)
     mu = np.degrees(np.arccos((b**2 + c**2 - a**2 - d**2 + 2 * a * d * np.cos(theta)) / (2 * b * c)))
     for spec in ("transmission", "transmission:B", "transmission:rocker/coupler", "transmission:A/B/O4"):
-        (measure,) = measures_of(run.mechanism, spec)
-        assert measure.values(PathDerivatives(run.motion))[0] == pytest.approx(mu, abs=1e-10)
-    assert measure.whole(PathDerivatives(run.motion))["worst"] == pytest.approx(min(mu.min(), 180 - mu.max()))
+        (measure,) = quantities_of(run.mechanism, spec)
+        assert values(measure, PathDerivatives(run.motion))[0] == pytest.approx(mu, abs=1e-10)
+    assert whole(measure, PathDerivatives(run.motion))["worst"] == pytest.approx(min(mu.min(), 180 - mu.max()))
 
 
 def test_the_transmission_angle_of_a_slider_crank():
     """90 deg minus the pressure angle: sin(pressure) = (r sin theta - e) / l; for both sides of the guide."""
     run = run_model("slider_crank", 90)
-    (measure,) = measures_of(run.mechanism, "transmission")
+    (measure,) = quantities_of(run.mechanism, "transmission")
     assert measure.spec == "transmission:rod/slide"
     pressure = np.degrees(np.arcsin((np.sin(np.radians(run.value["motor"])) - 0.5) / 3.0))
-    assert measure.values(PathDerivatives(run.motion))[0] == pytest.approx(90.0 - pressure, abs=1e-10)
-    assert measure.whole(PathDerivatives(run.motion))["worst"] == pytest.approx(60.0), (
+    assert values(measure, PathDerivatives(run.motion))[0] == pytest.approx(90.0 - pressure, abs=1e-10)
+    assert whole(measure, PathDerivatives(run.motion))["worst"] == pytest.approx(60.0), (
         "crank at 270 deg: arcsin(1.5 / 3)"
     )
 
@@ -417,21 +429,21 @@ def test_the_transmission_angle_of_a_slider_crank():
 def test_the_transmission_angle_of_a_ram():
     """Excavator: at every ram the law of cosines of the triangle pivot, foot and head of the ram."""
     run = run_model("excavator", 8)
-    specs = [m.spec for m in measures_of(run.mechanism, "transmission")]
+    specs = [m.spec for m in quantities_of(run.mechanism, "transmission")]
     assert specs == [
         f"transmission:{p}" for p in ("boom/boom_ram", "arm/arm_ram", "h_link/bucket_ram", "bucket/side_link")
     ]
     for spec, pivot, foot, head in (("boom_ram/boom", "C", "D", "E"), ("arm/arm_ram", "H", "F", "G")):
-        (measure,) = measures_of(run.mechanism, f"transmission:{spec}")
+        (measure,) = quantities_of(run.mechanism, f"transmission:{spec}")
         p, f, h = (run.xy(name) for name in (pivot, foot, head))
         x, y, w = np.abs(f - h), np.abs(p - h), np.abs(f - p)
         expected = np.degrees(np.arccos((x**2 + y**2 - w**2) / (2 * x * y)))
-        assert measure.values(PathDerivatives(run.motion))[0] == pytest.approx(expected, abs=1e-9)
+        assert values(measure, PathDerivatives(run.motion))[0] == pytest.approx(expected, abs=1e-9)
 
 
 def test_two_guides_have_no_transmission_angle():
     with pytest.raises(UsageError, match="no output joint"):
-        measures_of(load(MODELS / "scotch_yoke.yaml"), "transmission")
+        quantities_of(load(MODELS / "scotch_yoke.yaml"), "transmission")
 
 
 def test_every_output_dyad_has_a_transmission_angle():
@@ -444,7 +456,7 @@ def test_every_output_dyad_has_a_transmission_angle():
         "stephenson_2": ["ad/left", "be/left"],  # strongly coupled group: its pins
     }
     for model, parts in named.items():
-        found = [m.spec for m in measures_of(load(MODELS / f"{model}.yaml"), "transmission")]
+        found = [m.spec for m in quantities_of(load(MODELS / f"{model}.yaml"), "transmission")]
         assert found == [f"transmission:{part}" for part in parts]
 
 
@@ -467,13 +479,13 @@ def test_the_advantage_of_a_slider_crank_has_the_unit_of_its_output():
     theta = np.radians(run.value["motor"])
     rise = np.sin(theta) - 0.5
     slope = -np.sin(theta) - rise * np.cos(theta) / np.sqrt(9.0 - rise**2)
-    (measure,) = measures_of(run.mechanism, "advantage:motor/slide")
-    advantage, ratio = measure.values(PathDerivatives(run.motion))
+    (measure,) = quantities_of(run.mechanism, "advantage:motor/slide")
+    advantage, ratio = values(measure, PathDerivatives(run.motion))
     assert ratio == pytest.approx(slope, abs=1e-12)
     assert advantage == pytest.approx(1.0 / slope, rel=1e-9)
     assert [h.unit for h in measure.heads] == ["1/mm", "mm"]
-    (path,) = measures_of(run.mechanism, "advantage:motor/B")
-    assert path.values(PathDerivatives(run.motion))[1] == pytest.approx(np.abs(slope), abs=1e-12)
+    (path,) = quantities_of(run.mechanism, "advantage:motor/B")
+    assert values(path, PathDerivatives(run.motion))[1] == pytest.approx(np.abs(slope), abs=1e-12)
 
 
 def test_the_advantage_of_each_of_several_inputs():
@@ -494,10 +506,10 @@ def test_a_linear_inputs_advantage_over_a_rotation_is_a_length():
     run = run_model("excavator", 6)
     ram = run.mechanism.actuators[0]
     member = run.mechanism.members[1]
-    (measure,) = measures_of(run.mechanism, f"advantage:{ram.name}/{member.name}")
+    (measure,) = quantities_of(run.mechanism, f"advantage:{ram.name}/{member.name}")
     unit = run.mechanism.length_unit if run.mechanism.length_unit != "unit" else ""
     assert [h.unit for h in measure.heads] == [unit, f"1/{unit}" if unit else ""]
-    advantage, ratio = measure.values(PathDerivatives(run.motion))
+    advantage, ratio = values(measure, PathDerivatives(run.motion))
     assert advantage * ratio == pytest.approx(np.ones(7))
     sides = [run.motion.z[n] for n in ram.nodes]
     pivots = [n for n in member.nodes if n in run.mechanism.members[0].nodes]
@@ -556,13 +568,13 @@ def test_an_output_at_rest_has_an_infinite_advantage():
 def test_a_crank_sweeps_a_disk_or_a_half_disk():
     for turn, part in ((360.0, 1.0), (90.0, 0.25), (720.0, 1.0)):
         derivatives = derivatives_of("crank_rocker", 60, laws={"motor": {"from": 0, "to": turn}})
-        (measure,) = measures_of(derivatives.mechanism, "area:crank")
-        signed = measure.values(derivatives)[0]
-        whole, disk = measure.whole(derivatives), math.pi * 1600.0
-        assert abs(whole["area"] - part * disk) <= max(whole["error"], 1e-9)
-        assert whole["error"] < 3e-5 * disk
+        (measure,) = quantities_of(derivatives.mechanism, "area:crank")
+        signed = values(measure, derivatives)[0]
+        total, disk = whole(measure, derivatives), math.pi * 1600.0
+        assert abs(total["area"] - part * disk) <= max(total["error"], 1e-9)
+        assert total["error"] < 3e-5 * disk
         assert signed == pytest.approx(np.linspace(0.0, turn / 360.0, 61) * disk, rel=1e-10)
-        assert whole["signed"] == pytest.approx(turn / 360.0 * disk, rel=1e-10)
+        assert total["signed"] == pytest.approx(turn / 360.0 * disk, rel=1e-10)
 
 
 def ring(data):
@@ -603,29 +615,29 @@ def tangent(data):
 
 def test_a_plate_sweeps_the_disk_of_its_farthest_corner():
     run = run_model("slider_crank", 90, change=plate)
-    (measure,) = measures_of(run.mechanism, "area:plate")
-    whole = measure.whole(PathDerivatives(run.motion))
-    assert abs(whole["area"] - 9.0 * math.pi) <= whole["error"]
-    assert whole["unit"] == "m^2"
+    (measure,) = quantities_of(run.mechanism, "area:plate")
+    total = whole(measure, PathDerivatives(run.motion))
+    assert abs(total["area"] - 9.0 * math.pi) <= total["error"]
+    assert total["unit"] == "m^2"
 
 
 def test_a_plate_at_rest_covers_its_own_area():
     """Corners O, B and C at 0, 3 and 2 + i, A on the side O-B: 3/2."""
     run = run_model("slider_crank", 1, change=lambda d: (plate(d), d["actuators"]["motor"].update(law={"by": 0})))
-    (measure,) = measures_of(run.mechanism, "area:plate")
-    assert measure.whole(PathDerivatives(run.motion))["area"] == pytest.approx(1.5, rel=1e-5)
+    (measure,) = quantities_of(run.mechanism, "area:plate")
+    assert whole(measure, PathDerivatives(run.motion))["area"] == pytest.approx(1.5, rel=1e-5)
 
 
 def test_a_translating_bar_sweeps_a_parallelogram():
     """A coupler that only translates, over a quarter of a turn: |AB| times the rise of its path across it."""
     run = run_model("parallelogram", 40, laws={"motor": {"from": 20, "to": 80}})
     a, b = (run.xy(n) for n in ("A", "B"))
-    (measure,) = measures_of(run.mechanism, f"area:{_named(run.mechanism, 'A', 'B')}")
-    whole = measure.whole(PathDerivatives(run.motion))
+    (measure,) = quantities_of(run.mechanism, f"area:{_named(run.mechanism, 'A', 'B')}")
+    total = whole(measure, PathDerivatives(run.motion))
     along = (b - a)[0]
     area = abs((np.conj(along) * (a[-1] - a[0])).imag)
     # the path is an arc: the areas between arc and chord at both ends of the bar cancel
-    assert abs(whole["area"] - area) <= max(3.0 * whole["error"], 1e-6 * area)
+    assert abs(total["area"] - area) <= max(3.0 * total["error"], 1e-6 * area)
 
 
 def _named(mechanism, *nodes):
@@ -645,18 +657,18 @@ def test_the_bar_of_a_trammel_sweeps_an_astroid():
 def test_the_signed_area_is_the_difference_of_the_areas_of_two_paths():
     """Over a turn the coupler's is the area inside B's path (an arc: 0) minus that inside A's: -pi 40^2."""
     derivatives = derivatives_of("crank_rocker", 120)
-    (measure,) = measures_of(derivatives.mechanism, "area:coupler")
-    signed = measure.values(derivatives)[0]
+    (measure,) = quantities_of(derivatives.mechanism, "area:coupler")
+    signed = values(measure, derivatives)[0]
     assert signed[-1] == pytest.approx(-math.pi * 1600.0, rel=1e-7)
-    coarse = measures_of(derivatives.mechanism, "area:coupler")[0].values(derivatives_of("crank_rocker", 60))[0]
+    coarse = values(quantities_of(derivatives.mechanism, "area:coupler")[0], derivatives_of("crank_rocker", 60))[0]
     off = [abs(s[len(s) // 3] - signed_at_third()) for s in (coarse, signed)]
     assert off[1] < 0.1 * off[0], "fourth order"
 
 
 def signed_at_third():
     derivatives = derivatives_of("crank_rocker", 1200)
-    (measure,) = measures_of(derivatives.mechanism, "area:coupler")
-    return measure.values(derivatives)[0][400]
+    (measure,) = quantities_of(derivatives.mechanism, "area:coupler")
+    return values(measure, derivatives)[0][400]
 
 
 def test_pieces_give_the_same_results_as_the_whole_motion():
@@ -706,14 +718,14 @@ def test_unsolved_rows_add_no_area():
     z, codes = gap.z.copy(), gap.codes.copy()
     z[:, 4:], codes[4:] = np.nan, int(Status.LIMIT)
     cut = PathDerivatives(Motion(gap.mechanism, gap.time, gap.inputs, z, codes, gap.residual, gap.work, gap.start))
-    (measure,) = measures_of(cut.mechanism, "area:crank")
-    signed = measure.values(cut)[0]
+    (measure,) = quantities_of(cut.mechanism, "area:crank")
+    signed = values(measure, cut)[0]
     assert np.isnan(signed[4:]).all()
-    assert measure.whole(cut)["signed"] == pytest.approx(3 / 8 * math.pi * 1600)
-    assert measure.whole(cut)["area"] == pytest.approx(3 / 8 * math.pi * 1600, rel=1e-4)
+    assert whole(measure, cut)["signed"] == pytest.approx(3 / 8 * math.pi * 1600)
+    assert whole(measure, cut)["area"] == pytest.approx(3 / 8 * math.pi * 1600, rel=1e-4)
     codes[:] = int(Status.LIMIT)
     nothing = PathDerivatives(replace(cut.motion, z=np.full_like(z, np.nan), codes=codes))
-    assert measure.whole(nothing)["area"] == 0.0
+    assert whole(measure, nothing)["area"] == 0.0
 
 
 # --- names ----------------------------------------------------------------------------------------------
@@ -740,7 +752,7 @@ def test_unsolved_rows_add_no_area():
 )
 def test_unknown_names_are_rejected_with_a_suggestion(spec, part):
     with pytest.raises(UsageError, match="measure") as caught:
-        measures_of(load(MODELS / "crank_rocker.yaml"), spec)
+        quantities_of(load(MODELS / "crank_rocker.yaml"), spec)
     assert part in str(caught.value)
 
 
@@ -763,7 +775,7 @@ def test_every_kind_measures_every_model(model, monkeypatch):
 
 
 def _joints(mechanism):
-    from gimcli.measures.transmission import output_joints
+    from gimcli.quantities.transmission import output_joints
 
     return output_joints(mechanism)
 
@@ -783,9 +795,9 @@ prismatic: {slide: {node: B, guide: [O, G]}}
 actuators: {motor: {type: rotary, pivot: O, arm: A, law: {from: 0, to: 180}}}
 """)
     mechanism = load(model)
-    (measure,) = measures_of(mechanism, "area:rod")
+    (measure,) = quantities_of(mechanism, "area:rod")
     derivatives = PathDerivatives(trace(mechanism, rows))
-    measure.values(derivatives)
-    whole = measure.whole(derivatives)
-    assert whole["area"] == pytest.approx(5.0 * math.pi / 8.0, rel=2e-5)
-    assert whole["signed"] == pytest.approx(-0.5 * math.pi, rel=0.5 / rows**3 + 1e-9)
+    values(measure, derivatives)
+    total = whole(measure, derivatives)
+    assert total["area"] == pytest.approx(5.0 * math.pi / 8.0, rel=2e-5)
+    assert total["signed"] == pytest.approx(-0.5 * math.pi, rel=0.5 / rows**3 + 1e-9)

@@ -10,8 +10,7 @@ Source: Norton, Design of Machinery, section 3.3; Balli & Chand, Transmission an
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from typing import Any
@@ -19,31 +18,16 @@ from typing import Any
 import numpy as np
 
 from gimcli.errors import UsageError
-from gimcli.measures import naming
-from gimcli.measures.measure import Head, Kind, Measure, angle_to_file
-from gimcli.mechanism import FRAME, SPAN, ComplexArray, FloatArray, Mechanism, PairRow
-from gimcli.rates.path_derivatives import PathDerivatives
+from gimcli.mechanism import FRAME, SPAN, Mechanism
+from gimcli.quantities import naming
+from gimcli.quantities.quantity import ColumnRange, Head, Kind, Quantity, angle_to_file
+from gimcli.quantities.state import ForceLine, State
+from gimcli.rates.member_angles import full_turn
 from gimcli.structure.plan import make_plan
-from gimcli.structure.residual import pose
 from gimcli.structure.rigid_triangles import rigid_bodies
 from gimcli.structure.rotation import members_of
 from gimcli.structure.sliding_pairs import pair_of
 from gimcli.structure.steps import Circle, Coupled, Dyad, Locus
-
-
-@dataclass(frozen=True)
-class ForceLine:
-    """The line of a part at a joint: to another node, or the left normal of a guide."""
-
-    name: str
-    node: int = -1
-    slide: PairRow | None = None
-
-    def direction(self, mechanism: Mechanism, joint: int, z: ComplexArray) -> ComplexArray:
-        """Return the direction (rows,) in the frame."""
-        if self.slide is None:
-            return np.asarray(z[self.node] - z[joint])
-        return np.asarray(self.slide.normal * pose(mechanism, self.slide.guide, z)[1])
 
 
 @dataclass(frozen=True)
@@ -60,29 +44,26 @@ class TransmissionJoint:
         return frozenset((self.first.name, self.second.name))
 
 
-class Transmission(Measure):
+class Transmission(Quantity):
     """The angle between two lines at a joint."""
 
     def __init__(self, mechanism: Mechanism, spec: str, joint: TransmissionJoint) -> None:
-        self.mechanism, self.spec, self.joint, self._worst = mechanism, spec, joint, math.inf
+        self.mechanism, self.spec, self.joint = mechanism, spec, joint
         self.heads = (Head(spec, mechanism.angle_unit, "transmission angle"),)
 
-    def values(self, derivatives: PathDerivatives) -> list[FloatArray]:
+    def values(self, state: State) -> Sequence[Any]:
         """Return the angle, 0 to 180 degrees."""
-        z = derivatives.motion.z
         with np.errstate(all="ignore"):
-            first, second = (
-                line.direction(self.mechanism, self.joint.node, z) for line in (self.joint.first, self.joint.second)
-            )
+            first, second = (state.line(line, self.joint.node) for line in (self.joint.first, self.joint.second))
             product = np.conj(first) * second
-            angle = np.where(product == 0.0, np.nan, np.arctan2(np.abs(product.imag), product.real))
-        self._worst = float(np.fmin.reduce(np.minimum(angle, math.pi - angle), initial=self._worst))
-        return [angle_to_file(self.mechanism, angle)]
+            angle = np.arctan2(abs(product.imag), product.real)
+        return [angle_to_file(self.mechanism, np.where(product == 0.0, np.nan, angle))]
 
-    def whole(self, derivatives: PathDerivatives) -> dict[str, Any]:
+    def whole(self, state: State, ranges: Mapping[str, ColumnRange]) -> dict[str, Any]:
         """Return the least distance of the angle from 0 and 180 degrees in all rows so far."""
-        worst = angle_to_file(self.mechanism, np.array([self._worst]))
-        return {"worst": float(worst[0])} if np.isfinite(self._worst) else {}
+        own = ranges[self.spec]
+        worst = min(own.least, full_turn(self.mechanism) / 2.0 - own.greatest)
+        return {"worst": worst} if np.isfinite(worst) else {}
 
 
 # -- joints ---------------------------------------------------------------------------------------------
@@ -181,7 +162,7 @@ def joints_at(mechanism: Mechanism, node: int) -> list[TransmissionJoint]:
 # -- construction ---------------------------------------------------------------------------------------
 
 
-def _make(mechanism: Mechanism, spec: str, names: Sequence[str]) -> list[Measure]:
+def _make(mechanism: Mechanism, spec: str, names: Sequence[str]) -> Sequence[Quantity]:
     if not names:
         found = output_joints(mechanism)
         if not found:
@@ -205,7 +186,7 @@ def _measure(mechanism: Mechanism, joint: TransmissionJoint) -> Transmission:
     return Transmission(mechanism, f"{KIND.name}:{joint.first.name}/{joint.second.name}", joint)
 
 
-def _at_node(mechanism: Mechanism, spec: str, node: int) -> list[Measure]:
+def _at_node(mechanism: Mechanism, spec: str, node: int) -> Sequence[Quantity]:
     found = joints_at(mechanism, node)
     if not found:
         raise UsageError(
@@ -215,7 +196,7 @@ def _at_node(mechanism: Mechanism, spec: str, node: int) -> list[Measure]:
     return [_measure(mechanism, joint) for joint in found]
 
 
-def _between(mechanism: Mechanism, spec: str, first: str, second: str) -> Measure:
+def _between(mechanism: Mechanism, spec: str, first: str, second: str) -> Quantity:
     known = [
         *(m.name for m in mechanism.members[FRAME + 1 :]),
         *(s.pair for s in mechanism.slides),

@@ -1,0 +1,236 @@
+"""What a formula of a quantity may ask of: rows of a motion, or designs x rows."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+
+from gimcli.language.arrays import first
+from gimcli.mechanism import FRAME, ComplexArray, Mechanism, PairRow
+from gimcli.motion.coupler_points import carried_point
+from gimcli.motion.motion import Motion
+from gimcli.rates.derivatives import MotionRates, rates
+from gimcli.rates.member_angles import Angles, in_rows
+from gimcli.rates.path_derivatives import PathDerivatives
+from gimcli.structure.residual import pose
+
+
+@dataclass(frozen=True)
+class ForceLine:
+    """The line of a part at a joint: to another node, or the left normal of a guide."""
+
+    name: str
+    node: int = -1
+    slide: PairRow | None = None
+
+    def direction(self, mechanism: Mechanism, joint: int, z: ComplexArray) -> ComplexArray:
+        """Return the direction (rows,) in the frame."""
+        if self.slide is None:
+            return np.asarray(z[self.node] - z[joint])
+        return np.asarray(self.slide.normal * pose(mechanism, self.slide.guide, z)[1])
+
+
+class ApartError(Exception):
+    """A state does not have what a formula asks for; each of its motions may have it."""
+
+
+class Valued(Protocol):
+    """Columns that are computed together."""
+
+    spec: str
+
+    def values(self, state: Any) -> Sequence[Any]:
+        """Return the columns."""
+
+
+class State(ABC):
+    """Positions and their derivatives by the time [s]; arrays (..., rows) in the normal frame, angles in rad."""
+
+    mechanism: Mechanism
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.mechanism = mechanism
+        self.memory: dict[str, Any] = {}  # of quantities that continue from piece to piece
+        self._found: dict[str, Any] = {}
+
+    @abstractmethod
+    def node(self, node: int, order: int = 0) -> Any:
+        """Return the place of a node, or a derivative of it."""
+
+    @abstractmethod
+    def local(self, table: str, row: int) -> Any:
+        """Return a complex number of the design, constant along the rows: a row of a table of `FloatTables`."""
+
+    @abstractmethod
+    def turning(self, member: int, order: int) -> Any:
+        """Return omega, alpha or angular jerk of a member (order 1 to 3)."""
+
+    @abstractmethod
+    def counted(self, member: int) -> Any:
+        """Return the direction of a member in the file's unit, full turns counted."""
+
+    @abstractmethod
+    def row(self, name: str) -> Any:
+        """Return the step, the time [s], the residual, or an input in the file's unit."""
+
+    @property
+    def path(self) -> PathDerivatives:
+        """The derivatives along the path of one motion."""
+        raise ApartError
+
+    def value(self, quantity: Valued, column: int) -> Any:
+        """Return a column of a quantity (..., rows) in the file's units."""
+        if quantity.spec not in self._found:
+            self._found[quantity.spec] = quantity.values(self)
+        return self._found[quantity.spec][column]
+
+    def first(self, key: str, rows: Any) -> Any:
+        """Return the first value of some rows that is defined, of the whole motion if the rows are a piece of it."""
+        return first(rows)
+
+    def point(self, name: str, order: int = 0) -> Any:
+        """Return the place of a node or point, or a derivative of it: first + (far - first) times a constant ratio."""
+        mechanism = self.mechanism
+        if name in mechanism.nodes:
+            return self.node(mechanism.nodes.index(name), order)
+        row = next(k for k, p in enumerate(mechanism.points) if p.name == name)
+        index, local = mechanism.points[row].member, self.local("points", row)
+        if index == FRAME:
+            return self.node(mechanism.members[FRAME].nodes[0], order) * 0.0 + (local if order == 0 else 0.0)
+        member, begin = mechanism.members[index], first_row(mechanism, index)
+        start, end = (self.local("shapes", begin + k) for k in (0, member.base))
+        base = self.node(member.nodes[0], order)
+        return base + (self.node(member.nodes[member.base], order) - base) * ((local - start) / (end - start))
+
+    def line(self, line: ForceLine, joint: int) -> Any:
+        """Return the direction of a line at a joint: to another node, or the normal of a guide."""
+        if line.slide is None:
+            return self.node(line.node) - self.node(joint)
+        return self.normal(next(k for k, one in enumerate(self.mechanism.slides) if one is line.slide))
+
+    def normal(self, slide: int) -> Any:
+        """Return the left normal of a guide, a unit vector."""
+        row = self.mechanism.slides[slide]
+        normal, member = self.local("normals", slide), self.mechanism.members[row.guide]
+        if row.guide == FRAME:
+            return self.node(row.node) * 0.0 + normal
+        begin = first_row(self.mechanism, row.guide)
+        own = self.local("shapes", begin + member.base) - self.local("shapes", begin)
+        unit = (self.node(member.nodes[member.base]) - self.node(member.nodes[0])) / own
+        return normal * (unit / abs(unit))
+
+
+def first_row(mechanism: Mechanism, member: int) -> int:
+    """Return the first row of a member in a table of the nodes of all members, one after another."""
+    return sum(len(one.nodes) for one in mechanism.members[:member])
+
+
+class MotionState(State):
+    """The rows of one motion, or of the next piece of it; `memory` is shared by its pieces."""
+
+    def __init__(self, motion: Motion, angles: Angles = in_rows, memory: dict[str, Any] | None = None) -> None:
+        super().__init__(motion.mechanism)
+        self.motion, self.angles = motion, angles
+        self.memory = {} if memory is None else memory
+        self._path: PathDerivatives | None = None
+        self._rates: MotionRates | None = None
+
+    @property
+    def path(self) -> PathDerivatives:
+        """The derivatives along the path of the motion: by its parameter, or by the arc length of a circuit."""
+        if self._path is None:
+            self._path = derivatives_of(self.motion, self.angles)
+        return self._path
+
+    def node(self, node: int, order: int = 0) -> Any:
+        """Return the place of a node (rows,), or a derivative of it."""
+        return self.rates(order).nodes[order, node] if order else self.motion.z[node]
+
+    def point(self, name: str, order: int = 0) -> Any:
+        """Return the place of a node or point (rows,), or a derivative of it."""
+        return self.rates(order).point(name)[order] if order else carried_point(self.mechanism, name, self.motion.z)
+
+    def local(self, table: str, row: int) -> Any:
+        """Return a complex number of the mechanism."""
+        own = self.mechanism
+        if table == "shapes":
+            return [z for member in own.members for z in member.shape][row]
+        return own.points[row].local if table == "points" else own.slides[row].normal
+
+    def rates(self, order: int) -> MotionRates:
+        """Return the derivatives of all nodes up to an order."""
+        if self._rates is None or self._rates.order < order:
+            self._rates = rates(self.mechanism, self.motion.time, self.motion.z, order)
+        return self._rates
+
+    def turning(self, member: int, order: int) -> Any:
+        """Return omega, alpha or angular jerk of a member (rows,)."""
+        return self.rates(order).angular(member)[order - 1]
+
+    def counted(self, member: int) -> Any:
+        """Return the direction of a member (rows,)."""
+        return self.angles(self.motion, member)
+
+    def row(self, name: str) -> Any:
+        """Return the step, the time [s], the residual, or an input (rows,)."""
+        motion, own = self.motion, self.mechanism
+        if name in (names := [a.name for a in own.actuators]):
+            return own.value_to_file(names.index(name), motion.inputs[names.index(name)])
+        if name == "step":
+            return np.arange(len(motion.time))
+        return motion.residual if name == "residual" else motion.time * own.duration
+
+    def first(self, key: str, rows: Any) -> Any:
+        """Return the first value that is defined, of this piece or one before it (1,)."""
+        if not np.isfinite(self.memory.get(key, np.nan)).all():
+            self.memory[key] = first(rows)
+        return self.memory[key]
+
+
+class Needs(State):
+    """A state of made-up numbers, which notes what formulas ask for."""
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        super().__init__(mechanism)
+        self.order = 0  # of derivatives
+        self.points, self.members = list[str](), list[int]()  # members whose direction is counted
+
+    def node(self, node: int, order: int = 0) -> Any:
+        """Note an order."""
+        self.order = max(self.order, order)
+        return np.ones(1, dtype=complex)
+
+    def point(self, name: str, order: int = 0) -> Any:
+        """Note a point."""
+        self.points += [name] * (name not in self.points)
+        return self.node(0, order)
+
+    def local(self, table: str, row: int) -> Any:
+        """Return a number."""
+        return 1.0 + 0.0j
+
+    def turning(self, member: int, order: int) -> Any:
+        """Note an order."""
+        return self.node(0, order).real
+
+    def counted(self, member: int) -> Any:
+        """Note a member."""
+        self.members += [member] * (member not in self.members)
+        return np.ones(1)
+
+    def row(self, name: str) -> Any:
+        """Return a number."""
+        return np.ones(1)
+
+
+def derivatives_of(motion: Motion, angles: Angles = in_rows) -> PathDerivatives:
+    """Return the derivatives of a motion along its laws, or along the arc length of its curve if it is a circuit."""
+    if motion.parameter is None:
+        return PathDerivatives(motion, angles)
+    from gimcli.rates.arclength_derivatives import ArclengthDerivatives
+
+    return ArclengthDerivatives(motion, angles)
