@@ -20,9 +20,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from gimcli.calculus.numbers import nominal, scalar
 from gimcli.canonical import first_greatest
 from gimcli.errors import UsageError
-from gimcli.recording import nominal, scalar
 
 if TYPE_CHECKING:
     from gimcli.coupling_data import GearPair

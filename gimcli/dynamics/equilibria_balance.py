@@ -12,11 +12,12 @@ positions on the constraints.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
+from gimcli.calculus.jet import Jet
 from gimcli.dynamic_data import NO_NODE, TIME, AppliedLoad, Inertia, LoadCurve, SpringForce
-from gimcli.dynamics.equilibria_jet import Jet, constant
 from gimcli.dynamics.load_arrays import is_vector, moving_loads
 from gimcli.dynamics.physical import require_action
 from gimcli.mechanism import FRAME, SPAN, ComplexArray, FloatArray, Input, Mechanism
@@ -145,24 +146,24 @@ class _Sum:
         gauge, stiffness, free = self.mechanism.gauges[spring.gauge], spring.stiffness, spring.free
         if gauge.rotary:
             row = [s.gauge for s in self.balance.twisted].index(spring.gauge)
-            stretch = self._between(gauge, row).plus(-free)
+            stretch = self._between(gauge, row) - free
         elif is_vector(self.mechanism, spring):
             arm = self.at.node(gauge.nodes[1]) - self.at.node(gauge.node)
             self._add_potential((arm * arm.conjugate()).real * (0.5 * stiffness * self.metre**2))
             return
         else:
-            stretch = (self._length(gauge) if gauge.kind == SPAN else self._height(gauge)).plus(-free)
+            stretch = (self._length(gauge) if gauge.kind == SPAN else self._height(gauge)) - free
             stiffness = stiffness * self.metre**2
         self._add_potential(stretch * stretch * (0.5 * stiffness))
 
-    def _length(self, gauge: Input) -> Jet:
+    def _length(self, gauge: Input) -> Any:
         arm = self.at.node(gauge.nodes[1]) - self.at.node(gauge.node)
         square = (arm * arm.conjugate()).real
         length = np.sqrt(square.value)
         safe = np.where(length > 0.0, length, np.inf)  # coincident nodes: the direction of the force is not determined
         return square.through(length, 0.5 / safe, -0.25 / safe**3)
 
-    def _height(self, gauge: Input) -> Jet:
+    def _height(self, gauge: Input) -> Any:
         unit = self._unit(gauge.guide) * complex(gauge.normal)
         away = self.at.node(gauge.node) - self._on_member(gauge.guide, gauge.point)
         return (away * unit.conjugate()).real
@@ -232,22 +233,22 @@ class _Sum:
 
     # -- positions ------------------------------------------------------------------------------------
 
-    def _point(self, part: Inertia | AppliedLoad, local: complex) -> Jet:
+    def _point(self, part: Inertia | AppliedLoad, local: complex) -> Any:
         return self.at.node(part.node) if part.node != NO_NODE else self._on_member(part.member, local)
 
-    def _on_member(self, number: int, local: complex) -> Jet:
+    def _on_member(self, number: int, local: complex) -> Any:
         """Return the position of a point fixed to a member."""
         if number == FRAME:
-            return constant(local, self.at.node(0))
+            return local
         member = self.mechanism.members[number]
         u, v, span = member.ends
         share = (local - complex(member.shape[0])) / span
         return self.at.node(u) + (self.at.node(v) - self.at.node(u)) * share
 
-    def _unit(self, number: int) -> Jet:
+    def _unit(self, number: int) -> Any:
         """Return e^(i phi) of a member."""
         if number == FRAME:
-            return constant(1.0 + 0.0j, self.at.node(0))
+            return 1.0 + 0.0j
         u, v, span = self.mechanism.members[number].ends
         return (self.at.node(v) - self.at.node(u)) * (1.0 / span)
 

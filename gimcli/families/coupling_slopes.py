@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from gimcli.calculus.recorded import Recorded, Recording
 from gimcli.mechanism import FloatArray, InputLaw, Mechanism
-from gimcli.recording import Recorded, Recording
 
 
 class CouplingSlopes:
@@ -34,10 +34,10 @@ class CouplingSlopes:
             inputs: the inputs (actuators, rows).
         """
         count, found = len(nominal), slopes.copy()
-        _, tangents = self.recording.tangents(nominal[:, None], self._places) if self._places else ({}, {})
+        tangents = self.recording.tangents(nominal[:, None], self._places)
 
         def slope(number: Any) -> FloatArray | float:
-            return tangents[number.place].reshape(count, 1) if isinstance(number, Recorded) else 0.0
+            return tangents[number.place].slopes if isinstance(number, Recorded) else 0.0
 
         for coupling in self.couplings:
             own = slopes[:, count + coupling.follower]

@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from gimcli.calculus.recorded import Recorded, Recording
 from gimcli.mechanism import FRAME, FloatArray, IntArray, Mechanism
 from gimcli.positions.program import PlanProgram
-from gimcli.recording import Recorded, Recording
 
 
 class FloatTables(NamedTuple):
@@ -69,9 +69,9 @@ class TableMaker:
 
     def tangents(self, designs: FloatArray) -> FloatTables:
         """Return the derivatives of the tables of designs (designs, dimensions), leading axes designs, dimensions."""
-        _, slopes = self.recording.tangents(designs.T, self.wanted)
+        found = self.recording.tangents(designs.T, self.wanted)
         count, n = designs.shape
-        flat = {place: np.reshape(np.swapaxes(slope, 0, 1), (count * n,)) for place, slope in slopes.items()}
+        flat = {place: np.reshape(np.swapaxes(one.slopes, 0, 1), (count * n,)) for place, one in found.items()}
         tables = self._filled(flat, count * n, [np.zeros_like(x) for x in self.nominal])
         return FloatTables(*(x.reshape(count, n, *x.shape[1:]) for x in tables))
 

@@ -11,10 +11,11 @@ from typing import Any
 
 import numpy as np
 
+from gimcli.calculus.dual import Dual
+from gimcli.calculus.numbers import nominal
 from gimcli.errors import UsageError
 from gimcli.families.column_names import TYPE, ColumnNames
 from gimcli.families.design_sensitivity import QuantitySlopes
-from gimcli.families.dual import Dual, duals
 from gimcli.families.position_quantities import PositionAngle, PositionQuantity, QuantityFinder
 from gimcli.families.quantity_text import KeptQuantity, quantity
 from gimcli.language.arrays import ARRAYS
@@ -42,8 +43,8 @@ class MotionNumber:
         """Return the number and its derivatives (dimensions,) from the solved rows of a motion."""
         with np.errstate(all="ignore"):
             found = self.kept.expression.value(_DualColumns(self, quantities, rows), ARRAYS)
-        one = found.flat[0] if isinstance(found, np.ndarray) else found
-        return (one.value, one.slopes) if isinstance(one, Dual) else (float(one), np.zeros(rows.slopes.shape[1]))
+        slopes = found.slopes.ravel() if isinstance(found, Dual) else np.zeros(rows.slopes.shape[1])
+        return float(np.ravel(nominal(found))[0]), slopes
 
 
 class _DualColumns:
@@ -61,7 +62,7 @@ class _DualColumns:
             one, values = self._quantities[k], self._rows.values[k]
             if isinstance(one, PositionAngle):
                 values = np.unwrap(values, period=one.turn)
-            columns.append(duals(values, self._rows.slopes[k])[None])
+            columns.append(Dual(values[None], self._rows.slopes[k][:, None]))
         return np.stack(columns) if len(columns) > 1 else columns[0]
 
     def at(self, actuator: str, value: float) -> Any:

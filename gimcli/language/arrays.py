@@ -26,14 +26,9 @@ def greatest(rows: Any) -> Any:
     return np.fmax.reduce(found, axis=0) if found.ndim > 2 else found
 
 
-def known(rows: Any) -> Any:
-    """Return which values are defined; dual numbers are."""
-    return np.isfinite(rows) if rows.dtype.kind == "f" else np.ones(rows.shape, dtype=bool)
-
-
 def mean(rows: Any) -> Any:
     """Return the mean of the rows that have a value (designs, 1)."""
-    good = known(rows)
+    good = np.isfinite(rows)
     return np.where(good, rows, 0.0).sum(axis=-1, keepdims=True) / good.sum(axis=-1, keepdims=True)
 
 
@@ -45,26 +40,26 @@ def _taken(values: Any, place: Any, good: Any) -> Any:
 
 def first(rows: Any) -> Any:
     """Return the value in the first row that has one (designs, 1)."""
-    good = known(rows)
+    good = np.isfinite(rows)
     return _taken(rows, np.argmax(good, axis=-1, keepdims=True), good)
 
 
 def last(rows: Any) -> Any:
     """Return the value in the last row that has one (designs, 1)."""
-    good = known(rows)
+    good = np.isfinite(rows)
     return _taken(rows, rows.shape[-1] - 1 - np.argmax(good[..., ::-1], axis=-1, keepdims=True), good)
 
 
 def at_least(rows: Any, across: Any, sign: float = 1.0) -> Any:
     """Return where in `across` the least value is, with sign -1 the greatest (designs, 1)."""
-    good = known(rows)
+    good = np.isfinite(rows)
     return _taken(across, np.argmin(np.where(good, sign * rows, np.inf), axis=-1, keepdims=True), good)
 
 
 def integral(rows: Any, across: Any) -> Any:
     """Return the integral over `across` by the trapezoidal rule; steps without a value add nothing (designs, 1)."""
     steps = 0.5 * (rows[..., 1:] + rows[..., :-1]) * np.diff(across, axis=-1)
-    return np.where(known(steps), steps, 0.0).sum(axis=-1, keepdims=True)
+    return np.where(np.isfinite(steps), steps, 0.0).sum(axis=-1, keepdims=True)
 
 
 def compared(sign: str, one: Any, two: Any) -> Any:

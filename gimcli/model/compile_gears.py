@@ -12,6 +12,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
+from gimcli.calculus.numbers import nominal, phase, scalar
 from gimcli.coupling_data import CROSSED, EXTERNAL, INTERNAL, NO_PIVOT, RACK, GearPair
 from gimcli.mechanism import ANGLE, FRAME, HEIGHT, Coupling, Input, PairRow
 from gimcli.model import schema
@@ -20,7 +21,6 @@ from gimcli.model.linear_relations import Relation, Relations
 from gimcli.model.pairs import fixed_nodes
 from gimcli.model.source import PlacedError
 from gimcli.model.structural_rank import structural_rank
-from gimcli.recording import nominal, phase, scalar
 
 OPPOSITE = (EXTERNAL, CROSSED)
 """Types whose wheels turn in opposite senses."""

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
+from gimcli.calculus.numbers import array, nominal, phase, places, scalar
 from gimcli.mechanism import ANGLE, FRAME, HEIGHT, SPAN, ComplexArray, Input, Member, Point
 from gimcli.model import schema
 from gimcli.model.references import CLOSEST, size_of
-from gimcli.recording import array, nominal, phase, places, scalar
 
 REMOTE = 10.0
 """Distance, relative to the size, beyond which a node that only marks the direction of a guide is carried."""

@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
+from gimcli.calculus.numbers import nominal
 from gimcli.model.schema import Actuator, Law, Model
 from gimcli.model.units import TURN
-from gimcli.recording import nominal
 
 ENDS = ("to", "by", "turns")
 """Keys of which a law may have one; a rate needs none of them where the duration is known."""

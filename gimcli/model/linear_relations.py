@@ -6,7 +6,7 @@ from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from gimcli.recording import nominal
+from gimcli.calculus.numbers import nominal
 
 ZERO = 1e-12
 """A coefficient below this is a rounding error of 0; coefficients are about 1."""

@@ -1,6 +1,6 @@
 """What a model gives for the positions of its nodes: shapes of members, lines of sliding, inputs at the start.
 
-Numbers are in the file's units, angles in rad; they may be recorded numbers (see `gimcli.recording`).
+Numbers are in the file's units, angles in rad; they may be recorded numbers (see `gimcli.calculus.recorded`).
 """
 
 from __future__ import annotations
@@ -11,10 +11,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from gimcli.calculus.numbers import nominal, places
 from gimcli.model.law_ends import ended
 from gimcli.model.schema import Actuator, Element, Law, Link, Model
 from gimcli.model.tables import read_table
-from gimcli.recording import nominal, places
 
 TINY = 1e-300
 

@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from gimcli.calculus.numbers import FUNCTIONS, nominal
 from gimcli.model.placing_data import (
     GivenAngle,
     GivenShape,
@@ -21,7 +22,6 @@ from gimcli.model.placing_data import (
     meeting,
     unit,
 )
-from gimcli.recording import FUNCTIONS, nominal
 
 Places = Mapping[str, Any]
 """Positions of nodes as complex numbers, file's unit of length."""

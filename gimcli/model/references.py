@@ -6,11 +6,11 @@ import math
 from collections.abc import Collection, Sequence
 from itertools import pairwise
 
+from gimcli.calculus.numbers import nominal
 from gimcli.model.nearest import near
 from gimcli.model.schema import Model
 from gimcli.model.source import Source, Where
 from gimcli.model.wording import written
-from gimcli.recording import nominal
 
 CLOSEST = 1e-12
 """Nodes closer than this fraction of the mechanism's size coincide in double precision."""

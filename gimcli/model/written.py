@@ -7,12 +7,13 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
+from gimcli.calculus.numbers import FUNCTIONS
 from gimcli.mechanism import Machine, Mechanism
 from gimcli.model.schema import Model
 from gimcli.model.source import Source, Where
-from gimcli.recording import FUNCTIONS, Recording
 
 if TYPE_CHECKING:
+    from gimcli.calculus.recorded import Recording
     from gimcli.model.dimensions import Dimension
 
 
@@ -60,6 +61,7 @@ class Written:
 
         The variables of the recording are the dimensions, in the file's units.
         """
+        from gimcli.calculus.recorded import Recording
         from gimcli.model.compile import compile_model
         from gimcli.model.substitution import without_dynamics
 

@@ -8,8 +8,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from gimcli.calculus.numbers import scalar
 from gimcli.mechanism import ANGLE, FRAME, HEIGHT, SPAN, Mechanism, Member, PairRow
-from gimcli.recording import scalar
 from gimcli.structure.derived import derived
 from gimcli.structure.rotation import ties
 from gimcli.structure.steps import NONE, Value, Vector

@@ -10,9 +10,9 @@ import cmath
 from collections.abc import Iterator
 from heapq import heapify, heappop, heappush
 
+from gimcli.calculus.numbers import nominal, scalar
 from gimcli.connected import grouped
 from gimcli.mechanism import ANGLE, FRAME, HEIGHT, Mechanism, PairRow
-from gimcli.recording import nominal, scalar
 from gimcli.structure.kinematic_nodes import kinematic_nodes, loose_nodes
 from gimcli.structure.pair_rows import ImposedRow, pair_rows
 from gimcli.structure.rotation import members_of, rotation_classes

@@ -11,10 +11,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from gimcli.calculus.numbers import phase
+from gimcli.calculus.series import Series
 from gimcli.mechanism import ANGLE, ComplexArray, FloatArray, Mechanism, PairRow
 from gimcli.structure.derived import derived
 from gimcli.structure.exact_equations import Constraints
-from gimcli.structure.series import Series
 from gimcli.structure.system import system_of
 
 
@@ -126,7 +127,7 @@ class LinkedEquations:
         inputs = np.array([self.mechanism.coupled(u[0]) - 0.0, *(self.linear(part) for part in u[1:])])
         inputs[:, self.followers] = y[:, self.n :]
         values = [Series(inputs[:, k]) for k in range(inputs.shape[1])]
-        turns = [(1j * value).exp() for value in values]
+        turns = [np.exp(1j * value) for value in values]
         rows = []
         for part, value in self.constraints.equations(z, values, turns):
             rows += [value.c.real] * (part != "imag") + [value.c.imag] * (part != "real")
@@ -161,8 +162,8 @@ class LinkedEquations:
         if row.kind != ANGLE:
             return Series(value.real.c)  # a FRAME guide gives plain numbers, too
         base = 0.0 if near is None else near
-        turned: Series = value * np.exp(-1j * np.asarray(base))
-        return turned.log().imag + base
+        found: Series = phase(value * np.exp(-1j * np.asarray(base))) + base
+        return found
 
     def _coupling(self, y: FloatArray, u: FloatArray, read: FloatArray) -> FloatArray:
         """Return the residuals (followers,) of the inputs that follow, at one position."""

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gimcli.calculus.numbers import nominal
 from gimcli.mechanism import ANGLE, ComplexArray, Mechanism, Member, PairRow
-from gimcli.recording import nominal
 from gimcli.structure.derived import derived
 
 PARALLEL = 1e-9

@@ -1,0 +1,118 @@
+"""Numbers that record the arithmetic applied to them, so that it can be repeated for other values.
+
+A model that is compiled and planned once with `Recorded` numbers in place of its dimensions leaves a `Recording`: the
+list of the operations that lead from the dimensions to the numbers of the plan. `Recording.evaluate` repeats them for
+many designs at once, `Recording.tangents` differentiates them. Comparisons use the nominal values: what the dimensions
+decide about the structure is decided by the nominal design.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from gimcli.calculus.dual import Dual
+from gimcli.calculus.numbers import RuleNumber, nominal
+from gimcli.calculus.rules import RULES
+
+
+class Recorded(RuleNumber):
+    """A number with its nominal value and its place in a recording."""
+
+    __slots__ = ("place", "recording", "value")
+
+    def __init__(self, recording: Recording, place: int, value: Any) -> None:
+        self.recording, self.place, self.value = recording, place, value
+
+    def apply(self, name: str, *operands: Any) -> Any:
+        """Record an operation and return its result."""
+        return self.recording.apply(name, *operands)
+
+    @property
+    def real(self) -> Any:
+        """The real part."""
+        return self.apply("real", self) if isinstance(self.value, complex) else self
+
+    @property
+    def imag(self) -> Any:
+        """The imaginary part."""
+        return self.apply("imag", self) if isinstance(self.value, complex) else 0.0
+
+    def __bool__(self) -> bool:
+        return bool(self.value)
+
+    def __float__(self) -> float:
+        raise TypeError("a recorded number has no single value; use `nominal`")
+
+    __complex__ = __int__ = __float__
+
+
+class Recording:
+    """The operations that lead from some variables to other numbers."""
+
+    def __init__(self) -> None:
+        self.steps: list[tuple[str, tuple[Any, ...]]] = []  # operation and operands: numbers, or places in this list
+        self._known: dict[Any, Recorded] = {}
+        self.variables: list[Recorded] = []
+
+    def variable(self, value: float) -> Recorded:
+        """Return a new variable with a nominal value."""
+        number = Recorded(self, len(self.steps), float(value))
+        self.steps.append(("variable", (len(self.variables),)))
+        self.variables.append(number)
+        return number
+
+    def apply(self, name: str, *operands: Any) -> Any:
+        """Record an operation and return its result; the same operation on the same operands is recorded once."""
+        if any(isinstance(one, np.ndarray) and one.ndim for one in operands):
+            return NotImplemented  # numpy applies the operation to each element
+        own = [one if isinstance(one, Recorded) else _number(one) for one in operands]
+        key = (name, *((1, one.place) if isinstance(one, Recorded) else (0, one) for one in own))
+        found = self._known.get(key)
+        if found is None:
+            value = RULES[name].value(*map(nominal, own))
+            found = Recorded(self, len(self.steps), complex(value) if np.iscomplexobj(value) else float(value))
+            self.steps.append((name, tuple(own)))
+            self._known[key] = found
+        return found
+
+    def evaluate(self, values: Any, wanted: Sequence[int]) -> dict[int, Any]:
+        """Return the numbers at places `wanted` of the recording for values (variables, designs) of the variables.
+
+        The values of each variable may also be dual numbers; so are the results then.
+        """
+        done: dict[int, Any] = {}
+        with np.errstate(all="ignore"):
+            for place in self._needed(wanted):
+                name, operands = self.steps[place]
+                if name == "variable":
+                    done[place] = values[operands[0]]
+                else:
+                    own = (done[one.place] if isinstance(one, Recorded) else one for one in operands)
+                    done[place] = RULES[name].value(*own)
+        return {place: done[place] for place in wanted}
+
+    def tangents(self, values: Any, wanted: Sequence[int]) -> dict[int, Dual]:
+        """Return the numbers at places `wanted`, with their derivatives by the variables as tangents.
+
+        values: (variables, designs).
+        """
+        count = len(self.variables)
+        return self.evaluate([Dual(own, np.eye(count)[k][:, None]) for k, own in enumerate(values)], wanted)
+
+    def _needed(self, wanted: Sequence[int]) -> list[int]:
+        """Return the places on which the wanted ones depend, in order."""
+        needed, todo = set(wanted), list(wanted)
+        while todo:
+            name, operands = self.steps[todo.pop()]
+            for one in operands if name != "variable" else ():
+                if isinstance(one, Recorded) and one.place not in needed:
+                    needed.add(one.place)
+                    todo.append(one.place)
+        return sorted(needed)
+
+
+def _number(value: Any) -> Any:
+    return complex(value) if isinstance(value, complex) else float(value)
