@@ -22,7 +22,7 @@ def whole_turns(difference: Any, turn: float = TURN) -> Any:
     """Return how many turns to subtract from a difference (any shape) so that it is in (-turn/2, turn/2]."""
     import numpy as np
 
-    return np.ceil(np.asarray(difference) / turn - 0.5 - ROUNDING) + 0.0
+    return np.ceil(difference / turn - 0.5 - ROUNDING) + 0.0
 
 
 def principal(angle: Any, turn: float = TURN) -> Any:
@@ -35,11 +35,11 @@ def beside(angle: Any, near: Any, turn: float = TURN) -> Any:
     return angle - turn * whole_turns(angle - near, turn)
 
 
-def phase(z: NDArray[np.complex128]) -> NDArray[np.float64]:
+def phase(z: Any) -> Any:
     """Return the directions [rad] of vectors (any shape) in (-pi, pi]."""
     import numpy as np
 
-    return np.asarray(principal(np.angle(z)))
+    return principal(np.angle(z))
 
 
 def ranks(value: NDArray[np.float64], same: float) -> NDArray[np.int64]:

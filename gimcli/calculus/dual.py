@@ -27,10 +27,10 @@ class Dual(ArrayNumber):
     tangents is the first one of `slopes`, so that the other axes are those of `value`: Dual(value, slopes) with value
     (designs, rows) and slopes (tangents, designs, rows). Shapes of operands are broadcast as those of their values.
 
-    Operators, comparisons (by value), indexing, and numpy's functions of `RULES`, `LINEAR` and `BY_VALUE` apply; least
-    and greatest values (np.fmin.reduce, ...) have the derivatives of the element that has this value. Plain numbers and
-    arrays are constants: what is computed from them alone stays plain. Other functions of numpy raise TypeError.
-    Derivatives that are not defined are NaN or infinite.
+    Operators, comparisons (by value), indexing, and numpy's functions of `RULES`, `LINEAR` and `BY_VALUE` and np.unwrap
+    apply; least and greatest values (np.fmin.reduce, ...) have the derivatives of the element that has this value.
+    Plain numbers and arrays are constants: what is computed from them alone stays plain. Other functions of numpy raise
+    TypeError. Derivatives that are not defined are NaN or infinite.
     """
 
     __slots__ = ("slopes", "value")
@@ -87,6 +87,8 @@ class Dual(ArrayNumber):
     def __array_function__(self, function: Any, types: Any, arguments: Sequence[Any], options: Any) -> Any:
         if function in BY_VALUE:
             return function(*map(nominal, arguments), **options)
+        if function is np.unwrap:
+            return Dual(np.unwrap(self.value, *arguments[1:], **options), self.slopes)
         if function in LINEAR:
             return _along(function, *arguments, **options)
         return super().__array_function__(function, types, arguments, options)

@@ -74,7 +74,7 @@ def _counted(motions: DesignMotions, member: int, parts: int) -> tuple[FloatArra
 
 def _direction(motions: DesignMotions, member: int) -> FloatArray:
     first, second = motions.mechanism.members[member].nodes[:2]
-    return phase(motions.solved.z[:, second] - motions.solved.z[:, first])
+    return np.asarray(phase(motions.solved.z[:, second] - motions.solved.z[:, first]))
 
 
 def _interrupted(angle: FloatArray, exact: FloatArray, parts: int) -> IntArray:

@@ -72,7 +72,7 @@ def rotation(rows: RateRows, member: int) -> MemberRotation:
 def direction(rows: RateRows, member: int) -> FloatArray:
     """Return the direction (rows,) of a member from its first node to its second, in (-pi, pi]."""
     first, second = rows.mechanism.members[member].nodes[:2]
-    return phase(rows.rates.nodes[0, second] - rows.rates.nodes[0, first])
+    return np.asarray(phase(rows.rates.nodes[0, second] - rows.rates.nodes[0, first]))
 
 
 @dataclass(frozen=True)

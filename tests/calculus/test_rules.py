@@ -10,10 +10,10 @@ from gimcli.calculus.numbers import FUNCTIONS, nominal
 from gimcli.calculus.recorded import Recorded, Recording
 from gimcli.calculus.rules import RULES
 from gimcli.calculus.series import Series
+from gimcli.canonical import phase
 from gimcli.language.arrays import ARRAYS
 
 STEP = 1e-5
-OF_ONE = [name for name, rule in RULES.items() if len(rule.parts) < 2]
 OF_TWO = [name for name, rule in RULES.items() if len(rule.parts) == 2]
 ANALYTIC = ["add", "subtract", "multiply", "divide", "power", "sqrt", "exp", "log", "sin", "cos", "tan", "asin", "acos",
             "atan", "atan2", "hypot"]  # fmt: skip
@@ -135,6 +135,8 @@ def rows():
         lambda z: np.maximum.reduce(z.imag, axis=0),
         lambda z: np.broadcast_to(z[:, :1].real, z.shape),
         lambda z: np.take_along_axis(z.real, np.array([[3], [1], [0]]), -1),
+        lambda z: phase(z),
+        lambda z: np.unwrap(phase(z) * 2.0, axis=-1, period=2.0),
         lambda z: ARRAYS["rms of rows"](z.real),
         lambda z: ARRAYS["range of rows"](np.stack([z.real, z.imag])),
         lambda z: ARRAYS["integral of rows"](z.real, z.imag),
