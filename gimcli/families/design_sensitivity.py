@@ -9,11 +9,12 @@ import numpy as np
 
 from gimcli.families.family import Family
 from gimcli.families.float_tables import FloatTables, with_inputs
-from gimcli.families.position_quantities import PositionQuantity, PositionSlopes, PositionState
+from gimcli.families.position_state import dual_state
 from gimcli.families.redundant_dimensions import contradicting
 from gimcli.families.sensitivity import BoolArray, position_derivatives
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.positions.newton import Run
+from gimcli.quantities.quantity import Item
 
 BLOCK = 1 << 22
 """Numbers of an array of derivatives that are computed in one call."""
@@ -34,7 +35,7 @@ class DesignSensitivity:
     """Derivatives of quantities by dimensions and inputs of a mechanism, at its own dimensions."""
 
     def __init__(
-        self, mechanism: Mechanism, dimensions: Sequence[str], quantities: Sequence[PositionQuantity], run: Run
+        self, mechanism: Mechanism, dimensions: Sequence[str], quantities: Sequence[Item], run: Run
     ) -> None:  # fmt: skip
         """Plan the derivatives; names of actuators among the dimensions stand for their inputs."""
         self.mechanism, self.quantities, self.run = mechanism, tuple(quantities), run
@@ -62,25 +63,24 @@ class DesignSensitivity:
         if not self.family.plan.surplus:
             return ()
         some = slice(None, None, max(1, z.shape[1] // ROWS))
-        at, by, good = self._differentiated(z[:, some], inputs[:, some])
+        by, good = self._derivatives(z[:, some], inputs[:, some])
         if not good.any():
             return ()
-        own = slice(len(self.family.names))
-        regular = PositionSlopes(by.z[:, own][..., good], FloatTables(*(table[:, own] for table in by.tables)))
-        found = contradicting(self.mechanism, PositionState(at.z[..., good], at.tables), regular)
-        return tuple(name for name, fixed in zip(self.family.names, found.tolist(), strict=True) if fixed)
+        by, own = by[:, : len(self.family.names)], z[None, :, some]
+        at = dual_state(self.mechanism, own[..., good], self.numbers, by[..., good], self.tangents)
+        found = contradicting(at).tolist()
+        return tuple(name for name, fixed in zip(self.family.names, found, strict=True) if fixed)
 
-    def _differentiated(self, z: ComplexArray, inputs: FloatArray) -> tuple[PositionState, PositionSlopes, BoolArray]:
-        found, good = position_derivatives(
-            self.mechanism, self.numbers, self.tangents, z[None], inputs[None], self.run
-        )  # fmt: skip
-        return PositionState(z[None], self.numbers), PositionSlopes(found, self._padded), good[0]
+    def _derivatives(self, z: ComplexArray, inputs: FloatArray) -> tuple[ComplexArray, BoolArray]:
+        """Return derivatives of positions (1, dimensions + inputs, nodes, rows), and whether they exist (rows,)."""
+        by, good = position_derivatives(self.mechanism, self.numbers, self.tangents, z[None], inputs[None], self.run)
+        return by, good[0]
 
     def _block(self, z: ComplexArray, inputs: FloatArray) -> QuantitySlopes:
-        at, by, good = self._differentiated(z, inputs)
+        by, good = self._derivatives(z, inputs)
+        state = dual_state(self.mechanism, z[None], self.numbers, by, self._padded)
+        values, own = state.values(self.quantities)[:, 0], state.slopes(self.quantities)[:, 0]
         with np.errstate(all="ignore"):
-            values = np.stack([one.values(at)[0] for one in self.quantities])
-            own = np.stack([one.slopes(at, by)[0] for one in self.quantities])
             if self.mechanism.couplings:
                 own = self.family.couplings.followed(own, self.family.nominal, inputs)
             slopes = (own * self._units[:, None])[:, self._chosen]

@@ -12,14 +12,15 @@ from typing import Any
 import numpy as np
 
 from gimcli.calculus.dual import Dual
-from gimcli.calculus.numbers import nominal
+from gimcli.canonical import TURN
 from gimcli.errors import UsageError
 from gimcli.families.column_names import TYPE, ColumnNames
 from gimcli.families.design_sensitivity import QuantitySlopes
-from gimcli.families.position_quantities import PositionAngle, PositionQuantity, QuantityFinder
+from gimcli.families.position_state import position_items
 from gimcli.families.quantity_text import KeptQuantity, quantity
 from gimcli.language.arrays import ARRAYS
 from gimcli.mechanism import FloatArray, Mechanism
+from gimcli.quantities.quantity import Item
 
 
 @dataclass(frozen=True)
@@ -39,19 +40,20 @@ class MotionNumber:
         """The unit; "" if it has none or it is not known."""
         return self.kept.unit
 
-    def with_slopes(self, quantities: Sequence[PositionQuantity], rows: QuantitySlopes) -> tuple[float, FloatArray]:
+    def with_slopes(self, items: Sequence[Item], rows: QuantitySlopes) -> tuple[float, FloatArray]:
         """Return the number and its derivatives (dimensions,) from the solved rows of a motion."""
         with np.errstate(all="ignore"):
-            found = self.kept.expression.value(_DualColumns(self, quantities, rows), ARRAYS)
-        slopes = found.slopes.ravel() if isinstance(found, Dual) else np.zeros(rows.slopes.shape[1])
-        return float(np.ravel(nominal(found))[0]), slopes
+            found = self.kept.expression.value(_DualColumns(self, items, rows), ARRAYS)
+        if not isinstance(found, Dual):
+            return float(np.ravel(found)[0]), np.zeros(rows.slopes.shape[1])
+        return float(found.value.flat[0]), found.slopes.reshape(len(found.slopes), -1)[:, 0]
 
 
 class _DualColumns:
     """The columns of one motion in dual numbers."""
 
-    def __init__(self, own: MotionNumber, quantities: Sequence[PositionQuantity], rows: QuantitySlopes) -> None:
-        self._own, self._quantities, self._rows = own, quantities, rows
+    def __init__(self, own: MotionNumber, items: Sequence[Item], rows: QuantitySlopes) -> None:
+        self._own, self._items, self._rows = own, items, rows
 
     def __getitem__(self, name: str) -> Any:
         """Return a column (1, rows), or those of a measure (columns, 1, rows); raise UsageError for other names."""
@@ -59,9 +61,9 @@ class _DualColumns:
             raise UsageError(f"of '{self._own.name}': '{name}' has no derivatives; use columns such as P.y")
         columns = []
         for k in self._own.columns[name]:
-            one, values = self._quantities[k], self._rows.values[k]
-            if isinstance(one, PositionAngle):
-                values = np.unwrap(values, period=one.turn)
+            values, one = self._rows.values[k], self._items[k]
+            if one.quantity.circular:
+                values = np.unwrap(values, period=360.0 if one.head.unit == "deg" else TURN)
             columns.append(Dual(values[None], self._rows.slopes[k][:, None]))
         return np.stack(columns) if len(columns) > 1 else columns[0]
 
@@ -73,9 +75,7 @@ class _DualColumns:
         )
 
 
-def motion_number(
-    mechanism: Mechanism, finder: QuantityFinder, text: str, quantities: list[PositionQuantity]
-) -> MotionNumber:
+def motion_number(mechanism: Mechanism, text: str, items: list[Item]) -> MotionNumber:
     """Return the number of a motion that a text describes; the quantities of its columns are added to the list.
 
     Raises UsageError for another text, or for columns without exact derivatives, such as velocities.
@@ -85,7 +85,7 @@ def motion_number(
     for name in sorted(kept.names):
         if name == TYPE:
             continue
-        own = finder.find(name)
-        columns[name] = list(range(len(quantities), len(quantities) + len(own)))
-        quantities += own
+        own = position_items(mechanism, name)
+        columns[name] = list(range(len(items), len(items) + len(own)))
+        items += own
     return MotionNumber(kept, columns)

@@ -13,9 +13,10 @@ import numpy as np
 
 from gimcli.errors import GimError
 from gimcli.families.family import Family
+from gimcli.families.position_state import position_items
 from gimcli.fitting.conditions import DesignQuantities
 from gimcli.fitting.least_squares import FitProblem, Trials
-from gimcli.fitting.motion_quantity import Component, MotionQuantity, X, Y
+from gimcli.fitting.motion_quantity import MotionQuantity
 from gimcli.library.fit_motion import FitMotion, fit_motion, law_motion
 from gimcli.library.fit_targets import FittedTask
 from gimcli.library.model_text import changed_text
@@ -78,12 +79,12 @@ class DesignChecker:
         moving = [n for k, n in enumerate(mechanism.nodes) if k not in mechanism.members[FRAME].nodes]
         moving = [name for name in moving if name not in written.model.open.parts]
         drawn = [p.name for p in mechanism.points if p.member != FRAME and written.model.points[p.name].at is not None]
-        parts = [Component(kind, name) for name in (*moving, *drawn) for kind in (X, Y)]
+        parts = [item for name in (*moving, *drawn) for item in position_items(mechanism, name)]
         if not parts:
             return {}
         quantity = MotionQuantity(self.family, parts)
         values = quantity.values(design[None], mechanism.start_inputs[None])[0, 0]
-        named = {f"{one.name}.{'xy'[one.kind]}": float(v) for one, v in zip(parts, values, strict=True)}
+        named = {one.head.name: float(v) for one, v in zip(parts, values, strict=True)}
         return {
             name: value for name, value in named.items()
             if math.isfinite(value) and name not in self.family.names and not written.dimension(name).formula

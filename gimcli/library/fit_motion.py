@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, cast
+from typing import cast
 
 import numpy as np
 
 from gimcli.errors import UsageError
-from gimcli.fitting.motion_quantity import ANGLE, X
 from gimcli.fitting.targets import TURN, FitRange
 from gimcli.library.fit_targets import FittedTask, input_range
 from gimcli.library.trace import MotionTraceResult, trace
 from gimcli.mechanism import FloatArray, IntArray, Mechanism
 from gimcli.quantities import quantities_of
+from gimcli.quantities.quantity import Item
 
 ROWS = 360
 """Approximate number of rows of the motion."""
@@ -94,12 +94,16 @@ def _rows(mechanism: Mechanism, limits: FitRange, inputs: FloatArray) -> tuple[F
     return begin + sense * np.append(np.concatenate(parts), stops[-1]), places[nearest]
 
 
-def _component(found: MotionTraceResult, one: Any) -> FloatArray:
+def column_of(found: MotionTraceResult, one: Item) -> FloatArray:
+    """Return a coordinate or a direction (rows,) of a motion in the file's unit."""
+    name, _, axis = one.head.name.rpartition(".")
+    return np.asarray(found.angle[name] if one.quantity.circular else found.xy[name][:, "xy".index(axis)])
+
+
+def _component(found: MotionTraceResult, one: Item) -> FloatArray:
     """Return a component (rows,) of a motion; angles in rad."""
-    if one.kind == ANGLE:
-        angle = np.asarray(found.angle[one.name])
-        return np.radians(angle) if found.mechanism.angle_unit == "deg" else angle
-    return np.asarray(found.xy[one.name][:, 0 if one.kind == X else 1])
+    values = column_of(found, one)
+    return np.radians(values) if one.quantity.circular and one.head.unit == "deg" else values
 
 
 def _measured(mechanism: Mechanism) -> tuple[str, ...]:

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gimcli.fitting.motion_quantity import ANGLE
 from gimcli.mechanism import FloatArray
 
 if TYPE_CHECKING:
@@ -37,12 +36,13 @@ def fit_picture(motion: FitMotion, task: FittedTask, table: Table) -> Content:
 
 def _graphs(motion: FitMotion, task: FittedTask, table: Table) -> list[CurveGraph]:
     """Return the output over the input, with the targets, and its difference from the targets."""
+    from gimcli.library.fit_motion import column_of
     from gimcli.output.graph import Axis, Curve, CurveGraph
 
     (one,), (given, target, fitted) = task.components, table.columns[1:4]
     trace = motion.trace
-    output = trace.angle[one.name] if one.kind == ANGLE else trace.xy[one.name][:, one.kind]
-    if one.kind == ANGLE:
+    output = column_of(trace, one)
+    if one.quantity.circular:
         output = output + _turns(output[motion.places] - target.values, target.unit)
     across, inputs = Axis(given.name, given.unit), trace.table().floats(given.name)
     events = {"target": [complex(a, b) for a, b in zip(given.values, target.values, strict=True)]}

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gimcli.fitting.motion_quantity import ANGLE
 from gimcli.fitting.targets import GIVEN
 from gimcli.library.fit_targets import FittedTask
 from gimcli.library.result import Result
@@ -88,7 +87,7 @@ class FitResult(Result):
     @property
     def _unit(self) -> float:
         """The file's unit of angle per rad, if the output of a function is an angle; otherwise 1."""
-        angle = self.task.kind == "function" and self.task.components[0].kind == ANGLE
+        angle = self.task.kind == "function" and self.task.components[0].quantity.circular
         return math.degrees(1.0) if angle and self._degrees else 1.0
 
     def headline(self) -> str:
@@ -194,9 +193,7 @@ class FitResult(Result):
     def labelled(self, k: int) -> tuple[str, str, float]:
         """Return the name of a component, its unit, and the factor to that unit."""
         one = self.task.components[k]
-        if one.kind == ANGLE:
-            return f"{one.name}.angle", self.nominal.angle_unit, math.degrees(1.0) if self._degrees else 1.0
-        return f"{one.name}.{'xy'[one.kind]}", self.nominal.length_unit, 1.0
+        return one.head.name, one.head.unit, math.degrees(1.0) if one.quantity.circular and self._degrees else 1.0
 
     @property
     def _degrees(self) -> bool:

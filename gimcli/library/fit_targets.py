@@ -11,10 +11,11 @@ from pathlib import Path
 import numpy as np
 
 from gimcli.errors import UsageError, reason
-from gimcli.fitting.motion_quantity import ANGLE, Component, X, Y
+from gimcli.families.position_state import position_items
 from gimcli.fitting.targets import FREE, GIVEN, STEP, TIMINGS, TURN, FitRange, Targets
 from gimcli.library.inputs import near, refuse_choice
 from gimcli.mechanism import FRAME, FloatArray, Mechanism
+from gimcli.quantities.quantity import Item
 
 MOST_BYTES = 4_000_000
 """Largest file of targets."""
@@ -28,14 +29,14 @@ class FittedTask:
     """The targets of a fit and the components of the motion that are compared with them."""
 
     targets: Targets
-    components: tuple[Component, ...]
+    components: tuple[Item, ...]
     kind: str  # "path", "poses" or "function"
     points: FloatArray  # (targets, points, 2) the places of all points of each target; empty for a function
 
     @property
     def point(self) -> str:
         """The name of the node or point; of a function the name of its output."""
-        return self.components[0].name
+        return self.components[0].head.name.rpartition(".")[0]
 
 
 def columns_of(
@@ -129,7 +130,7 @@ def task_of(
     values, weights, components, kind, points = _compared(mechanism, own, point, output)
     if len(values) < 2:
         raise UsageError(f"through: expected at least 2 targets, got {len(values)}")
-    circular = np.array([float(one.kind == ANGLE) for one in components])
+    circular = np.array([float(one.quantity.circular) for one in components])
     share = max(1, points.shape[1])
     constant = float(np.sum((points - points.mean(axis=1, keepdims=True)) ** 2)) if points.size else 0.0
     scaled = weights * np.where(circular > 0.0, 1.0, math.sqrt(share))
@@ -176,7 +177,7 @@ def _refuse_beyond(mechanism: Mechanism, inputs: FloatArray, timing: str, limits
 
 def _compared(
     mechanism: Mechanism, own: dict[str, FloatArray], point: str, output: str
-) -> tuple[FloatArray, FloatArray, tuple[Component, ...], str, FloatArray]:
+) -> tuple[FloatArray, FloatArray, tuple[Item, ...], str, FloatArray]:
     """Return values, weights, components, kind and places of targets."""
     if "output" in own or output:
         return _function(mechanism, own, output)
@@ -188,19 +189,19 @@ def _compared(
         raise UsageError(f"through: expected the columns {COLUMNS}; got {known}")
     points = np.stack([np.stack([own[f"{a}{k or ''}"] for a in "xy"], -1) for k in (0, *range(2, count + 1))], axis=1)
     name = point or mechanism.traced[0]
-    places = tuple(Component(kind, _known_point(mechanism, name)) for kind in (X, Y))
+    places = position_items(mechanism, _known_point(mechanism, name))
     values = points.mean(axis=1)
     if angle is None:
         return values, np.ones(2), places, "path", points
     turned = np.radians(angle) if mechanism.angle_unit == "deg" else angle
-    member = Component(ANGLE, _member_of(mechanism, name))
+    member = position_items(mechanism, _member_of(mechanism, name))
     length = mechanism.size * mechanism.scale  # an error of 1 rad counts as much as this length
-    return np.column_stack((values, turned)), np.array([1.0, 1.0, length]), (*places, member), "poses", points
+    return np.column_stack((values, turned)), np.array([1.0, 1.0, length]), (*places, *member), "poses", points
 
 
 def _function(
     mechanism: Mechanism, own: dict[str, FloatArray], output: str
-) -> tuple[FloatArray, FloatArray, tuple[Component, ...], str, FloatArray]:
+) -> tuple[FloatArray, FloatArray, tuple[Item, ...], str, FloatArray]:
     if list(own) != ["output"] or not output:
         cure = (
             "name it with --output, such as --output rocker.angle"
@@ -211,14 +212,14 @@ def _function(
     name, _, last = output.rpartition(".")
     nothing = np.empty((len(own["output"]), 0, 2))
     if last in ("x", "y") and name:
-        component = Component(X if last == "x" else Y, _known_point(mechanism, name))
-        return own["output"][:, None], np.ones(1), (component,), "function", nothing
+        _known_point(mechanism, name)
+        return own["output"][:, None], np.ones(1), position_items(mechanism, output), "function", nothing
     members = [m.name for m in mechanism.members[FRAME + 1 :]]
     if last != "angle" or name not in members:
         known = [*(f"{m}.angle" for m in members), *(f"{p}.{a}" for p in mechanism.traced for a in "xy")]
         raise UsageError(f"output '{output}': expected an angle or a coordinate{near(output, known, 'such as')}")
     values = np.radians(own["output"]) if mechanism.angle_unit == "deg" else own["output"]
-    return values[:, None], np.ones(1), (Component(ANGLE, name),), "function", nothing
+    return values[:, None], np.ones(1), position_items(mechanism, output), "function", nothing
 
 
 def _known_point(mechanism: Mechanism, name: str) -> str:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from gimcli.canonical import principal
 from gimcli.errors import UsageError
 from gimcli.families.column_names import ColumnNames
 from gimcli.families.design_columns import DesignColumns
@@ -16,7 +17,7 @@ from gimcli.families.design_sensitivity import DesignSensitivity, QuantitySlopes
 from gimcli.families.designs import Designs
 from gimcli.families.family import Family
 from gimcli.families.motion_sensitivity import MotionNumber, motion_number
-from gimcli.families.position_quantities import PositionQuantity, PositionState, QuantityFinder
+from gimcli.families.position_state import PositionState, position_items
 from gimcli.families.tolerances import DEVIATIONS, SampledSpread, drawn, sampled_spread
 from gimcli.library.inputs import MOST_STEPS, inputs_of, refuse_choice, refuse_count, refuse_linked
 from gimcli.library.machines import accepted, driven_machines, for_each_machine
@@ -29,6 +30,9 @@ from gimcli.positions.dispatch import choose
 from gimcli.positions.newton import Run
 from gimcli.positions.options import JIT, Options
 from gimcli.progress import Notify, Phases, no_phases
+from gimcli.quantities.catalogue import catalogue
+from gimcli.quantities.quantity import Item
+from gimcli.rates.member_angles import full_turn
 from gimcli.structure.drive_check import explained, require_consistent
 from gimcli.structure.plan import make_plan
 
@@ -151,7 +155,7 @@ def sensitivity(
 
 
 def _derivatives(
-    motion: Motion, quantities: Sequence[PositionQuantity], chosen: Sequence[Dimension], named: bool, run: Run
+    motion: Motion, quantities: Sequence[Item], chosen: Sequence[Dimension], named: bool, run: Run
 ) -> tuple[list[Dimension], tuple[str, ...], QuantitySlopes]:
     """Return the dimensions, those that redundant constraints fix, and the derivatives by the others.
 
@@ -197,22 +201,20 @@ def _position(mechanism: Mechanism, values: FloatArray) -> Motion:
     )  # fmt: skip
 
 
-def _quantities(
-    mechanism: Mechanism, texts: Sequence[str], whole: bool
-) -> tuple[list[MotionNumber], list[PositionQuantity]]:
+def _quantities(mechanism: Mechanism, texts: Sequence[str], whole: bool) -> tuple[list[MotionNumber], list[Item]]:
     """Return the numbers of the motion, if such were requested, and the quantities of the positions."""
-    finder = QuantityFinder(mechanism)
+    known = catalogue(mechanism)
     wanted = list(texts) or list(mechanism.traced)
-    numbers = [text for text in wanted if "(" in text and not finder.knows(text)]
+    numbers = [text for text in wanted if "(" in text and not (text in known.members or known.find(text))]
     if not numbers:
-        return [], [one for text in wanted for one in finder.find(text)]
+        return [], [one for text in wanted for one in position_items(mechanism, text)]
     others = [text for text in wanted if text not in numbers]
     if others:
         raise UsageError(f"of '{others[0]}': the others are numbers of the whole motion: ask for them in a second call")
     if not whole:
         raise UsageError(f"of '{numbers[0]}': a number of the whole motion; remove the input value (--at)")
-    quantities: list[PositionQuantity] = []
-    return [motion_number(mechanism, finder, text, quantities) for text in numbers], quantities
+    quantities: list[Item] = []
+    return [motion_number(mechanism, text, quantities) for text in numbers], quantities
 
 
 def _dimensions(mechanism: Mechanism, names: Sequence[str]) -> list[Dimension]:
@@ -246,7 +248,7 @@ def _tolerances(mechanism: Mechanism, chosen: Sequence[Dimension]) -> FloatArray
 
 
 def _sampled(
-    motion: Motion, names: Sequence[str], quantities: Sequence[PositionQuantity], reduced: Sequence[MotionNumber],
+    motion: Motion, names: Sequence[str], quantities: Sequence[Item], reduced: Sequence[MotionNumber],
     nominal: QuantitySlopes, changes: FloatArray, notify: Notify | None, progress: Phases,
 ) -> SampledSpread:  # fmt: skip
     """Return the spread of random designs at the solved rows of a motion."""
@@ -260,9 +262,11 @@ def _sampled(
         return np.stack([(row - own)[:, None] for row, own in zip(rows, nominals, strict=True)])
 
     def positions(found: Designs) -> FloatArray:
-        at = PositionState(found.z, family.tables(found.designs))
-        pairs = zip(quantities, nominal.values[:, good], strict=True)
-        return np.stack([one.difference(one.values(at), own) for one, own in pairs])
+        at = PositionState(motion.mechanism, found.z, family.tables(found.designs))
+        away = at.values(quantities) - nominal.values[:, None, good]
+        turns = [k for k, one in enumerate(quantities) if one.quantity.circular]
+        away[turns] = principal(away[turns], full_turn(motion.mechanism))
+        return away
 
     measure = numbers if reduced else positions
     found = sampled_spread(family, motion.inputs[:, good], changes, measure, notify, progress("random designs"))

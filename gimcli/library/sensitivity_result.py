@@ -11,13 +11,13 @@ import numpy as np
 from gimcli.canonical import first_greatest
 from gimcli.families.design_sensitivity import QuantitySlopes
 from gimcli.families.motion_sensitivity import MotionNumber
-from gimcli.families.position_quantities import PositionQuantity
 from gimcli.families.tolerances import FirstOrderSpread, SampledSpread, first_order_spread
 from gimcli.library.result import Result
 from gimcli.library.rounding import titled
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.model.dimensions import Dimension
 from gimcli.motion.motion import Motion
+from gimcli.quantities.quantity import Item
 from gimcli.rates.motion_table import first_columns, status_column
 from gimcli.status import Status
 from gimcli.table import Column, Table, labelled
@@ -54,7 +54,7 @@ class SensitivityResult(Result):
     KIND = "sensitivity"
 
     def __init__(
-        self, mechanism: Mechanism, motion: Motion, whole: bool, quantities: Sequence[PositionQuantity],
+        self, mechanism: Mechanism, motion: Motion, whole: bool, quantities: Sequence[Item],
         reduced: Sequence[MotionNumber], dimensions: Sequence[Dimension], rows: QuantitySlopes,
         tolerances: FloatArray, distribution: str,
     ) -> None:  # fmt: skip
@@ -93,12 +93,12 @@ class SensitivityResult(Result):
     @property
     def names(self) -> list[str]:
         """Names of the quantities."""
-        return [one.name for one in (self.reduced or self.quantities)]
+        return [one.name for one in (self.reduced or [item.head for item in self.quantities])]
 
     @property
     def units(self) -> list[str]:
         """Units of the quantities."""
-        return [one.unit for one in (self.reduced or self.quantities)]
+        return [one.unit for one in (self.reduced or [item.head for item in self.quantities])]
 
     def unit_of(self, dimension: Dimension) -> str:
         """Return the unit of a dimension; "" if it has none."""

@@ -21,6 +21,8 @@ from gimcli.rates.member_angles import full_turn
 class RelativeAngle(Quantity):
     """The angle from the second member to the first."""
 
+    circular = True
+
     def __init__(self, mechanism: Mechanism, spec: str, first: int, second: int) -> None:
         self.mechanism, self.spec, self.pair = mechanism, spec, (first, second)
         self.heads = (Head(spec, mechanism.angle_unit, "angle"),)

@@ -39,7 +39,7 @@ class MemberTurning(Quantity):
         self.member, self.order = member, order
         self.spec = f"{mechanism.members[member].name}.{TURNING[order]}"
         unit = per_second(mechanism.angle_unit, order) if order else mechanism.angle_unit
-        self.heads = (Head(self.spec, unit),)
+        self.heads, self.circular = (Head(self.spec, unit),), not order
 
     def values(self, state: State) -> Sequence[Any]:
         """Return the value."""

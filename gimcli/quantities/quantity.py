@@ -51,6 +51,8 @@ class Quantity(ABC):
     spec: str
     """The name of all its columns together, such as "P.v" or "centre:rod/rocker"."""
     heads: tuple[Head, ...]
+    circular = False
+    """Whether values that differ by full turns are the same."""
 
     @abstractmethod
     def values(self, state: State) -> Sequence[Any]:

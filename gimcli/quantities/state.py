@@ -198,6 +198,7 @@ class Needs(State):
         super().__init__(mechanism)
         self.order = 0  # of derivatives
         self.points, self.members = list[str](), list[int]()  # members whose direction is counted
+        self.rows = list[str]()  # values of rows, such as the time
 
     def node(self, node: int, order: int = 0) -> Any:
         """Note an order."""
@@ -223,7 +224,8 @@ class Needs(State):
         return np.ones(1)
 
     def row(self, name: str) -> Any:
-        """Return a number."""
+        """Note a value of rows."""
+        self.rows.append(name)
         return np.ones(1)
 
 

@@ -10,7 +10,7 @@ from random_mechanisms import Growth
 from gimcli import load, trace
 from gimcli.errors import GimError, UsageError
 from gimcli.families.design_sensitivity import DesignSensitivity, moves_nodes
-from gimcli.families.position_quantities import QuantityFinder
+from gimcli.families.position_state import position_items
 from gimcli.model.dimensions import dimensions
 from gimcli.positions.dispatch import plain
 
@@ -36,8 +36,7 @@ def four_bar(angle="deg"):
 def start(mechanism, names, texts):
     """Return the quantities and their derivatives (quantities, dimensions) at the start of the law."""
     motion = trace(mechanism, 1, tolerance=1e-13).motion
-    finder = QuantityFinder(mechanism)
-    quantities = [quantity for text in texts for quantity in finder.find(text)]
+    quantities = [item for text in texts for item in position_items(mechanism, text)]
     found = DesignSensitivity(mechanism, names, quantities, plain)(motion.z, motion.inputs)
     return found.values[:, 0], found.slopes[..., 0]
 
@@ -126,10 +125,10 @@ def traced(mechanism):
 
 
 def quantities_of(mechanism):
-    finder, found = QuantityFinder(mechanism), []
+    found = []
     for text in (*mechanism.traced, *(m.name for m in mechanism.members[1:]), "transmission"):
         try:
-            found += finder.find(text)
+            found += position_items(mechanism, text)
         except UsageError:
             assert text == "transmission"
     return found
@@ -152,9 +151,11 @@ def difference(mechanism, one, inputs, quantities):
             return None
         own = quantities_of(motion.mechanism)
         found.append(DesignSensitivity(motion.mechanism, [], own, plain)(motion.z, motion.inputs).values)
-    near, far = (
-        [q.difference(*pair) for q, *pair in zip(quantities, *two, strict=True)] for two in (found[:2], found[2:])
-    )
+    turn = 360.0 if mechanism.angle_unit == "deg" else 2.0 * np.pi
+    turns = np.array([[turn if one.quantity.circular else 0.0] for one in quantities])
+    with np.errstate(invalid="ignore", divide="ignore"):
+        whole = [np.where(turns > 0.0, turns * np.round((a - b) / turns), 0.0) for a, b in (found[:2], found[2:])]
+    near, far = found[0] - found[1] - whole[0], found[2] - found[3] - whole[1]
     return (8.0 * np.array(near) - np.array(far)) / (12.0 * step)
 
 
@@ -169,4 +170,4 @@ def difference(mechanism, one, inputs, quantities):
 )
 def test_unknown_quantities_are_refused_with_a_suggestion(text, message):
     with pytest.raises(UsageError, match=message):
-        QuantityFinder(four_bar()).find(text)
+        position_items(four_bar(), text)

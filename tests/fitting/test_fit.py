@@ -13,9 +13,10 @@ from path_problems import NINE_POINT_LENGTHS, PROBLEMS
 
 from gimcli import UsageError, assembled, fit, load, loads, trace
 from gimcli.families.family import Family
+from gimcli.families.position_state import position_items
 from gimcli.fitting.conditions import DesignQuantities
 from gimcli.fitting.least_squares import FitProblem, Trials
-from gimcli.fitting.motion_quantity import ANGLE, Component, MotionQuantity, X, Y
+from gimcli.fitting.motion_quantity import MotionQuantity
 from gimcli.library.fit_check import TargetChecker
 from gimcli.library.fit_targets import columns_of, task_of
 
@@ -52,7 +53,7 @@ def test_derivatives_are_those_of_the_closed_form(family):
     lower, upper = [3, 1, 3, 2.5, -3, -3, 0, -3, -3], [4.5, 1.5, 4, 4, 3, 3, 360, 3, 3]
     designs = generator.uniform(lower, upper, (40, 9))
     inputs = np.tile(np.linspace(0.0, 6.0, 7), (40, 1))
-    found = MotionQuantity(family, (Component(X, "P"), Component(Y, "P"))).rates(designs, inputs)
+    found = MotionQuantity(family, position_items(family.mechanism, "P")).rates(designs, inputs)
     turned = designs * np.where(np.arange(9) == 6, math.pi / 180.0, 1.0)
     known = FourBarPoint().rates(turned, inputs)
     good = np.isfinite(found.values).all(axis=(1, 2))
@@ -64,7 +65,9 @@ def test_derivatives_are_those_of_the_closed_form(family):
 
 
 def test_derivatives_of_directions_are_differences(family):
-    quantity = MotionQuantity(family, (Component(ANGLE, "follower"), Component(X, "B")))
+    quantity = MotionQuantity(
+        family, [*position_items(family.mechanism, "follower"), *position_items(family.mechanism, "B.x")]
+    )
     design, inputs, h = family.nominal[None], np.array([[0.3, 1.2, 2.0]]), 1e-6
     rates = quantity.rates(design, inputs)
     for k in range(4):

@@ -1,0 +1,111 @@
+"""Positions of designs as a state of quantities: plain, or in dual numbers with the derivatives by the dimensions."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from gimcli.calculus.dual import Dual
+from gimcli.calculus.numbers import nominal
+from gimcli.canonical import TURN, whole_turns
+from gimcli.errors import UsageError
+from gimcli.families.float_tables import FloatTables
+from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
+from gimcli.quantities import quantities_of
+from gimcli.quantities.catalogue import catalogue
+from gimcli.quantities.naming import guess
+from gimcli.quantities.quantity import Item, angle_to_file
+from gimcli.quantities.state import ApartError, Needs, State
+
+
+class PositionState(State):
+    """Positions z (designs, nodes, rows) of designs with the numbers of their plans (designs, ...), or duals of both.
+
+    Directions of members are not counted: each is in (-180, 180] degrees.
+    """
+
+    def __init__(self, mechanism: Mechanism, z: Any, tables: FloatTables) -> None:
+        super().__init__(mechanism)
+        self.z, self.tables = z, tables
+
+    def node(self, node: int, order: int = 0) -> Any:
+        """Return the place of a node (designs, rows); there are no rates."""
+        if order:
+            raise ApartError
+        return self.z[:, node]
+
+    def local(self, table: str, row: int) -> Any:
+        """Return a complex number of each design (designs, 1)."""
+        pairs = getattr(self.tables, table)[:, row]
+        return (pairs[:, 0] + 1j * pairs[:, 1])[:, None]
+
+    def turning(self, member: int, order: int) -> Any:
+        """Raise ApartError: there are no rates."""
+        raise ApartError
+
+    def counted(self, member: int) -> Any:
+        """Return the direction of a member (designs, rows) in the file's unit."""
+        if member == FRAME:
+            return self.node(0).real * 0.0
+        first, second = self.mechanism.members[member].nodes[:2]
+        angle = np.angle(self.node(second) - self.node(first))
+        return angle_to_file(self.mechanism, angle - TURN * whole_turns(nominal(angle)))
+
+    def row(self, name: str) -> Any:
+        """Raise ApartError: a position has no time."""
+        raise ApartError
+
+    def first(self, key: str, rows: Any) -> Any:
+        """Return the values themselves: each row is a position of its own."""
+        return nominal(rows)
+
+    def values(self, items: Sequence[Item]) -> FloatArray:
+        """Return the values of columns (columns, designs, rows)."""
+        shape = len(self.z), self.z.shape[-1]
+        with np.errstate(all="ignore"):
+            return np.stack([np.broadcast_to(nominal(self.value(*item)), shape) for item in items])
+
+    def slopes(self, items: Sequence[Item]) -> FloatArray:
+        """Return the derivatives of columns (columns, designs, tangents, rows) of a state in dual numbers."""
+        with np.errstate(all="ignore"):
+            return np.stack([np.moveaxis((self.value(*item) + 0.0 * self.z[:, 0].real).slopes, 0, 1) for item in items])
+
+
+def dual_state(
+    mechanism: Mechanism, z: ComplexArray, tables: FloatTables, by: ComplexArray, tangents: FloatTables
+) -> PositionState:
+    """Return positions in dual numbers from their derivatives.
+
+    by (designs, dimensions + inputs, nodes, rows) and tangents (designs, dimensions + inputs, ...) are those of z and
+    tables; the derivatives of tables by inputs are 0.
+    """
+    duals: Any = (Dual(table, np.moveaxis(own, 1, 0)) for table, own in zip(tables, tangents, strict=True))
+    return PositionState(mechanism, Dual(z, np.moveaxis(by, 1, 0)), FloatTables(*duals))
+
+
+def position_items(mechanism: Mechanism, text: str) -> tuple[Item, ...]:
+    """Return the quantities of positions of a text such as P, P.x, rocker, angle:A/B or transmission.
+
+    A member stands for its direction. Raises UsageError for other texts, and for what is no quantity of a position.
+    """
+    known = catalogue(mechanism)
+    items = known.find(f"{text}.angle" if text in known.members else text)
+    needs = Needs(mechanism)
+    try:
+        for item in items:
+            item.quantity.values(needs)
+    except ApartError:
+        needs.order = 1
+    items = () if needs.order or needs.rows else items
+    if not items and text.partition(":")[0] in ("transmission", "angle"):
+        items = tuple(Item(one, 0) for one in quantities_of(mechanism, text))  # raises the reason
+    if not items:
+        axes = (f"{name}.{axis}" for name in known.points for axis in "xy")
+        near = guess(text, [*known.points, *known.members, "transmission", *axes])
+        raise UsageError(
+            f"of '{text}': expected a node or point such as {mechanism.traced[0]}, its coordinate, a member,"
+            f" transmission or angle:A/B; {near}"
+        )
+    return items
