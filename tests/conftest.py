@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as the command line does; read when numpy is imported
@@ -10,6 +11,8 @@ from pathlib import Path
 
 import pytest
 from bundled import CHOSEN, FILES, run_model
+
+gc.disable()  # until all tests are collected: they live to the end, none of their objects is garbage
 
 
 @pytest.fixture
@@ -20,6 +23,11 @@ def trace_model():
 @pytest.fixture(params=FILES, ids=lambda path: path.stem)
 def model(request):
     return request.param
+
+
+def pytest_collection_finish():
+    gc.freeze()
+    gc.enable()
 
 
 @pytest.hookimpl(tryfirst=True)  # before pytest selects by marks

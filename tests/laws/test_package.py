@@ -3,34 +3,29 @@
 import ast
 from collections import Counter
 from graphlib import TopologicalSorter
-from pathlib import Path
 
-import gimcli
-
-ROOT = Path(gimcli.__file__).parent
-TREES = {
-    ".".join(path.relative_to(ROOT.parent).with_suffix("").parts).removesuffix(".__init__"): ast.parse(path.read_text())
-    for path in ROOT.rglob("*.py")
-}
+from package_source import modules
 
 
 def imported(tree: ast.Module) -> set[str]:
     """Return the modules that a module imports, also inside functions and for types."""
     froms = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.module]
     named = {
-        name if (name := f"{node.module}.{one.name}") in TREES else node.module for node in froms for one in node.names
+        name if (name := f"{node.module}.{one.name}") in modules() else node.module
+        for node in froms
+        for one in node.names
     }
-    return named & TREES.keys()
+    return named & modules().keys()
 
 
 def test_no_cycle_of_imports() -> None:
     """Imports for types count: modules that import each other should be one module, or use a third."""
-    needed = {name: imported(tree) - {name} for name, tree in TREES.items()}
+    needed = {name: imported(tree) - {name} for name, tree in modules().items()}
     tuple(TopologicalSorter(needed).static_order())
 
 
 def test_no_class_name_twice() -> None:
-    names = Counter(node.name for tree in TREES.values() for node in tree.body if isinstance(node, ast.ClassDef))
+    names = Counter(node.name for tree in modules().values() for node in tree.body if isinstance(node, ast.ClassDef))
     assert not [name for name, count in names.items() if count > 1 or "Policy" in name]
 
 
@@ -48,4 +43,4 @@ def statements(tree: ast.Module) -> int:
 
 
 def test_the_package_has_no_more_statements_than_agreed() -> None:
-    assert sum(map(statements, TREES.values())) <= STATEMENTS
+    assert sum(map(statements, modules().values())) <= STATEMENTS

@@ -5,12 +5,9 @@ import re
 from pathlib import Path
 
 import pytest
+from package_source import trees
 
-import gimcli
-
-PACKAGE = Path(gimcli.__file__).parent
 ROOT = Path(__file__).parents[2]
-TREES = {path: ast.parse(path.read_text(encoding="utf-8")) for path in PACKAGE.rglob("*.py")}
 
 UNIX = {"chown", "fork", "forkpty", "getgid", "geteuid", "getpgid", "getuid", "kill", "killpg", "mkfifo", "nice",
         "sched_getaffinity", "setsid", "uname", "wait", "WNOHANG"}  # fmt: skip
@@ -46,7 +43,7 @@ def is_entry(call):
 def test_text_files_have_an_encoding():
     found = [
         f"{path}:{call.lineno}"
-        for path, tree in TREES.items()
+        for path, tree in trees().items()
         for call in calls(tree)
         if opens_text(call) and not is_entry(call)
     ]
@@ -59,7 +56,7 @@ def test_calls_without_an_encoding_are_found(text):
 
 
 def test_functions_of_unix_are_used_only_where_they_exist():
-    for path, tree in TREES.items():
+    for path, tree in trees().items():
         asked = {
             call.args[1].value for call in calls(tree) if isinstance(call.func, ast.Name) and call.func.id == "hasattr"
             and isinstance(call.args[1], ast.Constant)

@@ -22,6 +22,7 @@ from gimcli.rates.motion_table import motion_table
 
 NAMES = [*(path.stem for path in EXPLICIT), "parallel_guide"]
 STEPS = 24
+LOADER = yaml.CBaseLoader if yaml.__with_libyaml__ else yaml.BaseLoader
 
 # --- an own reader and writer ----------------------------------------------------------------------------
 
@@ -49,12 +50,12 @@ def read(name):
         spec["ground"] = ["O", "H"]
         spec["prismatic"] = {"slide": {"node": "B", "guide": ["H", "O"], "offset": -0.9}}
         return spec
-    spec = numbers(yaml.load((FILES[0].parent / f"{name}.yaml").read_text(), Loader=yaml.BaseLoader))
+    spec = numbers(yaml.load((FILES[0].parent / f"{name}.yaml").read_text(), Loader=LOADER))
     assert spec["units"]["angle"] == "deg"
-    placed = load(FILES[0].parent / f"{name}.yaml")
-    for node, z in zip(placed.nodes, placed.to_file(placed.drawn), strict=True):
-        if not isinstance(spec["nodes"][node], list):
-            spec["nodes"][node] = [z.real, z.imag]  # without coordinates in the file
+    if not all(isinstance(xy, list) for xy in spec["nodes"].values()):  # nodes without coordinates in the file
+        placed = load(FILES[0].parent / f"{name}.yaml")
+        drawn = {node: [z.real, z.imag] for node, z in zip(placed.nodes, placed.to_file(placed.drawn), strict=True)}
+        spec["nodes"] = {node: xy if isinstance(xy, list) else drawn[node] for node, xy in spec["nodes"].items()}
     for actuator in spec["actuators"].values():  # what only simulations use
         for key in ("free", "start", "speed", "effort"):
             actuator.pop(key, None)

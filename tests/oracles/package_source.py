@@ -1,0 +1,22 @@
+"""The syntax trees of the package's files, parsed once in a process."""
+
+import ast
+from functools import cache
+from pathlib import Path
+
+import gimcli
+
+PACKAGE = Path(gimcli.__file__).parent
+
+
+@cache
+def trees() -> dict[Path, ast.Module]:
+    """Return the tree of each Python file, by path relative to the package."""
+    return {path.relative_to(PACKAGE): ast.parse(path.read_text(encoding="utf-8")) for path in PACKAGE.rglob("*.py")}
+
+
+@cache
+def modules() -> dict[str, ast.Module]:
+    """Return the tree of each file, by the name of its module."""
+    names = {path: ("gimcli", *path.with_suffix("").parts) for path in trees()}
+    return {".".join(names[path]).removesuffix(".__init__"): tree for path, tree in trees().items()}
