@@ -11,6 +11,7 @@ import gimcli
 from gimcli.structure.mobility import mobility
 
 
+@pytest.mark.few(40)  # four of each kind
 @pytest.mark.parametrize("seed", range(200))
 def test_symmetrical_mechanisms_have_the_mobility_of_each_branch(seed):
     """Closed forms, see `symmetrical_mechanisms`."""
@@ -39,6 +40,7 @@ def cranks(count, length, angle, driven=True):
     return data | ({"actuators": {"motor": {"pivot": "A0", "arm": "B0", "law": law}}} if driven else {})
 
 
+@pytest.mark.few(8)
 @pytest.mark.parametrize("angle", [0, 180, 0.1, 30])
 @pytest.mark.parametrize("length", [0.9, 1.0, 1.3])
 @pytest.mark.parametrize("count", [3, 4])
