@@ -18,7 +18,7 @@ from gimcli.dynamics.coulomb import sliding_forces
 from gimcli.dynamics.coulomb_status import FrictionStatus
 from gimcli.dynamics.integration import Integration
 from gimcli.dynamics.simulation import Settings, simulate
-from gimcli.dynamics.simulation_table import reaction_names, reactions, simulation_table
+from gimcli.dynamics.simulation_table import reaction_units, reactions, simulation_table
 from gimcli.dynamics.statics import statics
 from gimcli.errors import StructureError, UsageError
 from gimcli.kernels.jit import compiled
@@ -254,7 +254,7 @@ def test_reactions_carry_the_friction_of_the_simulation(text):
     assert np.abs(forces.effort(0) - motor).max() < 1e-11
     assert np.abs(forces.power_error).max() < 1e-10
     table = {c.name: c.values for c in simulation_table(found, found.time, forces).columns}
-    assert set(reaction_names(found.mechanism)) <= set(table)
+    assert set(reaction_units(found.mechanism)) <= set(table)
     lost = sum(values for name, values in table.items() if name.startswith("friction.power."))
     assert np.all(lost <= 0.0)
     assert found.worst_drift < 1e-7
