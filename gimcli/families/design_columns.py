@@ -19,6 +19,7 @@ from gimcli.families.designs import Designs
 from gimcli.families.family import Family
 from gimcli.families.float_tables import FloatTables
 from gimcli.families.four_bar_type import four_bar_types
+from gimcli.families.position_state import design_number
 from gimcli.families.sensitivity import position_derivatives
 from gimcli.mechanism import ComplexArray, FloatArray, IntArray
 from gimcli.positions.dispatch import choose
@@ -84,8 +85,7 @@ class DesignColumns(State):
 
     def local(self, table: str, row: int) -> Any:
         """Return a complex number of each design (designs, 1)."""
-        pairs = getattr(self.motions.tables, table)[:, row]
-        return (pairs[:, 0] + 1j * pairs[:, 1])[:, None]
+        return design_number(self.motions.tables, table, row)
 
     def turning(self, member: int, order: int) -> Any:
         """Return the angular velocity of a member (designs, rows)."""

@@ -9,57 +9,26 @@ import numpy as np
 
 from gimcli.calculus.dual import Dual
 from gimcli.calculus.numbers import nominal
-from gimcli.canonical import TURN, whole_turns
 from gimcli.errors import UsageError
 from gimcli.families.float_tables import FloatTables
-from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
+from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.quantities import quantities_of
 from gimcli.quantities.catalogue import catalogue
 from gimcli.quantities.naming import guess
-from gimcli.quantities.quantity import Item, angle_to_file
-from gimcli.quantities.state import ApartError, Needs, State
+from gimcli.quantities.quantity import Item
+from gimcli.quantities.state import ApartError, Needs, Positions
 
 
-class PositionState(State):
-    """Positions z (designs, nodes, rows) of designs with the numbers of their plans (designs, ...), or duals of both.
-
-    Directions of members are not counted: each is in (-180, 180] degrees.
-    """
+class PositionState(Positions):
+    """Positions z (designs, nodes, rows) of designs with the numbers of their plans (designs, ...), or duals."""
 
     def __init__(self, mechanism: Mechanism, z: Any, tables: FloatTables) -> None:
-        super().__init__(mechanism)
-        self.z, self.tables = z, tables
-
-    def node(self, node: int, order: int = 0) -> Any:
-        """Return the place of a node (designs, rows); there are no rates."""
-        if order:
-            raise ApartError
-        return self.z[:, node]
+        super().__init__(mechanism, z)
+        self.tables = tables
 
     def local(self, table: str, row: int) -> Any:
         """Return a complex number of each design (designs, 1)."""
-        pairs = getattr(self.tables, table)[:, row]
-        return (pairs[:, 0] + 1j * pairs[:, 1])[:, None]
-
-    def turning(self, member: int, order: int) -> Any:
-        """Raise ApartError: there are no rates."""
-        raise ApartError
-
-    def counted(self, member: int) -> Any:
-        """Return the direction of a member (designs, rows) in the file's unit."""
-        if member == FRAME:
-            return self.node(0).real * 0.0
-        first, second = self.mechanism.members[member].nodes[:2]
-        angle = np.angle(self.node(second) - self.node(first))
-        return angle_to_file(self.mechanism, angle - TURN * whole_turns(nominal(angle)))
-
-    def row(self, name: str) -> Any:
-        """Raise ApartError: a position has no time."""
-        raise ApartError
-
-    def first(self, key: str, rows: Any) -> Any:
-        """Return the values themselves: each row is a position of its own."""
-        return nominal(rows)
+        return design_number(self.tables, table, row)
 
     def values(self, items: Sequence[Item]) -> FloatArray:
         """Return the values of columns (columns, designs, rows)."""
@@ -71,6 +40,12 @@ class PositionState(State):
         """Return the derivatives of columns (columns, designs, tangents, rows) of a state in dual numbers."""
         with np.errstate(all="ignore"):
             return np.stack([np.moveaxis((self.value(*item) + 0.0 * self.z[:, 0].real).slopes, 0, 1) for item in items])
+
+
+def design_number(tables: FloatTables, table: str, row: int) -> Any:
+    """Return a complex number of each design (designs, 1)."""
+    pairs = getattr(tables, table)[:, row]
+    return (pairs[:, 0] + 1j * pairs[:, 1])[:, None]
 
 
 def dual_state(

@@ -1,20 +1,24 @@
 """Greatest and least values of quantities along a motion, refined between its rows.
 
-A quantity is given with its exact derivative by the time. Where the derivative changes its sign between two rows, the
-zero is found on solved positions: first that of the cubic through both rows, then by the Illinois method.
+A quantity is a formula over a state in dual numbers, which have its exact derivative by the time. Where the derivative
+changes its sign between two rows, the zero is found on solved positions: first that of the cubic through both rows,
+then by the Illinois method.
 Source: Dowell & Jarratt, A modified regula falsi method, BIT 11 (1971) 168-174.
 """
 
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
-from gimcli.mechanism import FloatArray, Mechanism
+from gimcli.calculus.dual import Dual
+from gimcli.canonical import phase
+from gimcli.mechanism import FloatArray
+from gimcli.quantities.state import ApartError, State
 from gimcli.rates.derivatives import MotionRates
 
 
@@ -34,30 +38,49 @@ class ExtremesConstants:
 SEARCH = ExtremesConstants()
 
 
+class RateRows(State):
+    """Rows of a motion in dual numbers with the derivatives by the real time."""
+
+    def __init__(self, time: FloatArray, rates: MotionRates) -> None:
+        """Take increasing normalised times (rows,), and one derivative more than formulas ask for."""
+        super().__init__(rates.mechanism)
+        self.time, self.rates = time, rates
+
+    def node(self, node: int, order: int = 0) -> Any:
+        """Return the place of a node, or a derivative of it (rows,)."""
+        return Dual(self.rates.nodes[order, node], self.rates.nodes[order + 1, node][None])
+
+    def turning(self, member: int, order: int) -> Any:
+        """Return omega or alpha of a member (rows,)."""
+        found = self.rates.angular(member)
+        return Dual(found[order - 1], found[order][None])
+
+    def counted(self, member: int) -> Any:
+        """Return the direction of a member (rows,) in (-pi, pi] rad."""
+        first, second = self.mechanism.members[member].nodes[:2]
+        arm = self.rates.nodes[0, second] - self.rates.nodes[0, first]
+        return Dual(phase(arm), self.rates.angular(member)[:1])
+
+    def row(self, name: str) -> Any:
+        """Raise ApartError: only what moves is asked for."""
+        raise ApartError
+
+
 @dataclass(frozen=True)
-class RateRows:
-    """RateRows of a motion: increasing normalised times and the derivatives by the real time."""
-
-    time: FloatArray  # (rows,)
-    rates: MotionRates
-
-    @property
-    def mechanism(self) -> Mechanism:
-        """The mechanism."""
-        return self.rates.mechanism
-
-
-class TimedQuantity(ABC):
-    """A value along a motion, and its derivative by the real time.
+class Sought:
+    """A quantity of a motion whose extremes are sought, as a formula; its derivative by the time comes with it.
 
     `least`: whether the least value is searched too, not only the greatest, and both times as exactly as the values.
     """
 
-    least = False
+    formula: Callable[[RateRows], Any] = field(repr=False)
+    least: bool = False
 
-    @abstractmethod
     def of(self, rows: RateRows) -> tuple[FloatArray, FloatArray]:
         """Return values and derivatives (rows,); NaN where they are not determined."""
+        with np.errstate(all="ignore"):
+            found = self.formula(rows)
+        return found.value, found.slopes[0]
 
 
 @dataclass(frozen=True)
@@ -123,9 +146,7 @@ class Extremes:
     reversals: int
 
 
-def extremes(
-    rows: RateRows, quantities: Sequence[TimedQuantity], solve: Solve, periodic: bool
-) -> list[Extremes | None]:
+def extremes(rows: RateRows, quantities: Sequence[Sought], solve: Solve, periodic: bool) -> list[Extremes | None]:
     """Return the extremes of each quantity; None where it has no values.
 
     `solve` returns rows at further times. `periodic`: the last row repeats the first one, so that the ends are no
@@ -208,7 +229,7 @@ def _fill_zeros(sign: FloatArray, periodic: bool) -> None:
 
 
 def _refine(
-    rows: RateRows, quantities: Sequence[TimedQuantity], brackets: list[Bracket], solve: Solve, spans: list[float]
+    rows: RateRows, quantities: Sequence[Sought], brackets: list[Bracket], solve: Solve, spans: list[float]
 ) -> None:
     """Refine all brackets together, by few solutions of many times; `spans`: ranges of the quantities."""
     duration = rows.mechanism.duration

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism, Member
+from gimcli.quantities.state import Positions
 from gimcli.quantities.transmission import TransmissionJoint, output_joints
 from gimcli.structure.rotation import drawn_turn, shapes
 
@@ -62,7 +63,7 @@ def _mirrored(mechanism: Mechanism, member: Member) -> bool:
 def _side(mechanism: Mechanism, joint: TransmissionJoint, z: ComplexArray) -> float:
     """Return 1 or -1 for the side of the second line of a joint, seen from the first; 0 if they are in line."""
     first, second = (
-        complex(line.direction(mechanism, joint.node, z[:, None])[0]) for line in (joint.first, joint.second)
+        complex(Positions(mechanism, z[:, None]).line(line, joint.node)[0]) for line in (joint.first, joint.second)
     )
     size = abs(first) * abs(second)
     sine = (first.conjugate() * second).imag / size if size > 0.0 else 0.0

@@ -1,120 +1,60 @@
-"""Quantities of a motion with their exact derivatives: speeds, angles, travels, quality of transmission."""
+"""Quantities of a motion whose extremes are sought: speeds, angles, travels, quality of transmission."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from functools import partial
+from typing import Any
 
 import numpy as np
 
-from gimcli.canonical import beside, phase
-from gimcli.mechanism import FRAME, ComplexArray, FloatArray, PairRow
-from gimcli.quantities.extremes import RateRows, TimedQuantity
-from gimcli.quantities.state import ForceLine
+from gimcli.canonical import whole_turns
+from gimcli.mechanism import FRAME, FloatArray
+from gimcli.quantities.extremes import RateRows, Sought
+from gimcli.quantities.state import State
 from gimcli.quantities.transmission import TransmissionJoint
-from gimcli.structure.residual import pose
+
+TURN = 2.0 * np.pi
 
 
-def _inner(a: ComplexArray, b: ComplexArray) -> FloatArray:
-    return np.asarray((np.conj(a) * b).real)
+def amount(vector: Any) -> Any:
+    """Return the magnitude of a vector (rows,); where it is 0, its derivative is 0."""
+    size = abs(vector)
+    return np.where(size > 0.0, size, 0.0 * size.value)
 
 
-@dataclass(frozen=True)
-class Speed(TimedQuantity):
-    """Magnitude of the velocity (order 1) or acceleration (order 2) of a node or point."""
-
-    point: str
-    order: int = 1
-
-    def of(self, rows: RateRows) -> tuple[FloatArray, FloatArray]:
-        """Return the magnitude [normal length/s or /s^2] and its derivative."""
-        vector, change = rows.rates.point(self.point)[self.order : self.order + 2]
-        size = np.abs(vector)
-        with np.errstate(all="ignore"):
-            return size, np.where(size > 0.0, _inner(vector, change) / size, 0.0)
+def speed(point: str, order: int, state: State) -> Any:
+    """Return the magnitude of the velocity (order 1) or acceleration (order 2) of a point [normal length/s, /s^2]."""
+    return amount(state.point(point, order))
 
 
-@dataclass(frozen=True)
-class AngularSpeed(TimedQuantity):
-    """Magnitude of the angular velocity (order 1) or angular acceleration (order 2) of a member."""
-
-    member: int
-    order: int = 1
-
-    def of(self, rows: RateRows) -> tuple[FloatArray, FloatArray]:
-        """Return the magnitude [rad/s or rad/s^2] and its derivative."""
-        value, change = rows.rates.angular(self.member)[self.order - 1 : self.order + 1]
-        return np.abs(value), np.sign(value) * change
+def angular_speed(member: int, order: int, state: State) -> Any:
+    """Return the magnitude of the angular velocity (order 1) or acceleration (order 2) of a member [rad/s, rad/s^2]."""
+    return abs(state.turning(member, order))
 
 
-@dataclass(frozen=True)
-class MemberRotation(TimedQuantity):
-    """Angle of a member, full turns counted from the rows of the motion."""
-
-    least = True
-    member: int
-    time: FloatArray = field(repr=False)  # (rows,) of the motion
-    angle: FloatArray = field(repr=False)  # (rows,) [rad], continuous
-
-    def of(self, rows: RateRows) -> tuple[FloatArray, FloatArray]:
-        """Return the angle [rad] and the angular velocity."""
-        own = direction(rows, self.member)
-        near = np.interp(rows.time, self.time, self.angle)
-        return beside(own, near), rows.rates.angular(self.member)[0]
-
-
-def rotation(rows: RateRows, member: int) -> MemberRotation:
-    """Return the angle of a member as a quantity, from rows in which it turns by less than half a turn a row."""
-    own = direction(rows, member)
+def rotation(rows: RateRows, member: int) -> Sought:
+    """Return the angle of a member [rad], full turns counted from rows in which it turns by less than half a turn."""
+    own = rows.counted(member).value
     good = np.isfinite(own)
-    return MemberRotation(member, rows.time[good], np.unwrap(own[good]))
+    return Sought(partial(_rotation, member, rows.time[good], np.unwrap(own[good])), True)
 
 
-def direction(rows: RateRows, member: int) -> FloatArray:
-    """Return the direction (rows,) of a member from its first node to its second, in (-pi, pi]."""
-    first, second = rows.mechanism.members[member].nodes[:2]
-    return np.asarray(phase(rows.rates.nodes[0, second] - rows.rates.nodes[0, first]))
+def _rotation(member: int, time: FloatArray, angle: FloatArray, state: RateRows) -> Any:
+    own = state.counted(member)
+    return own - TURN * whole_turns(own.value - np.interp(state.time, time, angle))
 
 
-@dataclass(frozen=True)
-class Travel(TimedQuantity):
-    """Position of a slider along its guide."""
-
-    least = True
-    slide: PairRow
-
-    def of(self, rows: RateRows) -> tuple[FloatArray, FloatArray]:
-        """Return the position along the guide [normal length] and the sliding velocity."""
-        mechanism, nodes, slide = rows.mechanism, rows.rates.nodes, self.slide
-        z, v = nodes[0], nodes[1]
-        if slide.guide == FRAME:
-            return _inner(np.array(slide.along), z[slide.node]), _inner(np.array(slide.along), v[slide.node])
-        along = slide.along * pose(mechanism, slide.guide, z)[1]
-        origin = mechanism.members[slide.guide].nodes[0]
-        away, speed = z[slide.node] - z[origin], v[slide.node] - v[origin]
-        turn = rows.rates.angular(slide.guide)[0] * (np.conj(along) * away).imag
-        return _inner(along, away), _inner(along, speed) + turn
+def travel(slide: int, state: State) -> Any:
+    """Return the position of a slider along its guide [normal length]."""
+    row = state.mechanism.slides[slide]
+    place, along = state.node(row.node), -1j * state.normal(slide)
+    if row.guide != FRAME:
+        place = place - state.node(state.mechanism.members[row.guide].nodes[0])
+    return (np.conj(along) * place).real
 
 
-@dataclass(frozen=True)
-class Flatness(TimedQuantity):
-    """Magnitude of the cosine of a transmission angle: 0 at 90 degrees, 1 at 0 and 180 degrees."""
-
-    joint: TransmissionJoint
-
-    def of(self, rows: RateRows) -> tuple[FloatArray, FloatArray]:
-        """Return the cosine and its derivative."""
-        with np.errstate(all="ignore"):
-            first, one = self._line(rows, self.joint.first)
-            second, two = self._line(rows, self.joint.second)
-            product = np.conj(first) * second
-            cosine, sine = product.real / np.abs(product), product.imag / np.abs(product)
-            turn = (two / second - one / first).imag
-            return np.abs(cosine), -np.sign(cosine) * sine * turn
-
-    def _line(self, rows: RateRows, line: ForceLine) -> tuple[ComplexArray, ComplexArray]:
-        """Return the direction (rows,) of a line and its derivative."""
-        nodes, joint = rows.rates.nodes, self.joint.node
-        along = line.direction(rows.mechanism, joint, nodes[0])
-        if line.slide is None:
-            return along, np.asarray(nodes[1, line.node] - nodes[1, joint])
-        return along, np.asarray(1j * rows.rates.angular(line.slide.guide)[0] * along)
+def flatness(joint: TransmissionJoint, state: State) -> Any:
+    """Return the magnitude of the cosine of a transmission angle: 0 at 90 degrees, 1 at 0 and 180 degrees."""
+    first, second = (state.line(line, joint.node) for line in (joint.first, joint.second))
+    product = np.conj(first) * second
+    return abs(product.real / abs(product))

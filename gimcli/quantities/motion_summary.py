@@ -9,7 +9,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -18,8 +20,8 @@ from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
 from gimcli.motion.motion import Motion, stream, trace
 from gimcli.positions.inputs import law_inputs
 from gimcli.positions.options import Options
-from gimcli.quantities.extremes import Extreme, Extremes, RateRows, TimedQuantity, extremes
-from gimcli.quantities.motion_quantities import AngularSpeed, Flatness, Speed, Travel, rotation
+from gimcli.quantities.extremes import Extreme, Extremes, RateRows, Sought, extremes
+from gimcli.quantities.motion_quantities import angular_speed, flatness, rotation, speed, travel
 from gimcli.quantities.transmission import TransmissionJoint, dyad_joints
 from gimcli.rates.derivatives import MotionRates, law_rates, rates_of_inputs
 from gimcli.structure.kinematic_chain import kinematic_chain
@@ -159,8 +161,8 @@ class _Summarizer:
     def summary(self) -> MotionSummary:
         """Return everything; all quantities are refined together."""
         outputs, joints, speeds = self._outputs(), dyad_joints(self.mechanism), self._speeds()
-        angles = [Flatness(joint) for joint in joints]
-        quantities: list[TimedQuantity] = [*(q for _, _, q in outputs), *angles, *(q for *_, q in speeds)]
+        angles = [Sought(partial(flatness, joint)) for joint in joints]
+        quantities: list[Sought] = [*(q for _, _, q in outputs), *angles, *(q for *_, q in speeds)]
         found = extremes(self.rows, quantities, self._solve, self.periodic)
         first, second = len(outputs), len(outputs) + len(joints)
         moved = [self._output(name, guide, one) for (name, guide, _), one in zip(outputs, found, strict=False) if one]
@@ -217,14 +219,14 @@ class _Summarizer:
 
     # -- outputs --------------------------------------------------------------------------------
 
-    def _outputs(self) -> list[tuple[str, str, TimedQuantity]]:
+    def _outputs(self) -> list[tuple[str, str, Sought]]:
         """Return name, guide and position of every slider and every driven member hinged to the frame."""
         mechanism, members = self.mechanism, self.mechanism.members
-        found: list[tuple[str, str, TimedQuantity]] = []
+        found: list[tuple[str, str, Sought]] = []
         for pair in sliding_pairs(mechanism):
             if pair.actuator == NONE:
                 guide = "frame" if pair.guide == FRAME else members[pair.guide].name
-                found.append((pair.name, guide, Travel(mechanism.slides[pair.slides[0]])))
+                found.append((pair.name, guide, Sought(partial(travel, pair.slides[0]), True)))
         hinged = {
             link
             for joint in kinematic_chain(mechanism).joints
@@ -252,35 +254,35 @@ class _Summarizer:
 
     # -- speeds ---------------------------------------------------------------------------------
 
-    def _speeds(self) -> list[tuple[str, bool, int, TimedQuantity]]:
+    def _speeds(self) -> list[tuple[str, bool, int, Sought]]:
         """Return name, whether it is of a member, order and quantity of all speeds that are not 0."""
         mechanism = self.mechanism
         driven = [k for k in range(1, len(mechanism.members)) if k not in driving_links(mechanism)]
-        points: dict[str, Speed | AngularSpeed] = {name: Speed(name) for name in mechanism.traced}
-        members: dict[str, Speed | AngularSpeed] = {mechanism.members[k].name: AngularSpeed(k) for k in driven}
-        found: list[tuple[str, bool, int, TimedQuantity]] = []
+        points: dict[str, Any] = {name: partial(speed, name) for name in mechanism.traced}
+        members: dict[str, Any] = {mechanism.members[k].name: partial(angular_speed, k) for k in driven}
+        found: list[tuple[str, bool, int, Sought]] = []
         remote = {mechanism.nodes[n] for n in mechanism.remote}
         for rotary, speeds in ((False, points), (True, members)):
-            near = [speed for name, speed in speeds.items() if name not in remote] or speeds.values()
-            most = max(map(self._most, near), default=0.0)
-            for name, speed in speeds.items():
+            near = [formula for name, formula in speeds.items() if name not in remote] or speeds.values()
+            most = max((self._most(Sought(partial(formula, 1))) for formula in near), default=0.0)
+            for name, formula in speeds.items():
                 for order, least in ((1, SLOW * most), (2, SLOW * most**2)):  # per s and, for sizes of about 1, per s^2
-                    own = replace(speed, order=order)
+                    own = Sought(partial(formula, order))
                     if self._most(own) > least:
                         found.append((name, rotary, order, own))
         return found
 
-    def _most(self, quantity: TimedQuantity) -> float:
+    def _most(self, quantity: Sought) -> float:
         values = quantity.of(self.rows)[0]
         return float(np.max(values[np.isfinite(values)], initial=0.0))
 
-    def _peak(self, name: str, rotary: bool, order: int, quantity: TimedQuantity, found: Extremes) -> Peak:
+    def _peak(self, name: str, rotary: bool, order: int, quantity: Sought, found: Extremes) -> Peak:
         if self.motion.limit is not None and self._grows(quantity):
             return Peak(name, rotary, order, Extreme(math.inf, self.motion.limit))
         constant = found.greatest.value - found.least.value <= STILL * found.greatest.value
         return Peak(name, rotary, order, found.greatest, constant)
 
-    def _grows(self, quantity: TimedQuantity) -> bool:
+    def _grows(self, quantity: Sought) -> bool:
         """Return whether a speed grows without bound towards the limit at which the motion ends."""
         f, _ = quantity.of(self.rows)
         f = f[np.isfinite(f)]

@@ -9,14 +9,15 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from gimcli.calculus.numbers import nominal
+from gimcli.canonical import TURN, whole_turns
 from gimcli.language.arrays import first
-from gimcli.mechanism import FRAME, ComplexArray, Mechanism, PairRow
+from gimcli.mechanism import FRAME, Mechanism, PairRow
 from gimcli.motion.coupler_points import carried_point
 from gimcli.motion.motion import Motion
 from gimcli.rates.derivatives import MotionRates, rates
 from gimcli.rates.member_angles import Angles, in_rows
 from gimcli.rates.path_derivatives import PathDerivatives
-from gimcli.structure.residual import pose
 
 
 @dataclass(frozen=True)
@@ -26,12 +27,6 @@ class ForceLine:
     name: str
     node: int = -1
     slide: PairRow | None = None
-
-    def direction(self, mechanism: Mechanism, joint: int, z: ComplexArray) -> ComplexArray:
-        """Return the direction (rows,) in the frame."""
-        if self.slide is None:
-            return np.asarray(z[self.node] - z[joint])
-        return np.asarray(self.slide.normal * pose(mechanism, self.slide.guide, z)[1])
 
 
 class ApartError(Exception):
@@ -61,9 +56,15 @@ class State(ABC):
     def node(self, node: int, order: int = 0) -> Any:
         """Return the place of a node, or a derivative of it."""
 
-    @abstractmethod
     def local(self, table: str, row: int) -> Any:
-        """Return a complex number of the design, constant along the rows: a row of a table of `FloatTables`."""
+        """Return a complex number that is constant along the rows, of designs of each (designs, 1).
+
+        "points" and "normals" have one for each point and guide, "shapes" for each node of all members.
+        """
+        own = self.mechanism
+        if table == "shapes":
+            return [z for member in own.members for z in member.shape][row]
+        return own.points[row].local if table == "points" else own.slides[row].normal
 
     @abstractmethod
     def turning(self, member: int, order: int) -> Any:
@@ -124,6 +125,41 @@ class State(ABC):
         return normal * (unit / abs(unit))
 
 
+class Positions(State):
+    """Positions z (..., nodes, rows) alone, plain or dual: no rates, and directions that are not counted."""
+
+    def __init__(self, mechanism: Mechanism, z: Any) -> None:
+        super().__init__(mechanism)
+        self.z = z
+
+    def node(self, node: int, order: int = 0) -> Any:
+        """Return the place of a node (..., rows)."""
+        if order:
+            raise ApartError
+        return self.z[..., node, :]
+
+    def turning(self, member: int, order: int) -> Any:
+        """Raise ApartError: there are no rates."""
+        raise ApartError
+
+    def counted(self, member: int) -> Any:
+        """Return the direction of a member (..., rows) in the file's unit, in (-180, 180] degrees."""
+        if member == FRAME:
+            return self.node(0).real * 0.0
+        first, second = self.mechanism.members[member].nodes[:2]
+        angle = np.angle(self.node(second) - self.node(first))
+        angle = angle - TURN * whole_turns(nominal(angle))
+        return np.degrees(angle) if self.mechanism.angle_unit == "deg" else angle
+
+    def row(self, name: str) -> Any:
+        """Raise ApartError: a position has no time."""
+        raise ApartError
+
+    def first(self, key: str, rows: Any) -> Any:
+        """Return the values themselves: each row is a position of its own."""
+        return nominal(rows)
+
+
 def first_row(mechanism: Mechanism, member: int) -> int:
     """Return the first row of a member in a table of the nodes of all members, one after another."""
     return sum(len(one.nodes) for one in mechanism.members[:member])
@@ -153,13 +189,6 @@ class MotionState(State):
     def point(self, name: str, order: int = 0) -> Any:
         """Return the place of a node or point (rows,), or a derivative of it."""
         return self.rates(order).point(name)[order] if order else carried_point(self.mechanism, name, self.motion.z)
-
-    def local(self, table: str, row: int) -> Any:
-        """Return a complex number of the mechanism."""
-        own = self.mechanism
-        if table == "shapes":
-            return [z for member in own.members for z in member.shape][row]
-        return own.points[row].local if table == "points" else own.slides[row].normal
 
     def rates(self, order: int) -> MotionRates:
         """Return the derivatives of all nodes up to an order."""
@@ -209,10 +238,6 @@ class Needs(State):
         """Note a point."""
         self.points += [name] * (name not in self.points)
         return self.node(0, order)
-
-    def local(self, table: str, row: int) -> Any:
-        """Return a number."""
-        return 1.0 + 0.0j
 
     def turning(self, member: int, order: int) -> Any:
         """Note an order."""

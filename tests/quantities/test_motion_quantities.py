@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 from bundled import MODELS
 
 import gimcli
 from gimcli.model.source import read_source
 from gimcli.motion.motion import trace
-from gimcli.quantities.extremes import RateRows
-from gimcli.quantities.motion_quantities import AngularSpeed, Flatness, Speed, Travel, rotation
+from gimcli.quantities.extremes import RateRows, Sought
+from gimcli.quantities.motion_quantities import angular_speed, flatness, rotation, speed, travel
 from gimcli.quantities.transmission import dyad_joints
 from gimcli.rates.derivatives import rates
 
@@ -24,8 +26,14 @@ def test_derivatives_are_differences():
     m = gimcli.load({**data, "duration": 0.7})
     motion = trace(m, STEPS)
     rows = RateRows(motion.time, rates(m, motion.time, motion.z, 3))
-    quantities = [Speed("R"), Speed("E", 2), AngularSpeed(2), AngularSpeed(3, 2), rotation(rows, 2)]
-    quantities += [*map(Travel, m.slides), *map(Flatness, dyad_joints(m))]
+    formulas = [
+        partial(speed, "R", 1),
+        partial(speed, "E", 2),
+        partial(angular_speed, 2, 1),
+        partial(angular_speed, 3, 2),
+    ]
+    formulas += [partial(travel, k) for k in range(len(m.slides))]
+    quantities = [rotation(rows, 2), *map(Sought, [*formulas, *(partial(flatness, joint) for joint in dyad_joints(m))])]
     assert len(quantities) >= 8
     step = m.duration / STEPS
     for quantity in quantities:
