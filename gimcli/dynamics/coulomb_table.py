@@ -7,6 +7,7 @@ import numpy as np
 from gimcli.dynamics.coulomb import DryFriction
 from gimcli.dynamics.coulomb_status import SELF_LOCKING, FrictionStatus
 from gimcli.dynamics.efficiency import row_efficiency, self_locking
+from gimcli.dynamics.force_columns import effort_unit
 from gimcli.dynamics.forces import Forces
 from gimcli.table import Column
 
@@ -25,7 +26,7 @@ def friction_columns(forces: Forces, dry: DryFriction) -> list[Column]:
     for k, actuator in enumerate(forces.mechanism.actuators):
         if k in forces.mechanism.geared:
             continue
-        unit = "N m" if actuator.rotary else "N"
+        unit = effort_unit(forces.mechanism, k)
         for word, values in (("effort", dry.effort), ("hold", dry.hold)):
             columns += [Column(f"{actuator.name}.{word}.{end}", values[i, k], unit) for i, end in enumerate(LIMITS)]
     locked = np.where(self_locking(dry) & (dry.codes == FrictionStatus.SLIDING), SELF_LOCKING, WORDS[dry.codes])

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from gimcli.dynamics.force_columns import columns_of, effort_unit, reactions as force_reactions
 from gimcli.dynamics.forces import Forces, inverse_dynamics
 from gimcli.dynamics.simulation_types import Event, Simulation
 from gimcli.dynamics.statics import statics
@@ -45,9 +46,7 @@ def simulation_table(found: Simulation, times: FloatArray, forces: Forces | None
     if forces is None:
         columns += _efforts(found)
     else:
-        from gimcli.dynamics.force_table import reaction_columns
-
-        columns += reaction_columns(forces)
+        columns += columns_of(forces, force_reactions(forces.statics))
         if found.friction is not None:
             from gimcli.dynamics.simulated_friction import friction_columns
 
@@ -65,10 +64,8 @@ def _efforts(found: Simulation) -> list[Column]:
     columns = []
     for k, actuator in enumerate(found.mechanism.actuators):
         if not np.all(np.isnan(found.efforts[k])):
-            rotary = actuator.rotary
-            metre = 1.0 if rotary else found.mechanism.dynamics.metre or 1.0
-            unit = "N m" if rotary else "N"
-            columns.append(Column(f"{actuator.name}.effort", found.efforts[k] / metre, unit))
+            metre = 1.0 if actuator.rotary else found.mechanism.dynamics.metre or 1.0
+            columns.append(Column(f"{actuator.name}.effort", found.efforts[k] / metre, effort_unit(found.mechanism, k)))
     return columns
 
 
@@ -94,13 +91,7 @@ def reactions(found: Simulation) -> Forces:
 
 def reaction_units(mechanism: Mechanism) -> dict[str, str]:
     """Return the units of the columns of reactions by name; no simulation is needed for them."""
-    from gimcli.dynamics.force_table import reaction_columns
-    from gimcli.dynamics.kinematic_history import Course
-
-    nodes = np.zeros((3, len(mechanism.nodes), 1), dtype=complex)
-    nodes[0, :, 0] = mechanism.drawn
-    at_rest = Course(np.zeros(1), mechanism.drawn_inputs[:, None], nodes)
-    units = {one.name: one.unit for one in reaction_columns(inverse_dynamics(statics(mechanism), at_rest))}
+    units = {name: one.unit for one in force_reactions(statics(mechanism)) for name in one.names}
     if not any(friction.mu > 0.0 for friction in mechanism.dynamics.frictions):
         return units
     from gimcli.dynamics.simulated_friction import friction_names

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gimcli.dynamics.force_columns import ForceColumn, columns_of, seen_from_members
 from gimcli.dynamics.force_motion import ForceMotion
 from gimcli.dynamics.force_statistics import ForceAmount, ForceStatistics, ForceSummary, amounts
 from gimcli.dynamics.force_table import force_table
 from gimcli.dynamics.forces import motion_forces
 from gimcli.dynamics.physical import require_action
-from gimcli.dynamics.rotor_columns import with_rotors
 from gimcli.library.curve_marks import with_marks
 from gimcli.library.force_plots import force_vocabulary, usual_graphs, varying
 from gimcli.library.force_report import summary_report
@@ -23,7 +23,6 @@ from gimcli.library.inputs import MOST_STEPS, refuse_count, refuse_unmoved
 from gimcli.library.machines import accepted, loaded_machines
 from gimcli.library.plots import KeptColumns, PlannedGraph, drawn, only_angle
 from gimcli.library.result import RowsResult, joined
-from gimcli.library.turned_forces import turned_names, with_turned
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.motion.motion import Motion, stream
 from gimcli.positions.inputs import law_inputs
@@ -126,7 +125,7 @@ class ForcesAlong:
         """Choose the graphs of the picture by texts; raise UsageError for an unknown column."""
         statics = self.found.statics
         self.plans = self._planned(texts) if texts else []
-        self.turned = {name for plan in self.plans for name in plan.columns} & set(turned_names(statics))
+        self.turned = self._turned(self.plans)
         self.kept = KeptColumns(self.plans or usual_graphs(statics.mechanism))
 
     def knows(self, text: str) -> bool:
@@ -143,20 +142,25 @@ class ForcesAlong:
         """The table of the first row."""
         start = self._first.rows(np.arange(1))
         forces = motion_forces(start)
-        return with_rotors(force_table(start, forces), forces)
+        return force_table(start, forces)
 
     def _planned(self, texts: Sequence[str]) -> list[PlannedGraph]:
         """Return the graphs of texts; raise UsageError for an unknown column."""
         statics = self.found.statics
         units = {column.name: column.unit for column in self.head.columns}
-        vocabulary = force_vocabulary(units, statics.mechanism, turned_names(statics))
+        turned = [name for one in seen_from_members(statics) for name in one.names]
+        vocabulary = force_vocabulary(units, statics.mechanism, turned)
         plans = [plan for text in texts for plan in vocabulary.plans(text, only_angle(self.found.statics.mechanism))]
-        wanted = {name for plan in plans for name in plan.columns}
-        head = with_turned(self.head, statics, self._first.z[:, :1], wanted)
-        columns = {column.name: column for column in head.columns}
+        more = columns_of(motion_forces(self._first.rows(np.arange(1))), self._turned(plans))
+        columns = {column.name: column for column in [*self.head.columns, *more]}
         for plan in plans:
             drawn(plan, columns, Column("", self.head.columns[0].values))
         return plans
+
+    def _turned(self, plans: Sequence[PlannedGraph]) -> list[ForceColumn]:
+        """Return the forces in the frames of members that graphs show."""
+        wanted = {name for plan in plans for name in plan.columns}
+        return [one for one in seen_from_members(self.found.statics) if not wanted.isdisjoint(one.names)]
 
     @property
     def expected(self) -> int | None:
@@ -168,11 +172,10 @@ class ForcesAlong:
         for piece in chain((self._first,), self._pieces):
             first = self.found.summary.seen
             forces = self.found.take(piece)
-            table = with_rotors(force_table(piece, forces, first), forces)
+            table = force_table(piece, forces, first)
             self.statistics.add(table, piece, forces)
             yield table
-            if self.turned:
-                table = with_turned(table, self.found.statics, piece.z, self.turned)
+            table = Table((*table.columns, *columns_of(forces, self.turned)))
             self.kept.add(_bounded(table, forces.bounded), self.found.rows)
 
     def result(self, table: Table | None) -> ForcesResult:
@@ -219,7 +222,7 @@ class ForcesResult(RowsResult):
         apart = apart[np.diff(apart, prepend=-1.0) > CLOSE]
         piece = next(stream(mechanism, 1, self._options, between=lambda _: apart))
         forces = ForceMotion(mechanism, len(apart), "off").take(piece)
-        found = amounts(with_rotors(force_table(piece, forces), forces), forces.bounded)
+        found = amounts(force_table(piece, forces), forces.bounded)
         rows = np.searchsorted(apart, times + CLOSE) - 1
         return {name: ForceAmount(amount.unit, amount.values[rows]) for name, amount in found.items()}
 

@@ -14,8 +14,8 @@ from typer.testing import CliRunner
 
 import gimcli
 from gimcli.cli import app
+from gimcli.dynamics.force_columns import columns_of, reactions
 from gimcli.dynamics.force_motion import ForceMotion
-from gimcli.dynamics.force_table import reaction_columns
 from gimcli.dynamics.forces import motion_forces
 from gimcli.motion.motion import stream, trace
 from gimcli.output.graph import graph_of
@@ -269,7 +269,7 @@ def test_forces_of_guide_ram_and_spring_act_on_the_slider(element, links, tmp_pa
         (50.0 * (found.course.inputs[0] * found.mechanism.scale - 1) if element else 0) - 7
     )
     assert found.normal("slide") == pytest.approx(-slider.imag)
-    names = {column.name for column in reaction_columns(found)}
+    names = {column.name for column in columns_of(found, reactions(found.statics))}
     assert {"B.slider.fx", "B.rod.fx", "B.arm.fx"} <= names
 
 

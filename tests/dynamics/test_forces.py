@@ -13,7 +13,7 @@ from heavy_models import moved, on, total_on_frame, weighted
 from influence_coefficients import Influence
 
 from gimcli import load
-from gimcli.dynamics.force_table import reaction_columns
+from gimcli.dynamics.force_columns import columns_of, reactions
 from gimcli.dynamics.forces import equilibrium, inverse_dynamics, motion_forces
 from gimcli.dynamics.gear_pivots import add_across
 from gimcli.dynamics.kinematic_history import Course, turning
@@ -370,7 +370,8 @@ def test_the_second_named_member_receives_the_force(tmp_path):
 
 
 def reaction_table(mechanism):
-    return {column.name: column.values for column in reaction_columns(motion_forces(trace(mechanism, 8)))}
+    found = motion_forces(trace(mechanism, 8))
+    return {column.name: column.values for column in columns_of(found, reactions(found.statics))}
 
 
 def test_efforts_of_a_law_that_reverses_or_is_constant_are_plotted_over_time():

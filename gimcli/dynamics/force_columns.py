@@ -1,0 +1,164 @@
+"""Forces, moments, powers and energies of a motion by name: each is a formula of `Forces`, with its unit."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Iterator
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gimcli.coupling_data import BELT, CROSSED, GearPair
+from gimcli.dynamic_data import RotorInertia
+from gimcli.dynamics.bearing_loads import reaction_name
+from gimcli.dynamics.forces import Forces
+from gimcli.dynamics.kinematic_history import reading
+from gimcli.dynamics.loading import POWERS
+from gimcli.dynamics.physical import require_action
+from gimcli.dynamics.statics import Pin, Statics
+from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
+from gimcli.table import Column, xy_columns
+
+SHARED = "unique"
+"""Part of the column name for the component of a reaction that is still determined if the whole reaction is not."""
+
+TANGENTIAL, TENSION, TORQUE = "tangential", "tension", "torque"
+"""Ends of the names of columns: tooth force along the pitch lines, difference of the tensions, torque of a belt."""
+
+
+class ForceColumn(NamedTuple):
+    """A formula of forces with its name and unit; of a vector the name is that of its columns without x and y."""
+
+    name: str
+    unit: str
+    find: Callable[[Forces], NDArray[np.inexact]]  # (rows,), x + iy of a vector
+    vector: bool = False
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the columns."""
+        return (f"{self.name}x", f"{self.name}y") if self.vector else (self.name,)
+
+    def columns(self, forces: Forces) -> list[Column]:
+        """Return the columns (rows,)."""
+        found = self.find(forces)
+        return xy_columns(self.name, found, self.unit) if self.vector else [Column(self.name, found, self.unit)]  # type: ignore[arg-type]
+
+
+def effort_unit(mechanism: Mechanism, actuator: int) -> str:
+    """Return the unit of the effort of an actuator."""
+    return "N m" if mechanism.actuators[actuator].rotary else "N"
+
+
+def reactions(statics: Statics) -> Iterator[ForceColumn]:
+    """Yield efforts, reactions and moments; an indeterminate reaction is NaN."""
+    mechanism = statics.mechanism
+    for k, actuator in enumerate(mechanism.actuators):
+        if k not in mechanism.geared:
+            yield ForceColumn(f"{actuator.name}.effort", effort_unit(mechanism, k), partial(Forces.effort, actuator=k))
+    for pin in statics.pins:
+        for member in pin.members[1:] if _alone(pin) else pin.members:
+            name = reaction_name(statics, pin, member)
+            yield ForceColumn(f"{name}.f", "N", partial(Forces.pin, pin=pin, member=member), True)
+            if pin.node in statics.open_pins:
+                shared = partial(Forces.pin_shared, pin=pin, member=member)
+                yield ForceColumn(f"{name}.{SHARED}.f", "N", shared, True)
+    for pair in dict.fromkeys(slide.pair for slide in mechanism.slides):
+        yield ForceColumn(f"{pair}.normal", "N", partial(Forces.normal, pair=pair))
+        if sum(slide.pair == pair for slide in mechanism.slides) > 1:
+            yield ForceColumn(f"{pair}.moment", "N m", partial(Forces.moment, pair=pair))
+    for gear, unknown in zip(mechanism.gears, statics.teeth, strict=True):
+        yield from _of_gear(gear, unknown)
+
+
+def totals(statics: Statics) -> Iterator[ForceColumn]:
+    """Yield the force and the moment on the frame, powers and energies."""
+    yield ForceColumn("shaking.f", "N", lambda forces: forces.shaking_force, True)
+    yield ForceColumn("shaking.moment", "N m", lambda forces: forces.shaking_moment)
+    for kind in ("drive", *POWERS, "error"):
+        yield ForceColumn(f"power.{kind}", "W", partial(_power, kind=kind))
+    yield ForceColumn("energy.kinetic", "J", lambda forces: _only(forces, forces.loads.kinetic))
+    yield ForceColumn("energy.potential", "J", lambda forces: _only(forces, forces.loads.potential))
+
+
+def _power(forces: Forces, kind: str) -> FloatArray:
+    own = {"drive": forces.drive_power, **forces.loads.power, "error": forces.power_error}
+    return _only(forces, own[kind])
+
+
+def rotors(statics: Statics) -> Iterator[ForceColumn]:
+    """Yield torque [N m] and speed [rev/min] of each rotor, positive in its own positive sense."""
+    mechanism = statics.mechanism
+    for rotor in mechanism.dynamics.rotors:
+        name = f"{mechanism.actuators[rotor.actuator].name}.rotor"
+        yield ForceColumn(f"{name}.torque", "N m", partial(_rotor_torque, rotor=rotor))
+        yield ForceColumn(f"{name}.speed", "1/min", partial(_rotor_speed, rotor=rotor))
+
+
+def _rotor_torque(forces: Forces, rotor: RotorInertia) -> FloatArray:
+    own = forces.mechanism
+    metre = 1.0 if own.actuators[rotor.actuator].rotary else own.dynamics.metre or 1.0
+    return forces.effort(rotor.actuator) * metre / rotor.ratio
+
+
+def _rotor_speed(forces: Forces, rotor: RotorInertia) -> FloatArray:
+    rate = reading(forces.mechanism, forces.mechanism.actuators[rotor.actuator], forces.course)[1]
+    return _only(forces, rotor.ratio * rate * 30.0 / math.pi)
+
+
+def seen_from_members(statics: Statics) -> Iterator[ForceColumn]:
+    """Yield the pin forces in the frames of the members, for polar diagrams: `A@crank.f`.
+
+    The x axis of a member's frame points from its first node to its second one, as in the model file.
+    """
+    own = {one.name: one for one in reactions(statics)}
+    for pin in statics.pins:
+        names = dict.fromkeys(reaction_name(statics, pin, member) for member in pin.members)
+        for name in [statics.mechanism.nodes[pin.node]] if _alone(pin) else names:
+            for member in (k for k in pin.members if k != FRAME):
+                find = partial(_turned, reaction=own[f"{name}.f"], member=member)
+                yield ForceColumn(f"{name}@{statics.mechanism.members[member].name}.f", "N", find, True)
+
+
+def columns_of(forces: Forces, formulas: Iterable[ForceColumn]) -> list[Column]:
+    """Return the columns of formulas."""
+    return [column for one in formulas for column in one.columns(forces)]
+
+
+def _alone(pin: Pin) -> bool:
+    """Return whether a pin has one reaction, between two members, with the name of the node."""
+    return len(pin.members) == 2 and not pin.loaded
+
+
+def _turned(forces: Forces, reaction: ForceColumn, member: int) -> ComplexArray:
+    first, second = forces.mechanism.members[member].nodes[:2]
+    along = forces.course.nodes[0, second] - forces.course.nodes[0, first]
+    with np.errstate(invalid="ignore"):
+        return np.asarray(reaction.find(forces) * along.conj() / np.abs(along))
+
+
+def _of_gear(gear: GearPair, unknown: int) -> Iterator[ForceColumn]:
+    """Yield the reactions of gears [N], of belts without radii the torque on the second wheel [N m]."""
+
+    def torque(forces: Forces) -> FloatArray:
+        return forces.unknown(unknown) * require_action(forces.mechanism)
+
+    def force(forces: Forces) -> ComplexArray:  # on the second member: of the teeth, or of the strand under tension
+        from gimcli.dynamics.gear_pivots import across  # imported late: only for models with gears
+
+        value, own = forces.unknown(unknown), forces.statics
+        part = 0.0 if own.reactions[unknown].vector.u < 0 and gear.slide < 0 else forces.direction(unknown)
+        return np.asarray(value * part + np.abs(value) * across(own, gear, forces.course.nodes[0]))
+
+    if gear.radii is None:
+        yield ForceColumn(f"{gear.name}.{TORQUE}", "N m", torque)
+        return
+    yield ForceColumn(f"{gear.name}.f", "N", force, True)
+    kind = TENSION if gear.kind in (BELT, CROSSED) else TANGENTIAL
+    yield ForceColumn(f"{gear.name}.{kind}", "N", partial(Forces.unknown, number=unknown))
+
+
+def _only(forces: Forces, values: FloatArray) -> FloatArray:
+    return np.asarray(np.where(forces.good, values, np.nan))
