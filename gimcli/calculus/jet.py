@@ -16,7 +16,7 @@ Values = NDArray[Any]
 """Real or complex values; the last axis has the positions (rows)."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class Jet(ArrayNumber):
     """A quantity in some positions, with its derivatives along k directions."""
 
@@ -31,10 +31,20 @@ class Jet(ArrayNumber):
             return _product(*operands) if all(jets) else Jet(*map(rule.value, *(_orders(one, one) for one in operands)))
         if name in ("add", "subtract") or not rule.parts:
             return Jet(*map(rule.value, *(_orders(one, 0.0) for one in operands)))
-        own = [Dual(one.value, one.first) if isinstance(one, Jet) else one for one in operands]
+        own = [one.dual if isinstance(one, Jet) else one for one in operands]
         found = own[jets.index(True)].apply(name, *own)
-        rates = [Dual(one.first, one.second) if isinstance(one, Jet) else None for one in operands]
+        rates = [one.rates if isinstance(one, Jet) else None for one in operands]
         return Jet(found.value, found.slopes, rule.slope(found, own, rates).slopes)
+
+    @property
+    def dual(self) -> Dual:
+        """The quantity with its first derivatives."""
+        return Dual(self.value, self.first)
+
+    @property
+    def rates(self) -> Dual:
+        """Its first derivatives (k, rows) with their own ones."""
+        return Dual(self.first, self.second)
 
     def through(self, value: Values, slope: Values, bend: Values) -> Jet:
         """Return a function of the quantity, from the function's value and its first and second derivative (rows,)."""

@@ -12,11 +12,13 @@ positions on the constraints.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from gimcli.calculus.dual import Dual
 from gimcli.calculus.jet import Jet
+from gimcli.calculus.numbers import nominal
 from gimcli.dynamic_data import NO_NODE, TIME, AppliedLoad, Inertia, LoadCurve, SpringForce
 from gimcli.dynamics.load_arrays import is_vector, moving_loads
 from gimcli.dynamics.physical import require_action
@@ -43,6 +45,14 @@ class PositionJet:
         return Jet(self.inputs[number], self.rates[:, number], self.bends[:, :, number])
 
 
+class Pull(NamedTuple):
+    """The magnitude of a force or torque, and how the place or the angle on which it acts changes."""
+
+    amount: FloatArray | float  # (rows,) N in the normal frame, or N m
+    rates: ComplexArray | FloatArray  # (k, rows)
+    turns: bool
+
+
 @dataclass(frozen=True)
 class GeneralisedForces:
     """The forces at some positions, along k directions; J per unit of the directions."""
@@ -53,7 +63,8 @@ class GeneralisedForces:
     rest: FloatArray  # (k, rows) the part of `q` that has no potential
     rest_slope: FloatArray  # (k, k, rows) its derivatives
     size: FloatArray  # (k, rows) sum of the magnitudes of all contributions
-    stiffness: FloatArray  # (rows,) sum of the magnitudes of the contributions to `slope`
+    steep: FloatArray  # (k, k, rows) sums of the magnitudes of the contributions to `slope`
+    pulls: list[Pull]
     angles: FloatArray  # (angles, rows) of torsion springs and of members with a torque, without jumps
 
 
@@ -90,13 +101,6 @@ class StaticBalance:
         gauges = [self.mechanism.gauges[s.gauge].drawn for s in self.twisted]
         return np.array([*gauges, *(0.0 for _ in self.torques)])
 
-    def factor(self, load: AppliedLoad, inputs: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the factor of a load (rows,), and its derivative by the input of its table."""
-        if load.curve is None or load.over == TIME:
-            own = 1.0 if load.curve is None else float(load.curve(np.array([self.time]))[0])
-            return np.full(inputs.shape[1], own), np.zeros(inputs.shape[1])
-        return _table(load.curve, inputs[load.over])
-
 
 class _Sum:
     """Adds the contributions of all forces."""
@@ -105,15 +109,17 @@ class _Sum:
         self.balance, self.at, self.near = balance, at, near
         self.mechanism, self.metre = balance.mechanism, balance.metre
         k, rows = len(at.first), at.nodes.shape[1]
-        self.potential, self.stiffness = np.zeros(rows), np.zeros(rows)
+        self.potential = np.zeros(rows)
         self.q, self.rest, self.size = (np.zeros((k, rows)) for _ in range(3))
-        self.slope, self.rest_slope = np.zeros((k, k, rows)), np.zeros((k, k, rows))
+        self.slope, self.rest_slope, self.steep = (np.zeros((k, k, rows)) for _ in range(3))
+        self.pulls: list[Pull] = []
         self.angles = np.zeros((len(balance.twisted) + len(balance.torques), rows))
 
     def run(self) -> GeneralisedForces:
         for part in self.balance.inertias:
-            pull = part.mass * self.balance.dynamics.gravity * self.metre
-            self._add_potential((self._point(part, part.centre) * -np.conj(pull)).real)
+            pull, place = part.mass * self.balance.dynamics.gravity * self.metre, self._point(part, part.centre)
+            self._add_potential((place * -np.conj(pull)).real)
+            self.pulls.append(Pull(abs(pull), place.first, False))
         for spring in self.balance.dynamics.springs:
             self._add_spring(spring)
         for load in self.balance.loads:
@@ -121,7 +127,8 @@ class _Sum:
         for release in self.balance.efforts:
             self._add_effort(release.actuator)
         return GeneralisedForces(
-            self.potential, self.q, self.slope, self.rest, self.rest_slope, self.size, self.stiffness, self.angles
+            self.potential, self.q, self.slope, self.rest, self.rest_slope, self.size, self.steep,
+            self.pulls, self.angles,
         )  # fmt: skip
 
     def _add_potential(self, v: Jet) -> None:
@@ -132,46 +139,42 @@ class _Sum:
         self.q += q
         self.slope += slope
         self.size += np.abs(q)
-        self.stiffness += np.sqrt(np.sum(slope**2, axis=(0, 1)))
+        self.steep += np.abs(slope)
 
-    def _add_rest(self, q: FloatArray, slope: FloatArray) -> None:
-        """Add a force without a potential."""
-        self._add(q, slope)
-        self.rest += q
+    def _add_rest(self, q: Any) -> None:
+        """Add forces (k, rows) without a potential."""
+        slope = q.slopes.swapaxes(0, 1)
+        self._add(q.value, slope)
+        self.rest += q.value
         self.rest_slope += slope
 
     # -- springs --------------------------------------------------------------------------------------
 
     def _add_spring(self, spring: SpringForce) -> None:
-        gauge, stiffness, free = self.mechanism.gauges[spring.gauge], spring.stiffness, spring.free
-        if gauge.rotary:
-            row = [s.gauge for s in self.balance.twisted].index(spring.gauge)
-            stretch = self._between(gauge, row) - free
-        elif is_vector(self.mechanism, spring):
-            arm = self.at.node(gauge.nodes[1]) - self.at.node(gauge.node)
-            self._add_potential((arm * arm.conjugate()).real * (0.5 * stiffness * self.metre**2))
-            return
+        gauge, free = self.mechanism.gauges[spring.gauge], spring.free
+        stiffness = spring.stiffness * (1.0 if gauge.rotary else self.metre**2)
+        if is_vector(self.mechanism, spring):
+            value = self.at.node(gauge.nodes[1]) - self.at.node(gauge.node)
+            square = (value * value.conjugate()).real
         else:
-            stretch = (self._length(gauge) if gauge.kind == SPAN else self._height(gauge)) - free
-            stiffness = stiffness * self.metre**2
-        self._add_potential(stretch * stretch * (0.5 * stiffness))
+            value = self._reading(gauge, spring.gauge)
+            square = (value - free) * (value - free)
+        self._add_potential(square * (0.5 * stiffness))
+        self.pulls.append(Pull(stiffness * (np.abs(value.value) + abs(free)), value.first, gauge.rotary))
 
-    def _length(self, gauge: Input) -> Any:
-        arm = self.at.node(gauge.nodes[1]) - self.at.node(gauge.node)
-        square = (arm * arm.conjugate()).real
-        length = np.sqrt(square.value)
-        safe = np.where(length > 0.0, length, np.inf)  # coincident nodes: the direction of the force is not determined
-        return square.through(length, 0.5 / safe, -0.25 / safe**3)
-
-    def _height(self, gauge: Input) -> Any:
+    def _reading(self, gauge: Input, number: int) -> Any:
+        """Return what a gauge measures: an angle, a length or a height."""
+        if gauge.rotary:
+            one, other = self._unit(gauge.members[0]) * complex(gauge.arm), self._unit(gauge.guide) * gauge.reference
+            return self._angle(one * other.conjugate(), [s.gauge for s in self.balance.twisted].index(number))
+        if gauge.kind == SPAN:
+            arm = self.at.node(gauge.nodes[1]) - self.at.node(gauge.node)
+            square = (arm * arm.conjugate()).real
+            length = np.sqrt(square.value)
+            safe = np.where(length > 0.0, length, np.inf)  # coincident nodes: the force has no determined direction
+            return square.through(length, 0.5 / safe, -0.25 / safe**3)
         unit = self._unit(gauge.guide) * complex(gauge.normal)
-        away = self.at.node(gauge.node) - self._on_member(gauge.guide, gauge.point)
-        return (away * unit.conjugate()).real
-
-    def _between(self, gauge: Input, row: int) -> Jet:
-        """Return the angle between two members, without jumps from row to row."""
-        one, other = self._unit(gauge.members[0]) * complex(gauge.arm), self._unit(gauge.guide) * gauge.reference
-        return self._angle(one * other.conjugate(), row)
+        return ((self.at.node(gauge.node) - self._on_member(gauge.guide, gauge.point)) * unit.conjugate()).real
 
     def _angle(self, unit: Jet, row: int) -> Jet:
         """Return the angle of a complex number of modulus 1, and keep it in a row of `angles`."""
@@ -189,47 +192,41 @@ class _Sum:
     # -- loads ----------------------------------------------------------------------------------------
 
     def _add_load(self, load: AppliedLoad) -> None:
-        factor, growth = self.balance.factor(load, self.at.inputs)
-        over = self.at.input(load.over) if load.over != TIME else None
-        if load.torque:
-            row = len(self.balance.twisted) + [id(one) for one in self.balance.torques].index(id(load))
-            self._add_force(self._angle(self._unit(load.member), row) * load.torque, factor, growth, over)
-            return
-        point, force = self._point(load, load.point), load.force * self.metre
-        if load.follows:
-            self._add_follower(load, point, factor, growth, over)
+        unit = self._unit(load.member).dual if load.follows else 1.0
+        force = self._factor(load) * (load.torque or unit * (load.force * self.metre))
+        moved = self._turned(load) if load.torque else self._point(load, load.point)
+        self.pulls.append(Pull(np.abs(nominal(force)), moved.first, bool(load.torque)))
+        if isinstance(force, Dual):
+            self._add_rest((np.conjugate(force) * moved.rates).real)
         else:
-            self._add_force((point * np.conj(force)).real, factor, growth, over)
+            self._add_potential((moved * -np.conjugate(force)).real)
 
-    def _add_force(self, work: Jet, factor: FloatArray, growth: FloatArray, over: Jet | None) -> None:
-        """Add a force whose work at the factor 1 is a function of the position."""
-        if over is None:
-            self._add_potential(work * -float(factor[0]))
-            return
-        self._add_rest(factor * work.first, factor * work.second + growth * work.first[:, None] * over.first[None, :])
+    def _factor(self, load: AppliedLoad) -> Dual | float:
+        """Return the factor of a load."""
+        if load.curve is None:
+            return 1.0
+        if load.over == TIME:
+            return float(load.curve(np.array([self.balance.time]))[0])
+        value, slope = _table(load.curve, self.at.inputs[load.over])
+        return Dual(value, slope * self.at.input(load.over).first)
 
-    def _add_follower(
-        self, load: AppliedLoad, point: Jet, factor: FloatArray, growth: FloatArray, over: Jet | None
-    ) -> None:
-        """Add a force that turns with its member."""
-        unit = self._unit(load.member) * (load.force * self.metre)
-        force = Jet(unit.value.conj() * factor, unit.first.conj() * factor, unit.second)
-        if over is not None:
-            force = Jet(force.value, force.first + growth * unit.value.conj() * over.first, force.second)
-        slope = force.value * point.second + point.first[:, None] * force.first[None, :]
-        self._add_rest((force.value * point.first).real, slope.real)
+    def _turned(self, load: AppliedLoad) -> Jet:
+        """Return the angle of a member with a torque."""
+        row = len(self.balance.twisted) + [id(one) for one in self.balance.torques].index(id(load))
+        return self._angle(self._unit(load.member), row)
 
     def _add_effort(self, number: int) -> None:
         effort = next(r.effort for r in self.balance.efforts if r.actuator == number)
-        value = self.at.input(number)
-        unit = 1.0 if self.mechanism.actuators[number].rotary else self.metre
+        value, rotary = self.at.input(number), self.mechanism.actuators[number].rotary
+        unit = 1.0 if rotary else self.metre
         if effort.curve is not None and effort.over == "value":
             force, slope = _table(effort.curve, value.value)
             self._add_potential(value.through(_integral(effort.curve, value.value), force, slope) * -unit)
-            return
-        at = self.balance.time if effort.over == "time" else 0.0  # over the speed: at rest
-        constant_force = effort.constant if effort.curve is None else float(effort.curve(np.array([at]))[0])
-        self._add_potential(value * (-constant_force * unit))
+        else:
+            at = self.balance.time if effort.over == "time" else 0.0  # over the speed: at rest
+            force = np.array([effort.constant]) if effort.curve is None else effort.curve(np.array([at]))
+            self._add_potential(value * (-force * unit))
+        self.pulls.append(Pull(np.abs(force) * unit, value.first, rotary))
 
     # -- positions ------------------------------------------------------------------------------------
 

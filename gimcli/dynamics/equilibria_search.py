@@ -68,7 +68,7 @@ class BalancedPlace:
     q: FloatArray  # (j,)
     slope: FloatArray  # (j, j) dQ
     size: float  # greatest sum of contributions to a force
-    stiffness: float  # sum of contributions to `slope`
+    stiffness: float  # norm of the sums of the magnitudes of the contributions to `slope`
     potential: float
     angles: FloatArray = field(repr=False)
 
@@ -109,8 +109,8 @@ class EquilibriumSearch:
         found = self.balance(jet, near[:, None])
         size = float(np.max(found.size, initial=0.0))
         return BalancedPlace(
-            y, basis, found.q[:, 0], found.slope[:, :, 0], size, float(found.stiffness[0]), float(found.potential[0]),
-            found.angles[:, 0],
+            y, basis, found.q[:, 0], found.slope[:, :, 0], size, float(np.linalg.norm(found.steep)),
+            float(found.potential[0]), found.angles[:, 0],
         )  # fmt: skip
 
     def run(self, starts: int, seed: int, progress: Progress = no_progress) -> Equilibria:

@@ -116,8 +116,9 @@ def _root(found: Linearised) -> FloatArray:
 def _conservative(found: Linearised, root: FloatArray) -> tuple[Mode, ...]:
     stiffness = root @ found.stiffness @ root.T
     values, vectors = np.linalg.eigh(0.5 * (stiffness + stiffness.T))
-    modes = []
-    for value, vector in zip(values, _separated(values, (root.T @ vectors).T), strict=True):
+    modes, shapes = [], (root.T @ vectors).T
+    values[[_is_rigid(found, shape) for shape in shapes]] = 0.0  # one frequency, whatever the rounding
+    for value, vector in zip(values, _separated(values, shapes), strict=True):
         kind = RIGID if _is_rigid(found, vector) else VIBRATION if value > 0.0 else UNSTABLE
         rate = {RIGID: 0j, VIBRATION: complex(0.0, math.sqrt(abs(value))), UNSTABLE: complex(math.sqrt(abs(value)))}
         modes.append(_mode(found, kind, rate[kind], vector))

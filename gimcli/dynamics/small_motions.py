@@ -15,10 +15,10 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from gimcli.dynamic_data import TIME
-from gimcli.dynamics.force_slopes import ForceSlopes, InfluenceCoefficients
+from gimcli.dynamic_data import DrivingEffort
+from gimcli.dynamics.equilibria_balance import GeneralisedForces, PositionJet, StaticBalance
 from gimcli.dynamics.kinematic_history import read_at
-from gimcli.dynamics.load_arrays import acting, moving_loads, with_force_gauges
+from gimcli.dynamics.load_arrays import acting, with_force_gauges
 from gimcli.dynamics.physical import require_action
 from gimcli.dynamics.reducer import release_of
 from gimcli.errors import StructureError
@@ -34,6 +34,9 @@ from gimcli.structure.polynomials import (
     with_gauges,
     with_linked_gauges,
 )
+
+LEVER = 1e-3
+"""Least lever of a force in its scale, relative to the greatest of all nodes; without a lever a force is balanced."""
 
 NEARLY = 1e-6
 """Ratio of singular values below which steps end at a singular position: it is found to half the digits only."""
@@ -104,10 +107,9 @@ class Linearisation:
         self.mechanism, self.released, self.time, self.metre = mechanism, released, time, metre
         self.held = tuple(k for k in mechanism.drivers if k not in released)
         read = with_force_gauges(with_linked_gauges(_with_releases(mechanism, released))).nearby
-        self.terms, self.loads = coupled_terms(with_gauges(read)), moving_loads(read)
+        self.terms, self.balance = coupled_terms(with_gauges(read)), StaticBalance(read, released, time)
         self.acting = acting(read, released, metre)
-        efforts = [release_of(read, k).effort for k in released]
-        self.slopes = ForceSlopes(self.acting, self.loads, efforts, released, mechanism.size, mechanism.close, time)
+        self.resisting = _resisting(self.acting, [release_of(read, k).effort for k in released])
 
     def at(self, z: ComplexArray, inputs: FloatArray, gauges: FloatArray | None = None) -> Linearised:
         """Return the linearised equations at a position; see `linearised`."""
@@ -118,18 +120,20 @@ class Linearisation:
         if choice is None:
             raise self._singular()
         directions = np.eye(len(self.released), len(choice.independent))
-        place = self._differentiate(v, choice, directions)
-        stiffness, roughly, scale, damping = self.slopes.at(place)
-        reduced = self._reduced(choice, place)
+        at = self._differentiate(v, choice, directions)
+        forces, damping, place = self.balance(at, self._angles), self._damping(directions), self.place
+        scale, rough = self._scales(at, forces)
+        reduced = self._reduced(self.acting)
         unit = np.array([1.0 if self._turns(c) else self.metre for c in choice.independent[: len(self.released)]])
         self.unit, both, mechanism = unit, unit[:, None] * unit, self.mechanism
         return Linearised(
-            mechanism, self.released, on_inputs, *self._named(choice), mechanism.whole(place.z),
+            mechanism, self.released, on_inputs, *self._named(choice), mechanism.whole(at.nodes[:, 0]),
             place.v[self._inputs].copy(), place.v[self._gauges].copy(), directions @ reduced.m @ directions.T / both,
-            stiffness / both, roughly / both, damping / both, directions @ reduced.q / unit, scale / unit,
-            float(reduced.energy[reduction.POTENTIAL]), self._symmetric,
-            place.r[:, : len(mechanism.actuators)] / unit[:, None],
-            mechanism.whole(place.b, -1) / unit[:, None], mechanism.whole(place.bb, -1) / both[:, :, None],
+            -forces.slope[..., 0] / both, rough / both, damping / both, forces.q[:, 0] / unit,
+            scale / unit, float(reduced.energy[reduction.POTENTIAL]),
+            self.balance.conservative or len(self.released) == 1, at.rates[..., 0] / unit[:, None],
+            mechanism.whole(at.first[..., 0], -1) / unit[:, None],
+            mechanism.whole(at.second[..., 0], -1) / both[:, :, None],
         )  # fmt: skip
 
     def moved(self, steps: FloatArray) -> tuple[ComplexArray, FloatArray, FloatArray] | None:
@@ -171,8 +175,14 @@ class Linearisation:
         continue_linked(terms, v)
         return v
 
-    def _differentiate(self, v: FloatArray, choice: Choice, directions: FloatArray) -> InfluenceCoefficients:
-        """Return first and second influence coefficients along directions (k, independent variables)."""
+    @property
+    def _angles(self) -> FloatArray:
+        """The angles (angles, 1) of the torsion springs, counted through full turns, and of members with a torque."""
+        springs = [self.place.v[self._inputs.stop + spring.gauge] for spring in self.balance.twisted]
+        return np.array([*springs, *(0.0 for _ in self.balance.torques)])[:, None]
+
+    def _differentiate(self, v: FloatArray, choice: Choice, directions: FloatArray) -> PositionJet:
+        """Return the position with its derivatives along directions (k, independent variables)."""
         terms, k = self.terms, len(directions)
         self.chart = make_chart(terms, choice)
         self.place, self.room = _arrays(terms, self.chart)
@@ -186,11 +196,12 @@ class Linearisation:
         for i in range(k):
             for j in range(i):
                 bias[i, j] = bias[j, i] = 0.5 * (bias[i, j] - bias[i, i] - bias[j, j])
-        self._bias(np.zeros(directions.shape[1]))
-        first, rates = terms.first_reading, directions @ self.place.b
-        v = self.place.v
-        z, b, bb = (x[..., 0:first:2] + 1j * x[..., 1:first:2] for x in (v, rates, bias))
-        return InfluenceCoefficients(v, first, z, b, bb, rates[:, first:-1], bias[..., first:-1])
+        first, parts = (
+            terms.first_reading,
+            [part[..., None] for part in (self.place.v, directions @ self.place.b, bias)],
+        )
+        nodes = (part[..., 0:first:2, :] + 1j * part[..., 1:first:2, :] for part in parts)
+        return PositionJet(*nodes, *(part[..., self._inputs, :] for part in parts))
 
     def _bias(self, speeds: FloatArray) -> FloatArray:
         """Return the accelerations of all variables at constant speeds of the independent variables."""
@@ -211,23 +222,36 @@ class Linearisation:
 
     # -- matrices -------------------------------------------------------------------------------------
 
-    def _reduced(self, choice: Choice, place: InfluenceCoefficients) -> reduction.Reduced:
-        """Return inertia, generalised forces at rest and energies in all independent variables."""
-        size = len(choice.independent)
-        factors = np.array([self.slopes.factor(load, place) for load in self.loads])
-        self.acting.motor[:, 0] = [self.slopes.effort(k, place) for k in range(len(self.released))]
+    def _scales(self, at: PositionJet, forces: GeneralisedForces) -> tuple[FloatArray, FloatArray]:
+        """Return what rounding in the forces (k,) and in their derivatives (k, k) is relative to."""
+        scale, rough, size = np.zeros(len(at.first)), forces.steep[..., 0], self.mechanism.size
+        least = LEVER * np.max(np.abs(at.first[:, list(self.mechanism.close), 0]), axis=1)
+        for pull in forces.pulls:
+            lever = np.maximum(np.abs(pull.rates[:, 0]), least / (size if pull.turns else 1.0))
+            amount = np.ravel(pull.amount)[0]
+            scale += amount * lever
+            rough = rough + amount / (1.0 if pull.turns else size) * lever[:, None] * lever
+        return scale, rough
+
+    def _damping(self, directions: FloatArray) -> FloatArray:
+        """Return the matrix of dampers, viscous friction, and driving efforts that depend on the speed."""
+        forces = []
+        for speeds in directions:
+            self._bias(speeds)
+            forces.append(directions @ self._reduced(self.resisting).q)
+        self._bias(np.zeros(directions.shape[1]))
+        return np.asarray(0.0 - np.array(forces).T)
+
+    def _reduced(self, acting: reduction.Acting) -> reduction.Reduced:
+        """Return inertia, generalised forces and energies in all independent variables, without loads."""
+        size = len(self.place.b)
         out = reduction.Reduced(
             np.zeros((size, size)), np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(reduction.ENERGIES)
         )
-        plain(reduction.reduce)(self.acting, self.place, self.room, factors, out)
+        plain(reduction.reduce)(acting, self.place, self.room, np.zeros(len(acting.loads)), out)
         return out
 
     # -- names ----------------------------------------------------------------------------------------
-
-    @property
-    def _symmetric(self) -> bool:
-        loads = all(not p.follows and (p.curve is None or p.over == TIME) for p in self.loads)
-        return loads or len(self.released) == 1
 
     def _turns(self, variable: int) -> bool:
         first = self.terms.first_reading
@@ -245,6 +269,20 @@ def _with_releases(mechanism: Mechanism, released: Sequence[int]) -> Mechanism:
     """Return the mechanism in which exactly the released inputs are free, with the efforts of the file."""
     releases = [replace(release_of(mechanism, k), free=k in released) for k in range(len(mechanism.actuators))]
     return replace(mechanism, dynamics=replace(mechanism.dynamics, releases=tuple(releases)))
+
+
+def _resisting(acting: reduction.Acting, efforts: Sequence[DrivingEffort]) -> reduction.Acting:
+    """Return only what depends on the speeds: at rest, driving efforts act as dampers of their slopes."""
+    slopes = [
+        (effort.constant / effort.idle if effort.idle else 0.0)
+        - (effort.curve.slope(0.0) if effort.curve is not None and effort.over == "speed" else 0.0)
+        for effort in efforts
+    ]
+    own = np.array(slopes) / np.where(acting.motors[:, 1] == 1, 1.0, acting.metre)
+    return acting._replace(
+        gravity=np.zeros(2), springs=acting.springs[:0], spring=acting.spring[:0], motor=np.zeros_like(acting.motor),
+        dampers=np.concatenate([acting.dampers, acting.motors]), damper=np.concatenate([acting.damper, own]),
+    )  # fmt: skip
 
 
 def _arrays(terms: Terms, chart: influence.Chart) -> tuple[influence.InfluencePosition, influence.InfluenceScratch]:

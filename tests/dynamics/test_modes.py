@@ -54,6 +54,15 @@ def test_two_uniform_bars_of_the_shipped_model():
     assert held["omega"] == pytest.approx(found["omega"])
 
 
+def test_modes_without_stiffness_have_one_form():
+    """Of a balanced linkage every motion is a rigid one: those of one coordinate each, whatever the rounding."""
+    found = gimcli.modes(gimcli.load("balanced_lamp"))
+    assert list(found["kind"]) == ["rigid body", "rigid body"]
+    shapes = np.array([found["shoulder.shape"], found["elbow.shape"]])
+    assert shapes == pytest.approx(np.eye(2), abs=1e-12)
+    assert found["upper_arm.turn"] == pytest.approx([0, 1], abs=1e-12)
+
+
 def test_two_point_pendulums_with_a_spring():
     text = f"""
 nodes: {{O: [0, 0], P: [3, 0], A: [0, -1], B: [3, -1], C: [0, -0.4], D: [3, -0.4]}}
