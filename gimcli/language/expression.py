@@ -34,6 +34,9 @@ SCALAR: dict[str, Callable[..., Any]] = {
 REDUCTIONS = ("min", "max", "range", "mean", "rms", "first", "last", "argmin", "argmax", "integral")
 """Functions of all rows of a motion."""
 
+REDUCES = " of rows"
+"""End of the names of these operations."""
+
 CONSTANTS = {"pi": math.pi, "deg": math.pi / 180.0}
 """The constants; `deg` is one degree in rad."""
 
@@ -75,6 +78,11 @@ class Expression:
     def names(self) -> frozenset[str]:
         """The names in it."""
         return frozenset(item for item in self.code if isinstance(item, str))
+
+    @property
+    def reduces(self) -> bool:
+        """Whether a part of it is one value for all rows."""
+        return any(isinstance(item, tuple) and str(item[0]).endswith(REDUCES) for item in self.code)
 
     def value(self, names: Any, functions: Mapping[str, Callable[..., Any]]) -> Any:
         """Return the value for values of the names; `functions` come before the operators of Python."""

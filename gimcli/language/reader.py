@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, Protocol
 
-from gimcli.language.expression import CONSTANTS, FUNCTIONS, REDUCTIONS, Expression, ExpressionError, PartKind
+from gimcli.language.expression import CONSTANTS, FUNCTIONS, REDUCES, REDUCTIONS, Expression, ExpressionError, PartKind
 
 LONGEST, DEEPEST = 1000, 50
 """Most characters of a text, and most brackets, signs and powers inside one another."""
@@ -22,7 +22,7 @@ PRECEDENCE = {
 
 DIGITS = r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?"
 NUMBER, SIGNED, WORD = re.compile(DIGITS), re.compile(rf"\s*[-+]?{DIGITS}\s*"), re.compile(r"[^\W\d]\w*")
-OTHER = re.compile(r"[a-z]+:[^\s()+*<>=!,|]+|[^\W\d][^\s()+*/<>=!,|]*")
+OTHER = re.compile(r"[a-z]+:[^\s()+*<>=!,|]+|[^\W\d][^\s()+*/<>=!,|-]*")
 """A word that is no name."""
 
 
@@ -175,8 +175,8 @@ class ExpressionReader:
         if word in ("argmin", "argmax", "integral"):
             across, own = self.names.across()
             self.code.append(across)
-            unit, count = (own if word != "integral" else " ".join(filter(None, (unit, own)))), 2
-        return self._applied(f"{word} of rows", count, PartKind("number", unit))
+            unit, count = (own if word != "integral" else unit and f"{unit} {own}"), 2
+        return self._applied(word + REDUCES, count, PartKind("number", unit))
 
     def _at(self, start: int, kind: PartKind) -> PartKind:
         if kind.what != "rows":

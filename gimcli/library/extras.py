@@ -40,7 +40,7 @@ class Extras:
         """Read the graphs, and add what they need; raise UsageError for an unknown quantity."""
         from gimcli.library.plots import KeptColumns, only_angle
         from gimcli.library.trace_plots import TraceVocabulary
-        from gimcli.quantities import KINDS
+        from gimcli.quantities.coordinates import MemberTurning, PointVector, RowValue
         from gimcli.quantities.state import Needs
 
         vocabulary = TraceVocabulary(self.mechanism, tuple(self.specs))
@@ -50,10 +50,10 @@ class Extras:
         needs = Needs(self.mechanism)
         found = (vocabulary.catalogue.column(name) for plan in self.plans for name in sorted(plan.columns))
         for item in (item for item in found if item is not None):
-            if item.quantity.spec.partition(":")[0] in KINDS:
-                self.specs += [item.quantity.spec] * (item.quantity.spec not in self.specs)
-            else:
+            if isinstance(item.quantity, PointVector | MemberTurning | RowValue):  # columns of every motion
                 item.quantity.values(needs)
+            else:
+                self.specs += [item.quantity.spec] * (item.quantity.spec not in self.specs)
         self.order = max(self.order, needs.order)
         self.points += [name for name in needs.points if name not in self.mechanism.traced]
         self.members += needs.members

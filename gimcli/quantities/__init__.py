@@ -5,11 +5,20 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from gimcli.mechanism import Mechanism
-from gimcli.quantities import advantage, angle, area, centre, curvature, naming, transmission
+from gimcli.quantities import advantage, angle, area, centre, curvature, distance, naming, transmission
 from gimcli.quantities.quantity import Kind, Quantity
 
 KINDS: dict[str, Kind] = {
-    kind.name: kind for kind in (centre.KIND, curvature.KIND, transmission.KIND, advantage.KIND, area.KIND, angle.KIND)
+    kind.name: kind
+    for kind in (
+        centre.KIND,
+        curvature.KIND,
+        transmission.KIND,
+        advantage.KIND,
+        area.KIND,
+        angle.KIND,
+        distance.KIND,
+    )
 }
 
 

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import cached_property
 
 from gimcli.errors import UsageError
 from gimcli.mechanism import FRAME, Mechanism
 from gimcli.quantities import KINDS, quantities_of
 from gimcli.quantities.coordinates import LETTERS, TURNING, MemberTurning, PointVector, RowValue
+from gimcli.quantities.forces import ForceQuantity, force_quantities
 from gimcli.quantities.quantity import Item, Quantity
 from gimcli.structure.derived import derived
 
@@ -29,6 +31,12 @@ class Catalogue:
         yield from self.rows
         yield from (f"{name}.{letter}{axis}" for name in self.points for letter in LETTERS for axis in "xy")
         yield from (f"{name}.{word}" for name in self.members for word in TURNING)
+        yield from (head.name for one in self.forces for head in one.heads)
+
+    @cached_property
+    def forces(self) -> tuple[ForceQuantity, ...]:
+        """The quantities of forces."""
+        return tuple(force_quantities(self.mechanism))
 
     def find(self, name: str) -> tuple[Item, ...]:
         """Return the column with a name, or the columns of a point, a vector such as P.v or a kind; () if unknown."""
@@ -52,13 +60,17 @@ class Catalogue:
         elif name in self.points or (head in self.points and tail in LETTERS[1:]):
             order = 0 if name in self.points else LETTERS.index(tail)
             yield from _items(PointVector(self.mechanism, name if not order else head, order))
-        else:
+        elif name.partition(":")[0] in KINDS:
             yield from self._of_kind(name)
+        else:
+            vectors = [one for one in self.forces if one.own.vector and one.spec in (name, f"{name}.f")]
+            alone = [item for one in self.forces for item in _items(one) if item.head.name == name]
+            yield from alone or [item for one in vectors[:1] for item in _items(one)]
 
     def _of_kind(self, name: str) -> Iterator[Item]:
         """Yield the columns of a kind with arguments, such as centre:a/b, or the one with this name."""
         parts = name.split(".")
-        for k in range(len(parts), 0, -1) if name.partition(":")[0] in KINDS else ():
+        for k in range(len(parts), 0, -1):
             try:
                 items = [item for one in quantities_of(self.mechanism, ".".join(parts[:k])) for item in _items(one)]
             except UsageError:

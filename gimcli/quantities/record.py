@@ -10,7 +10,7 @@ import numpy as np
 
 from gimcli.mechanism import ComplexArray, Mechanism
 from gimcli.motion.motion import Motion
-from gimcli.quantities import quantities_of
+from gimcli.quantities.formula import asked
 from gimcli.quantities.quantity import ColumnRange, Head, Quantity
 from gimcli.quantities.state import MotionState, derivatives_of
 from gimcli.rates.member_angles import Angles, in_rows
@@ -21,7 +21,7 @@ class Record:
     """Requested measures, and their ranges over the pieces so far."""
 
     def __init__(self, mechanism: Mechanism, specs: Sequence[str]) -> None:
-        found = {m.spec: m for spec in specs for m in quantities_of(mechanism, spec)}
+        found = {m.spec: m for spec in specs for m in asked(mechanism, spec)}
         self.measures: tuple[Quantity, ...] = tuple(found.values())
         self.memory: dict[str, Any] = {}
         self.ranges = {head.name: ColumnRange() for head in self.heads}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -18,6 +18,9 @@ from gimcli.motion.motion import Motion
 from gimcli.rates.derivatives import MotionRates, rates
 from gimcli.rates.member_angles import Angles, in_rows
 from gimcli.rates.path_derivatives import PathDerivatives
+
+if TYPE_CHECKING:
+    from gimcli.dynamics.forces import Forces
 
 
 @dataclass(frozen=True)
@@ -81,6 +84,11 @@ class State(ABC):
     @property
     def path(self) -> PathDerivatives:
         """The derivatives along the path of one motion."""
+        raise ApartError
+
+    @property
+    def forces(self) -> Forces:
+        """The forces of one motion."""
         raise ApartError
 
     def value(self, quantity: Valued, column: int) -> Any:
@@ -174,6 +182,7 @@ class MotionState(State):
         self.memory = {} if memory is None else memory
         self._path: PathDerivatives | None = None
         self._rates: MotionRates | None = None
+        self._forces: Forces | None = None
 
     @property
     def path(self) -> PathDerivatives:
@@ -181,6 +190,18 @@ class MotionState(State):
         if self._path is None:
             self._path = derivatives_of(self.motion, self.angles)
         return self._path
+
+    @property
+    def forces(self) -> Forces:
+        """The forces of the motion along its laws, in rows in which they are well determined."""
+        if self._forces is None:
+            from gimcli.dynamics.forces import piece_forces
+            from gimcli.dynamics.kinematic_history import Courses, Turns
+            from gimcli.dynamics.statics import statics
+
+            courses, turns = Courses(self.mechanism), self.memory.setdefault("turns of springs", Turns())
+            self._forces = piece_forces(statics(self.mechanism), courses, self.motion, turns=turns)
+        return self._forces
 
     def node(self, node: int, order: int = 0) -> Any:
         """Return the place of a node (rows,), or a derivative of it."""

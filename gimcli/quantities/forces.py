@@ -1,0 +1,33 @@
+"""Forces, moments, powers and energies as quantities of a motion."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import chain
+from typing import Any
+
+from gimcli.dynamics.force_columns import ForceColumn, reactions, rotors, seen_from_members, totals
+from gimcli.dynamics.statics import statics
+from gimcli.mechanism import Mechanism
+from gimcli.quantities.quantity import Head, Quantity
+from gimcli.quantities.state import State
+
+
+class ForceQuantity(Quantity):
+    """A force, a moment, a power or an energy."""
+
+    def __init__(self, own: ForceColumn) -> None:
+        self.own, self.spec = own, own.name
+        self.heads = tuple(Head(name, own.unit, own.name.rpartition(".")[2]) for name in own.names)
+
+    def values(self, state: State) -> Sequence[Any]:
+        """Return the value, of a vector its components."""
+        found = self.own.find(state.forces)
+        return (found.real, found.imag) if self.own.vector else [found]
+
+
+def force_quantities(mechanism: Mechanism) -> Iterator[ForceQuantity]:
+    """Yield the quantities of the forces of a mechanism; none without masses, loads, springs, or a physical unit."""
+    if not mechanism.dynamics.empty and mechanism.dynamics.metre is not None and mechanism.actuators:
+        own = statics(mechanism)
+        yield from map(ForceQuantity, chain(reactions(own), totals(own), rotors(own), seen_from_members(own)))

@@ -1,0 +1,152 @@
+"""Every quantity in every place: the same numbers in traces, forces, graphs, sweeps and sensitivities, by one name."""
+
+import numpy as np
+import pytest
+from bundled import MODELS
+
+import gimcli
+from gimcli.errors import UsageError
+from gimcli.quantities.catalogue import catalogue
+
+STEPS = 12
+MORE = (
+    "transmission", "distance:{a}/{b}", "angle:{m}", "curvature:{p}", "centre:frame/{m}", "area:{m}.signed",
+    "hypot({p}.x - 1, {p}.y)", "|{p}.v|", "|{p}|", "({p}.x + {a}.x) / 2", "max({p}.x, {a}.x)",
+)  # fmt: skip
+FORCES = ("crank_press", "toggle_clamp", "slider_crank")
+SWEPT = {"crank_press": "crank.length", "crank_rocker": "crank.length", "slider_crank": "rod.length"}
+
+
+def asked(m):
+    """Return the names of all columns, and some quantities with arguments."""
+    at = {"p": m.traced[0], "a": m.nodes[1], "b": m.nodes[2], "m": m.members[2].name}
+    return [*catalogue(m).columns, *(text.format(**at) for text in MORE)]
+
+
+def named(m, text):
+    """Return the columns that a quantity adds to a trace."""
+    items = catalogue(m).find(text)
+    return [item.head.name for item in items] if items and not text.startswith("|") else [text]
+
+
+@pytest.fixture(scope="module", params=["crank_press", "crank_rocker", "slider_crank"])
+def traced(request):
+    """A model, its quantities, and a trace with all of them as measures."""
+    m = gimcli.load(MODELS / f"{request.param}.yaml")
+    texts = asked(m)
+    return m, texts, gimcli.trace(m, STEPS, measure=texts)
+
+
+def alike(found, expected, size=1.0):
+    found, expected = (np.asarray(values, dtype=float) for values in (found, expected))
+    finite = np.isfinite(expected)
+    np.testing.assert_array_equal(np.isfinite(found), finite)
+    room = 1e-9 * (size + np.max(np.abs(expected[finite]), initial=0.0))
+    assert np.max(np.abs(found - expected)[finite], initial=0.0) <= room
+
+
+def test_columns_of_a_trace_are_those_of_its_derivatives(traced):
+    m, _, t = traced
+    whole = gimcli.trace(m, STEPS, derivatives=3).table()
+    for column in whole.columns:
+        if column.values.dtype.kind == "f" and column.name in catalogue(m).columns:
+            alike(t[column.name], column.values)
+
+
+def test_forces_are_those_of_the_forces_command(traced):
+    m, _, t = traced
+    if m.dynamics.empty:
+        pytest.skip("no masses, loads or springs")
+    found = gimcli.forces(m, STEPS)
+    names = [name for name in found if name in set(catalogue(m).columns)]
+    assert len(names) > 10
+    for name in names:
+        alike(t[name], found[name])
+
+
+def test_graphs_show_the_same_numbers(traced):
+    m, texts, t = traced
+    for text in texts:
+        names = named(m, text)
+        if text.startswith("transmission") or len(names) > 2:
+            continue
+        (graph, *_) = gimcli.trace(m, STEPS, plot=text if text[0] != "(" else text).graphs()
+        shown = {curve.name: curve.y for curve in graph.curves}
+        for name in names:
+            alike(shown[name], t[name])
+
+
+def test_sweeps_keep_the_same_numbers_in_each_row(traced):
+    m, texts, t = traced
+    motor = m.actuators[0].name
+    dimension = SWEPT[m.path.stem]
+    row = 4
+    columns = [name for text in texts for name in named(m, text)]
+    keep = [f"at({name}, {motor}={t[motor][row]!r})" for name in columns]
+    own = m.written.dimension(dimension).value
+    for together in ("auto", "on"):
+        found = gimcli.sweep(m, {dimension: [own]}, steps=STEPS, keep=keep, **({} if together == "auto" else {}))
+        for name, text in zip(columns, keep, strict=True):
+            if name in ("step", "residual"):
+                continue
+            alike(found[" ".join(text.split())][0], t[name][row], 1e-3)
+
+
+def test_derivatives_are_differences(traced):
+    """Of what has derivatives by dimensions: positions, directions, distances, transmission angles."""
+    m, texts, _ = traced
+    dimension, motor = SWEPT[m.path.stem], m.actuators[0]
+    own = m.written.dimension(dimension).value
+    start = float(m.inputs_to_file(m.start_inputs)[motor.name]) + 20.0
+    known, step = 0, 1e-4 * own
+    for text in texts:
+        try:
+            found = gimcli.sensitivity(m, text, by=dimension, samples=0, at={motor.name: start})
+        except UsageError:
+            continue
+        for name in found.names:
+            ends = [
+                gimcli.sensitivity(m.with_({dimension: own + sign * step}), text, by=dimension, samples=0,
+                                   at={motor.name: start}).value[name]
+                for sign in (1.0, -1.0)
+            ]  # fmt: skip
+            assert found.derivatives[name][dimension] == pytest.approx((ends[0] - ends[1]) / (2.0 * step), abs=1e-5)
+            known += 1
+    assert known > 8
+
+
+@pytest.mark.parametrize(
+    ("text", "part"),
+    [
+        ("max(P.x)", "expected a column, with a value for each row"), ("P.z", "did you mean 'P."),
+        ("hypot(P.x, rocker.angle)", "needs equal units, got mm and deg"), ("P.x + time", "needs equal units"),
+        ("distance:P/P", "two different points"), ("distance:P/Q", "no point or node 'Q'"), ("P.x > 3", "write for"),
+        ("rocker.effort", "no column or measure 'rocker.effort'"), ("at(P.x, motor=3)", "is one row"),
+    ],
+)  # fmt: skip
+def test_what_is_no_column_is_refused_in_one_sentence(text, part):
+    with pytest.raises(UsageError) as found:
+        gimcli.trace(gimcli.load(MODELS / "crank_rocker.yaml"), 4, measure=text)
+    assert part in str(found.value)
+    assert "\n" not in str(found.value)
+
+
+def test_units_of_expressions():
+    m = gimcli.load(MODELS / "crank_rocker.yaml")
+    units = {
+        "P.x + 3": "mm", "hypot(P.x, P.y - 2)": "mm", "sqrt(P.x*P.x)": "", "P.x * 2": "", "|P.v|": "mm/s",
+        "min(P.x, 4)": "mm", "-P.x": "mm", "rocker.angle - crank.angle": "deg", "abs(rocker.omega)": "deg/s",
+    }  # fmt: skip
+    table = gimcli.trace(m, 2, measure=list(units)).table()
+    assert {c.name: c.unit for c in table.columns if c.name in units} == units
+
+
+def test_first_last_and_integral_of_a_sweep():
+    """One turn of the crank: the integral of x over the input is that of the trapezoidal rule."""
+    m = gimcli.load(MODELS / "crank_rocker.yaml")
+    keep = ["first(P.x)", "last(P.x)", "integral(P.x)", "argmax(P.x)", "argmin(P.x)"]
+    s, t = gimcli.sweep(m, {"crank.length": [40.0]}, steps=72, keep=keep), gimcli.trace(m, 72)
+    x, u = t["P.x"], t["motor"]
+    area = float(np.sum((x[1:] + x[:-1]) / 2.0 * np.diff(u)))
+    expected = [x[0], x[-1], area, u[np.argmax(x)], u[np.argmin(x)]]
+    assert [s[text][0] for text in keep] == pytest.approx(expected, rel=1e-9)
