@@ -12,12 +12,12 @@ from gimcli.branching.resampling import along, as_motion, lengths
 from gimcli.branching.singularities import Singularity
 from gimcli.continuation.circuit import Circuit, nearby
 from gimcli.library.extras import Extras
-from gimcli.library.trace_animation import event_text, first_graphs, measured, row_at, rows_of, thinning, words
+from gimcli.library.trace_animation import event_text, first_graphs, row_at, rows_of, thinning, words
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.motion.motion import Motion
 from gimcli.output.animation import Animation, Clip, Moment, shown_rows
 from gimcli.positions.options import TOLERANCE
-from gimcli.rates.motion_table import motion_table
+from gimcli.quantities.motion_table import motion_table
 from gimcli.table import Column, Table
 
 ROUND = 6.0
@@ -80,7 +80,7 @@ def circuit_trace_animation(
     """
     mechanism, clips = motions[0].mechanism, []
     for motion, circuit, own in zip(motions, circuits, extras, strict=True):
-        table = motion_table(motion, own.names, more=measured(mechanism, own, motion), members=own.members)
+        table = own.apart(motion)
         places = [
             SingularPlace(one["way"], one["kind"], event_text(mechanism, one["kind"], one["at"]))
             for one in circuit["events"]

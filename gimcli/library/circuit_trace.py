@@ -22,7 +22,7 @@ from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.motion.motion import Motion
 from gimcli.progress import Phases
 from gimcli.rates.member_angles import counted, direction
-from gimcli.rates.motion_table import motion_table, traced_paths
+from gimcli.rates.motion_table import traced_paths
 from gimcli.table import Column, Table
 
 if TYPE_CHECKING:
@@ -84,8 +84,7 @@ class CircuitTrace:
         ]  # fmt: skip
 
     def _table(self, motion: Motion, extras: Extras) -> Table:
-        more = extras.columns(motion, self.angles)
-        table = motion_table(motion, extras.names, more=more, angles=self.angles, members=extras.members)
+        table = extras.table(motion, self.angles)
         extras.keep(table, np.arange(len(motion.time)))
         return table
 

@@ -7,70 +7,82 @@ from typing import TYPE_CHECKING, Any
 
 from gimcli.mechanism import ComplexArray, IntArray, Mechanism
 from gimcli.motion.motion import Motion
-from gimcli.rates.member_angles import Angles
+from gimcli.progress import Notify
+from gimcli.quantities.coordinates import MemberTurning, PointVector, RowValue
+from gimcli.quantities.motion_table import motion_table, usual
+from gimcli.quantities.quantity import Quantity
+from gimcli.quantities.record import Record
+from gimcli.quantities.state import MotionState, Needs
+from gimcli.rates.member_angles import Angles, in_rows
 from gimcli.table import Column, Table
 
 if TYPE_CHECKING:
     from gimcli.library.plots import KeptColumns, PlannedGraph
     from gimcli.output.graph import CurveGraph
-    from gimcli.quantities.record import Record
+    from gimcli.rates.derivatives import TracedRates
 
 
 class Extras:
-    """The measures and graphs of one trace, and the columns that they need."""
+    """The quantities and graphs of one trace."""
 
     def __init__(
         self, mechanism: Mechanism, measures: Sequence[str], plot: str | Sequence[str], derivatives: int
     ) -> None:
-        self.mechanism, self.specs, self.order = mechanism, list(measures), derivatives
-        self.points: list[str] = []  # that are not traced
-        self.members: list[int] = []  # whose directions are needed
+        self.mechanism = mechanism
         self.plans: list[PlannedGraph] = []
-        self.record: Record | None = None
         self._kept: KeptColumns | None = None
         texts = [plot] if isinstance(plot, str) else list(plot)
+        wanted = [quantity for text in measures for quantity in _asked(mechanism, text)]
+        self.record = Record(wanted)
         if any(text.strip() for text in texts):
-            self._plan(texts)
-        if self.specs:
-            from gimcli.quantities.record import Record
+            wanted += self._planned(texts, measures)
+        needs = Needs(mechanism)
+        motion = [one for one in wanted if isinstance(one, PointVector | MemberTurning)]
+        for one in motion:
+            one.values(needs)
+        self.order = max(derivatives, needs.order)
+        self.names = (*mechanism.traced, *(name for name in needs.points if name not in mechanism.traced))
+        self._members = needs.members
+        others = {one.spec: one for one in wanted if one not in motion and not isinstance(one, RowValue)}
+        self._others = list(others.values())
 
-            self.record = Record(mechanism, self.specs)
-
-    def _plan(self, texts: Sequence[str]) -> None:
-        """Read the graphs, and add what they need; raise UsageError for an unknown quantity."""
+    def _planned(self, texts: Sequence[str], measures: Sequence[str]) -> list[Quantity]:
+        """Read the graphs and return their quantities; raise UsageError for an unknown quantity."""
         from gimcli.library.plots import KeptColumns, only_angle
         from gimcli.library.trace_plots import TraceVocabulary
-        from gimcli.quantities.coordinates import MemberTurning, PointVector, RowValue
-        from gimcli.quantities.state import Needs
 
-        vocabulary = TraceVocabulary(self.mechanism, tuple(self.specs))
+        vocabulary = TraceVocabulary(self.mechanism, tuple(measures))
         for plan in (p for text in texts for p in vocabulary.plans(text, only_angle(self.mechanism))):
             if plan not in self.plans:
                 self.plans.append(plan)
-        needs = Needs(self.mechanism)
-        found = (vocabulary.catalogue.column(name) for plan in self.plans for name in sorted(plan.columns))
-        for item in (item for item in found if item is not None):
-            if isinstance(item.quantity, PointVector | MemberTurning | RowValue):  # columns of every motion
-                item.quantity.values(needs)
-            else:
-                self.specs += [item.quantity.spec] * (item.quantity.spec not in self.specs)
-        self.order = max(self.order, needs.order)
-        self.points += [name for name in needs.points if name not in self.mechanism.traced]
-        self.members += needs.members
         self._kept = KeptColumns(self.plans)
+        found = (vocabulary.catalogue.column(name) for plan in self.plans for name in sorted(plan.columns))
+        return [item.quantity for item in found if item is not None]
 
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the points that have columns."""
-        return (*self.mechanism.traced, *self.points)
+    def quantities(self, order: int | None = None) -> list[Quantity]:
+        """Return the quantities of the table, with derivatives up to an order, by default as far as they are needed."""
+        own = self.order if order is None else order
+        return [*usual(self.mechanism, self.names, own, self._members), *self._others]
 
-    def head(self, row: Motion) -> list[Column]:
-        """Return the measures' columns for the head of a table, with the rows of `row`."""
-        return self.record.head_columns(len(row.time)) if self.record is not None else []
+    def traced(self, order: int, rows: int = 0, jit: str = "off", notify: Notify | None = None) -> TracedRates | None:
+        """Return what computes the derivatives of the points and members; None without derivatives."""
+        if not order:
+            return None
+        from gimcli.rates.derivatives import TracedRates
 
-    def columns(self, piece: Motion, angles: Angles) -> list[Column]:
-        """Return the measures' columns of the next piece of the motion; `angles` counts full turns."""
-        return self.record.columns(piece, angles) if self.record is not None else []
+        return TracedRates(self.mechanism, self.names, order, rows, jit, notify)
+
+    def table(self, piece: Motion, angles: Angles, first: int = 0, traced: TracedRates | None = None) -> Table:
+        """Return the table of the next piece of the motion; `angles` counts full turns."""
+        state = MotionState(piece, angles, self.record.memory, traced)
+        table = motion_table(piece, self.quantities(), first, state)
+        self.record.add(state)
+        return table
+
+    def apart(self, motion: Motion, angles: Angles = in_rows, order: int | None = None) -> Table:
+        """Return the table of a motion that is no piece of the traced one, such as its first row."""
+        state = MotionState(motion, angles, traced=self.traced(self.order if order is None else order))
+        return motion_table(motion, self.quantities(order), state=state)
 
     def check(self, head: Table) -> None:
         """Raise UsageError if a graph cannot be drawn, such as one with abscissae of different units."""
@@ -96,12 +108,19 @@ class Extras:
 
     def curves(self, motion: Motion) -> dict[str, ComplexArray]:
         """Return the curves that the measures add to the drawing."""
-        return self.record.curves(motion) if self.record is not None else {}
+        return self.record.curves(motion)
 
     def outlines(self, motion: Motion) -> list[ComplexArray]:
         """Return the areas that the measures add to the drawing."""
-        return self.record.outlines(motion) if self.record is not None else []
+        return self.record.outlines(motion)
 
     def report(self, motion: Motion) -> dict[str, Any]:
         """Return the results of the measures for the whole motion, for --json."""
-        return {"measures": self.record.results(motion)} if self.record is not None else {}
+        return {"measures": self.record.results(motion)} if self.record.measures else {}
+
+
+def _asked(mechanism: Mechanism, text: str) -> Sequence[Quantity]:
+    """Return the quantities of a text of `measure`."""
+    from gimcli.quantities.formula import asked
+
+    return asked(mechanism, text)

@@ -34,8 +34,7 @@ class PlottedQuantity(NamedTuple):
     @property
     def column(self) -> str:
         """The name of the column; "" for an expression."""
-        (name,) = self.expression.code if len(self.expression.code) == 1 else ("",)
-        return str(name)
+        return _name(self.expression)
 
     @property
     def columns(self) -> frozenset[str]:

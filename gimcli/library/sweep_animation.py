@@ -14,7 +14,7 @@ from gimcli.library.trace_animation import returns, words
 from gimcli.mechanism import FloatArray, IntArray
 from gimcli.output.animation import Animation, Clip, DimensionSlider, Graph
 from gimcli.quantities.graphs import abscissa
-from gimcli.rates.motion_table import motion_table
+from gimcli.quantities.motion_table import motion_table
 from gimcli.status import Status
 from gimcli.table import Table
 

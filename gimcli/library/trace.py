@@ -21,7 +21,7 @@ from gimcli.motion.summary import Summary
 from gimcli.positions.options import Options
 from gimcli.progress import Notify, Phases, no_phases
 from gimcli.rates.member_angles import LawAngles
-from gimcli.rates.motion_table import events, motion_table, reachable, traced_paths
+from gimcli.rates.motion_table import events, reachable, traced_paths
 from gimcli.structure.drive_check import explained, require_consistent
 from gimcli.structure.plan import make_plan
 from gimcli.table import Table
@@ -168,12 +168,7 @@ class MotionTrace:
 
     @cached_property
     def _rates(self) -> TracedRates | None:
-        if not self.extras.order:
-            return None
-        from gimcli.rates.derivatives import TracedRates
-
-        names, order = self.extras.names, self.extras.order
-        return TracedRates(self.mechanism, names, order, self.steps + 1, self.options.jit, self._notify)
+        return self.extras.traced(self.extras.order, self.steps + 1, self.options.jit, self._notify)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -182,8 +177,7 @@ class MotionTrace:
 
     @cached_property
     def _head(self) -> Table:
-        row, own = self._first.rows(np.arange(1)), self.extras
-        return motion_table(row, own.names, rates=self._rates, more=own.head(row), members=own.members)
+        return self.extras.apart(self._first.rows(np.arange(1)))
 
     @property
     def expected(self) -> int | None:
@@ -195,8 +189,7 @@ class MotionTrace:
         angles = self.counted()
         for piece in chain((self._first,), self._pieces):
             own, first = self.extras, self.summary.seen
-            more = own.columns(piece, angles)
-            table = motion_table(piece, own.names, first, 0, self._rates, more, angles, own.members)
+            table = own.table(piece, angles, first, self._rates)
             self.ranges.add(table, piece.good)
             yield table
             own.keep(table, self.summary.add(piece))

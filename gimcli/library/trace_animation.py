@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,7 +13,7 @@ from gimcli.motion.motion import Motion
 from gimcli.output.animation import Animation, Clip, Graph, Moment, shown_rows
 from gimcli.quantities.graphs import abscissa
 from gimcli.rates.member_angles import Angles, in_rows
-from gimcli.rates.motion_table import motion_table, occurrences
+from gimcli.rates.motion_table import occurrences
 from gimcli.status import Status
 from gimcli.table import Column, Table
 
@@ -42,9 +41,7 @@ def law_animation(motion: Motion, extras: Extras, steps: int, angles: Angles = i
     rows = shown_rows(motion.good, [np.interp(time, motion.time, np.arange(len(motion.time))) for time, *_ in events])
     without = REVERSED if motion.turned_back or motion.parameter is not None else ""
     order = 0 if without else max(2, extras.order)
-    more = measured(mechanism, extras, motion, angles)
-    table = motion_table(motion, extras.names, order=order, more=more, angles=angles, members=extras.members)
-    table = _with_steps(table, motion, steps)
+    table = _with_steps(extras.apart(motion, angles, order), motion, steps)
     across = abscissa(motion)
     shown = motion.rows(rows)
     time = shown.time * mechanism.duration
@@ -114,13 +111,6 @@ def returns(mechanism: Mechanism, motion: Motion) -> bool:
 def thinning(shown: int, rows: int) -> tuple[str, ...]:
     """Return a note if not all rows are shown."""
     return (f"{shown} of {rows} rows are shown; a table has all.",) if shown < rows else ()
-
-
-def measured(mechanism: Mechanism, extras: Extras, motion: Motion, angles: Angles = in_rows) -> Sequence[Column]:
-    """Return the columns of the measures for the rows of a motion."""
-    from gimcli.quantities.record import Record
-
-    return Record(mechanism, extras.specs).columns(motion, angles) if extras.specs else ()
 
 
 def _with_steps(table: Table, motion: Motion, steps: int) -> Table:

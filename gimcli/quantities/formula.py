@@ -105,7 +105,7 @@ def formula(mechanism: Mechanism, text: str, name: str = "", where: str = "measu
         ):
             raise ExpressionError("expected a column, with a value for each row, such as hypot(P.x, P.y)")
     except (ExpressionError, UsageError) as error:
-        raise UsageError(f"{where} '{text}': {error}") from None
+        raise UsageError(str(error) if str(error).startswith(where) else f"{where} '{text}': {error}") from None
     return Formula(catalogue(mechanism), found, name)
 
 
@@ -114,8 +114,5 @@ def asked(mechanism: Mechanism, text: str) -> Sequence[Quantity]:
 
     Raises UsageError for other texts.
     """
-    known = catalogue(mechanism)
-    if text.partition(":")[0] in KINDS:
-        return quantities_of(mechanism, text)
-    found = dict.fromkeys(item.quantity for item in known.find(text))
+    found = dict.fromkeys(item.quantity for item in catalogue(mechanism).find(text))
     return list(found) or [formula(mechanism, text)]

@@ -6,43 +6,25 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
-import numpy as np
-
-from gimcli.mechanism import ComplexArray, Mechanism
+from gimcli.mechanism import ComplexArray
 from gimcli.motion.motion import Motion
-from gimcli.quantities.formula import asked
-from gimcli.quantities.quantity import ColumnRange, Head, Quantity
+from gimcli.quantities.quantity import ColumnRange, Quantity
 from gimcli.quantities.state import MotionState, derivatives_of
-from gimcli.rates.member_angles import Angles, in_rows
-from gimcli.table import Column
 
 
 class Record:
-    """Requested measures, and their ranges over the pieces so far."""
+    """Requested quantities, and their ranges over the pieces so far."""
 
-    def __init__(self, mechanism: Mechanism, specs: Sequence[str]) -> None:
-        found = {m.spec: m for spec in specs for m in asked(mechanism, spec)}
-        self.measures: tuple[Quantity, ...] = tuple(found.values())
+    def __init__(self, measures: Sequence[Quantity]) -> None:
+        self.measures = tuple(measures)
+        self.ranges = {head.name: ColumnRange() for measure in measures for head in measure.heads}
         self.memory: dict[str, Any] = {}
-        self.ranges = {head.name: ColumnRange() for head in self.heads}
 
-    @property
-    def heads(self) -> list[Head]:
-        """Names and units of the columns."""
-        return [head for measure in self.measures for head in measure.heads]
-
-    def head_columns(self, rows: int) -> list[Column]:
-        """Return empty columns, for the header of a table."""
-        return [Column(head.name, np.full(rows, np.nan), head.unit) for head in self.heads]
-
-    def columns(self, piece: Motion, angles: Angles = in_rows) -> list[Column]:
-        """Return the columns of the next piece of a motion; `angles` counts full turns."""
-        state, columns = MotionState(piece, angles, self.memory), []
+    def add(self, state: MotionState) -> None:
+        """Add the next piece of a motion."""
         for measure in self.measures:
-            for head, values in zip(measure.heads, measure.values(state), strict=True):
-                self.ranges[head.name].add(values, piece.good)
-                columns.append(Column(head.name, values, head.unit))
-        return columns
+            for k, head in enumerate(measure.heads):
+                self.ranges[head.name].add(state.value(measure, k), state.motion.good)
 
     def curves(self, motion: Motion) -> dict[str, ComplexArray]:
         """Return the curves that the measures add to a drawing of a motion."""

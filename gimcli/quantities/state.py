@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
@@ -12,10 +13,10 @@ import numpy as np
 from gimcli.calculus.numbers import nominal
 from gimcli.canonical import TURN, whole_turns
 from gimcli.language.arrays import first
-from gimcli.mechanism import FRAME, Mechanism, PairRow
+from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism, PairRow
 from gimcli.motion.coupler_points import carried_point
 from gimcli.motion.motion import Motion
-from gimcli.rates.derivatives import MotionRates, rates
+from gimcli.rates.derivatives import MotionRates, TracedRates, rates
 from gimcli.rates.member_angles import Angles, in_rows
 from gimcli.rates.path_derivatives import PathDerivatives
 
@@ -176,9 +177,13 @@ def first_row(mechanism: Mechanism, member: int) -> int:
 class MotionState(State):
     """The rows of one motion, or of the next piece of it; `memory` is shared by its pieces."""
 
-    def __init__(self, motion: Motion, angles: Angles = in_rows, memory: dict[str, Any] | None = None) -> None:
+    def __init__(
+        self, motion: Motion, angles: Angles = in_rows, memory: dict[str, Any] | None = None,
+        traced: TracedRates | None = None,
+    ) -> None:  # fmt: skip
+        """Take a motion; `traced` computes the derivatives of some points and all members in one call."""
         super().__init__(motion.mechanism)
-        self.motion, self.angles = motion, angles
+        self.motion, self.angles, self._traced = motion, angles, traced
         self.memory = {} if memory is None else memory
         self._path: PathDerivatives | None = None
         self._rates: MotionRates | None = None
@@ -209,7 +214,11 @@ class MotionState(State):
 
     def point(self, name: str, order: int = 0) -> Any:
         """Return the place of a node or point (rows,), or a derivative of it."""
-        return self.rates(order).point(name)[order] if order else carried_point(self.mechanism, name, self.motion.z)
+        if not order:
+            return carried_point(self.mechanism, name, self.motion.z)
+        if self._traced is not None and name in self._traced.names and order <= self._traced.order:
+            return self._bulk[0][order - 1, self._traced.names.index(name)]
+        return self.rates(order).point(name)[order]
 
     def rates(self, order: int) -> MotionRates:
         """Return the derivatives of all nodes up to an order."""
@@ -219,7 +228,15 @@ class MotionState(State):
 
     def turning(self, member: int, order: int) -> Any:
         """Return omega, alpha or angular jerk of a member (rows,)."""
+        if self._traced is not None and order <= self._traced.order and member != FRAME:
+            return self._bulk[1][order - 1, member - 1]
         return self.rates(order).angular(member)[order - 1]
+
+    @cached_property
+    def _bulk(self) -> tuple[ComplexArray, FloatArray]:
+        """Derivatives of some points (order, points, rows) and of all members (order, members, rows)."""
+        assert self._traced is not None
+        return self._traced(self.motion)
 
     def counted(self, member: int) -> Any:
         """Return the direction of a member (rows,)."""

@@ -2,49 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gimcli.mechanism import FRAME, ComplexArray, FloatArray, IntArray
+from gimcli.mechanism import ComplexArray, FloatArray, IntArray
 from gimcli.motion.coupler_points import carried_point
 from gimcli.motion.motion import Motion
 from gimcli.positions.inputs import law_inputs
-from gimcli.rates.member_angles import Angles, in_rows
 from gimcli.status import Status
-from gimcli.table import Column, Table, per_second, xy_columns
+from gimcli.table import Column
 
 if TYPE_CHECKING:
-    from gimcli.rates.derivatives import TracedRates
-
-
-def motion_table(
-    motion: Motion, names: tuple[str, ...] | None = None, first: int = 0, order: int = 0,
-    rates: TracedRates | None = None, more: Sequence[Column] = (), angles: Angles = in_rows,
-    members: Sequence[int] = (),
-) -> Table:  # fmt: skip
-    """Return one row per step, numbered from `first`: time, inputs, traced points, residual, sweeps, status.
-
-    `order` adds derivatives of the points by the real time, up to jerk (3), and the members' angles with theirs;
-    `rates` does so for a motion in pieces, with `angles`. Without derivatives only angles of `members` are added.
-    `more` are columns of measures, which follow them.
-    """
-    mechanism, columns = motion.mechanism, first_columns(motion, first)
-    for name, path in traced_paths(motion, names).items():
-        columns += xy_columns(f"{name}.", path, mechanism.length_unit)
-    if order and rates is None:
-        from gimcli.rates.derivatives import TracedRates
-
-        rates = TracedRates(mechanism, names or mechanism.traced, order)
-    if rates is not None:
-        columns += _rate_columns(motion, rates, angles)
-    else:
-        columns += [angle_column(motion, member, angles) for member in members]
-    columns += more
-    last = Column("residual", motion.residual), Column("sweeps", motion.work.astype(np.int64))
-    own = [status_column(part.codes, f"{part.mechanism.as_machine.name}.status") for part in motion.parts]
-    return Table((*columns, *last, status_column(motion.codes), *own))
+    pass
 
 
 def first_columns(motion: Motion, first: int) -> list[Column]:
@@ -60,31 +30,6 @@ def first_columns(motion: Motion, first: int) -> list[Column]:
 def status_column(codes: IntArray, name: str = "status") -> Column:
     """Return the status words of rows (rows,)."""
     return Column(name, np.array([s.word for s in Status])[codes])
-
-
-def angle_column(motion: Motion, member: int, angles: Angles) -> Column:
-    """Return the direction of a member, full turns counted."""
-    mechanism = motion.mechanism
-    return Column(f"{mechanism.members[member].name}.angle", angles(motion, member), mechanism.angle_unit)
-
-
-def _rate_columns(motion: Motion, rates: TracedRates, angles: Angles) -> list[Column]:
-    """Return velocity, acceleration, jerk of points, then angle, omega, alpha, angular jerk of members."""
-    mechanism, columns = motion.mechanism, []
-    points, turning = rates(motion)
-    points *= mechanism.scale
-    if mechanism.angle_unit == "deg":
-        np.degrees(turning, out=turning)
-    for number, name in enumerate(rates.names):
-        for k in range(rates.order):
-            label = f"{name}.{'vaj'[k]}"
-            columns += xy_columns(label, points[k, number], per_second(mechanism.length_unit, k + 1))
-    for number, member in enumerate(mechanism.members[FRAME + 1 :]):
-        columns.append(angle_column(motion, FRAME + 1 + number, angles))
-        for k in range(rates.order):
-            label = f"{member.name}.{('omega', 'alpha', 'jerk')[k]}"
-            columns.append(Column(label, turning[k, number], per_second(mechanism.angle_unit, k + 1)))
-    return columns
 
 
 def traced_paths(motion: Motion, names: tuple[str, ...] | None = None) -> dict[str, ComplexArray]:

@@ -16,7 +16,7 @@ from gimcli.model.part import Part
 from gimcli.model.source import read_source
 from gimcli.motion.motion import trace
 from gimcli.positions.options import Options
-from gimcli.rates.motion_table import motion_table
+from gimcli.quantities.motion_table import motion_table, usual
 
 ROOT = Path(__file__).parents[2]
 README = ROOT / "README.md"
@@ -70,7 +70,7 @@ def run_model(path, steps=360, laws=None, change=None, **options):
     mechanism = changed(path, laws, change) if laws or change else load(path)
     motion = trace(mechanism, steps, Options(**options))
     names = (*mechanism.nodes, *(p.name for p in mechanism.points))
-    return Traced(motion_table(motion, names), mechanism, motion)
+    return Traced(motion_table(motion, usual(mechanism, names)), mechanism, motion)
 
 
 def changed(path, laws, change):

@@ -18,7 +18,7 @@ from gimcli import load
 from gimcli.motion.motion import trace
 from gimcli.output import write_csv
 from gimcli.positions.options import Options
-from gimcli.rates.motion_table import motion_table
+from gimcli.quantities.motion_table import motion_table, usual
 
 NAMES = [*(path.stem for path in EXPLICIT), "parallel_guide"]
 STEPS = 24
@@ -85,7 +85,7 @@ def run(spec, steps=STEPS, **options):
         path.write_text(json.dumps(spec))
         motion = trace(load(path), steps, Options(**{"jit": "on", **options}))
         names = (*spec["nodes"], *spec.get("points", {}))
-        write_csv(motion_table(motion, names), out)
+        write_csv(motion_table(motion, usual(motion.mechanism, names)), out)
         text = out.read_text()
     head, *rows = csv.reader(text.splitlines())
     column = dict(zip(head, zip(*rows, strict=True), strict=True))

@@ -37,9 +37,16 @@ def values(measure, path):
 
 def whole(measure, path):
     """Return the results of a measure for a whole motion."""
-    record = Record(path.mechanism, [measure.spec])
-    record.columns(path.motion)
+    record = Record([measure])
+    record.add(MotionState(path.motion, memory=record.memory))
     return measure.whole(MotionState(path.motion, memory=record.memory), record.ranges)
+
+
+def recorded(record, piece):
+    """Add the next piece of a motion to a record; return its columns."""
+    state = MotionState(piece, memory=record.memory)
+    record.add(state)
+    return [state.value(measure, k) for measure in record.measures for k in range(len(measure.heads))]
 
 
 def values_of(derivatives, spec):
@@ -674,10 +681,10 @@ def signed_at_third():
 def test_pieces_give_the_same_results_as_the_whole_motion():
     mechanism = load(MODELS / "crank_rocker.yaml")
     specs = ["area:coupler", "centre:frame/coupler", "curvature:P", "transmission"]
-    whole, parts = (Record(mechanism, specs) for _ in range(2))
-    one = [c.values for c in whole.columns(trace(mechanism, 50))]
+    whole, parts = (Record([q for spec in specs for q in quantities_of(mechanism, spec)]) for _ in range(2))
+    one = recorded(whole, trace(mechanism, 50))
     pieces = list(stream(mechanism, 50, rows=7))
-    several = [[c.values for c in parts.columns(piece)] for piece in pieces]
+    several = [recorded(parts, piece) for piece in pieces]
     for k, column in enumerate(one):
         assert np.concatenate([s[k] for s in several]) == pytest.approx(column, rel=1e-12, abs=1e-9)
     results = [r.results(Motion.joined(pieces)) for r in (whole, parts)]
@@ -694,9 +701,9 @@ def test_pieces_give_the_same_results_as_the_whole_motion():
 def test_infinite_values_are_recorded():
     dead = math.degrees(math.acos((100**2 + 160**2 - 80**2) / (2 * 100 * 160)))
     motion = derivatives_of("crank_rocker", 5, laws={"motor": {"from": dead, "to": 90}}).motion
-    record = Record(motion.mechanism, ["advantage:motor/rocker"])
+    record = Record(quantities_of(motion.mechanism, "advantage:motor/rocker"))
     for rows in (np.arange(2), np.arange(2, 6)):
-        record.columns(motion.rows(rows))
+        recorded(record, motion.rows(rows))
     assert record.ranges["advantage:motor/rocker"].infinite
 
 
@@ -768,9 +775,8 @@ def test_every_kind_measures_every_model(model, monkeypatch):
     if any(True for _ in _joints(mechanism)):
         specs.append("transmission")
     assert {spec.partition(":")[0] for spec in specs} <= set(KINDS)
-    record = Record(mechanism, specs)
-    columns = record.columns(motion)
-    assert all(len(c.values) == 7 for c in columns)
+    record = Record([q for spec in specs for q in quantities_of(mechanism, spec)])
+    assert all(len(values) == 7 for values in recorded(record, motion))
     assert record.results(motion).keys() >= set(specs[:4])
 
 

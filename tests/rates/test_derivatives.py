@@ -5,11 +5,12 @@ import numpy as np
 import pytest
 from bundled import MODELS, run_model
 from mp_derivatives import exact
+from rated import rated
 
 from gimcli import load
 from gimcli.motion.motion import trace
+from gimcli.quantities.motion_table import motion_table
 from gimcli.rates.derivatives import rates
-from gimcli.rates.motion_table import motion_table
 
 
 def moving(name, steps, order):
@@ -102,7 +103,7 @@ def test_rates_are_in_real_time_and_in_the_files_units():
     """Twice the duration gives half the velocity, a quarter of the acceleration and an eighth of the jerk."""
     slow = run_model("crank_rocker", 12, change=lambda data: data.update(duration=2)).motion
     fast = run_model("crank_rocker", 12).motion
-    one, two = (motion_table(m, order=3) for m in (fast, slow))
+    one, two = (rated(m, 3) for m in (fast, slow))
     for label, factor in (("vx", 2.0), ("ay", 4.0), ("jx", 8.0)):
         assert one.floats(f"P.{label}") == pytest.approx(factor * two.floats(f"P.{label}"), rel=1e-9, abs=1e-6)
     assert one.floats("crank.omega") == pytest.approx(360.0, abs=1e-9)
@@ -122,7 +123,7 @@ def test_a_singular_position_has_no_velocity():
 
 def test_columns_of_rates_are_optional():
     motion = run_model("crank_rocker", 6).motion
-    plain, order = motion_table(motion), motion_table(motion, order=2)
+    plain, order = motion_table(motion), rated(motion, 2)
     assert not any(".v" in name or "omega" in name for name in plain.names)
     new = [name for name in order.names if name not in plain.names]
     assert new[:4] == ["P.vx", "P.vy", "P.ax", "P.ay"]

@@ -13,6 +13,7 @@ from bundled import MODELS, run_model
 from influence_coefficients import Influence
 from mp_derivatives import exact
 from random_mechanisms import Growth
+from rated import rated
 
 from gimcli import load
 from gimcli.errors import UsageError
@@ -26,7 +27,6 @@ from gimcli.positions.options import Options
 from gimcli.rates.derivatives import ORDERS, TracedRates, law_rates, rates
 from gimcli.rates.differentiator import Differentiator
 from gimcli.rates.member_angles import LawAngles
-from gimcli.rates.motion_table import motion_table
 from gimcli.structure.plan import make_plan
 
 STEPS = 2 * ROWS + 40
@@ -276,11 +276,11 @@ def platform(mechanism):
 @pytest.mark.parametrize("jit_mode", ["on", "off"])
 def test_pieces_give_the_same_columns_as_the_whole_motion(jit_mode):
     mechanism = load(MODELS / "crank_rocker.yaml")
-    whole = motion_table(trace(mechanism, STEPS), order=2)
+    whole = rated(trace(mechanism, STEPS), 2)
     actual = TracedRates(mechanism, mechanism.traced, 2, STEPS, jit_mode)
     in_pieces = partial(stream, mechanism, STEPS, Options(), rows=300)
     angles = LawAngles(mechanism, STEPS, in_pieces)
-    pieces = [motion_table(piece, rates=actual, angles=angles) for piece in in_pieces()]
+    pieces = [rated(piece, 2, actual, angles) for piece in in_pieces()]
     for name in whole.names:
         if ".v" in name or ".a" in name or "omega" in name:
             joined = np.concatenate([piece.floats(name) for piece in pieces])
