@@ -44,7 +44,7 @@ def refuse_unseen(plot: list[str], draws: bool) -> None:
 
 def print_measures() -> None:
     """Print the kinds of measures and end."""
-    from gimcli.quantities import help_lines
+    from gimcli.quantities.kinds import help_lines
 
     print_table("Measures", ("measure", "result"), help_lines())
     raise typer.Exit

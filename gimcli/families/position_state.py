@@ -12,8 +12,8 @@ from gimcli.calculus.numbers import nominal
 from gimcli.errors import UsageError
 from gimcli.families.float_tables import FloatTables
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
-from gimcli.quantities import quantities_of
 from gimcli.quantities.catalogue import catalogue
+from gimcli.quantities.kinds import quantities_of
 from gimcli.quantities.naming import guess
 from gimcli.quantities.quantity import Item
 from gimcli.quantities.state import ApartError, Needs, Positions

@@ -12,7 +12,7 @@ from gimcli.fitting.targets import TURN, FitRange
 from gimcli.library.fit_targets import FittedTask, input_range
 from gimcli.library.trace import MotionTraceResult, trace
 from gimcli.mechanism import FloatArray, IntArray, Mechanism
-from gimcli.quantities import quantities_of
+from gimcli.quantities.kinds import quantities_of
 from gimcli.quantities.quantity import Item
 
 ROWS = 360

@@ -8,9 +8,9 @@ from gimcli.connected import grouped
 from gimcli.errors import UsageError
 from gimcli.library.plots import Group, PlottedQuantity, Vocabulary, amount, plotted
 from gimcli.mechanism import Mechanism
-from gimcli.quantities import KINDS, quantities_of
 from gimcli.quantities.catalogue import catalogue
 from gimcli.quantities.graphs import MEMBER_QUANTITIES, POINT_QUANTITIES
+from gimcli.quantities.kinds import KINDS, quantities_of
 from gimcli.quantities.quantity import Item
 
 

@@ -7,9 +7,9 @@ from functools import cached_property
 
 from gimcli.errors import UsageError
 from gimcli.mechanism import FRAME, Mechanism
-from gimcli.quantities import KINDS, quantities_of
 from gimcli.quantities.coordinates import LETTERS, TURNING, MemberTurning, PointVector, RowValue
 from gimcli.quantities.forces import ForceQuantity, force_quantities
+from gimcli.quantities.kinds import KINDS, quantities_of
 from gimcli.quantities.quantity import Item, Quantity
 from gimcli.structure.derived import derived
 

@@ -12,8 +12,8 @@ from gimcli.language.arrays import ARRAYS
 from gimcli.language.expression import Expression, ExpressionError, PartKind
 from gimcli.language.reader import ExpressionReader, longest
 from gimcli.mechanism import Mechanism
-from gimcli.quantities import KINDS, quantities_of
 from gimcli.quantities.catalogue import Catalogue, catalogue
+from gimcli.quantities.kinds import KINDS, quantities_of
 from gimcli.quantities.naming import guess
 from gimcli.quantities.quantity import Head, Quantity
 from gimcli.quantities.state import State

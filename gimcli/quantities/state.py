@@ -12,16 +12,15 @@ import numpy as np
 
 from gimcli.calculus.numbers import nominal
 from gimcli.canonical import TURN, whole_turns
-from gimcli.language.arrays import first
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism, PairRow
 from gimcli.motion.coupler_points import carried_point
 from gimcli.motion.motion import Motion
-from gimcli.rates.derivatives import MotionRates, TracedRates, rates
 from gimcli.rates.member_angles import Angles, in_rows
-from gimcli.rates.path_derivatives import PathDerivatives
 
 if TYPE_CHECKING:
     from gimcli.dynamics.forces import Forces
+    from gimcli.rates.derivatives import MotionRates, TracedRates
+    from gimcli.rates.path_derivatives import PathDerivatives
 
 
 @dataclass(frozen=True)
@@ -100,6 +99,8 @@ class State(ABC):
 
     def first(self, key: str, rows: Any) -> Any:
         """Return the first value of some rows that is defined, of the whole motion if the rows are a piece of it."""
+        from gimcli.language.arrays import first
+
         return first(rows)
 
     def point(self, name: str, order: int = 0) -> Any:
@@ -223,6 +224,8 @@ class MotionState(State):
     def rates(self, order: int) -> MotionRates:
         """Return the derivatives of all nodes up to an order."""
         if self._rates is None or self._rates.order < order:
+            from gimcli.rates.derivatives import rates
+
             self._rates = rates(self.mechanism, self.motion.time, self.motion.z, order)
         return self._rates
 
@@ -254,7 +257,7 @@ class MotionState(State):
     def first(self, key: str, rows: Any) -> Any:
         """Return the first value that is defined, of this piece or one before it (1,)."""
         if not np.isfinite(self.memory.get(key, np.nan)).all():
-            self.memory[key] = first(rows)
+            self.memory[key] = super().first(key, rows)
         return self.memory[key]
 
 
@@ -295,6 +298,8 @@ class Needs(State):
 def derivatives_of(motion: Motion, angles: Angles = in_rows) -> PathDerivatives:
     """Return the derivatives of a motion along its laws, or along the arc length of its curve if it is a circuit."""
     if motion.parameter is None:
+        from gimcli.rates.path_derivatives import PathDerivatives
+
         return PathDerivatives(motion, angles)
     from gimcli.rates.arclength_derivatives import ArclengthDerivatives
 

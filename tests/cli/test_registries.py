@@ -8,7 +8,7 @@ from in_process import gim, read_rows
 
 from gimcli.dynamics.integrators import INTEGRATORS, Integrator
 from gimcli.output import FORMATS, Format
-from gimcli.quantities import KINDS
+from gimcli.quantities.kinds import KINDS
 from gimcli.quantities.quantity import Head, Kind, Quantity
 
 

@@ -73,7 +73,7 @@ def test_positions_and_angles(name):
 
 def gimcli_heads(m):
     """Return the columns of the transmission angles, if there are any."""
-    from gimcli.quantities import quantities_of
+    from gimcli.quantities.kinds import quantities_of
 
     try:
         return [head for measure in quantities_of(m, "transmission") for head in measure.heads]

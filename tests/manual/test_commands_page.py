@@ -20,7 +20,7 @@ from gimcli.dynamics import simulation_types
 from gimcli.dynamics.integrators import INTEGRATORS
 from gimcli.manual.pages import manual_text
 from gimcli.model.source import read_source
-from gimcli.quantities import KINDS
+from gimcli.quantities.kinds import KINDS
 from gimcli.status import CHANGE, TANGENCY, Status
 
 TEXT = (MANUAL / "commands.md").read_text(encoding="utf-8")

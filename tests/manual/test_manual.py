@@ -14,7 +14,7 @@ from gimcli.cli import COMMANDS
 from gimcli.dynamics.integrators import INTEGRATORS
 from gimcli.manual.pages import command_names, manual_text, page_names, summary
 from gimcli.output import FORMATS, Format
-from gimcli.quantities import KINDS
+from gimcli.quantities.kinds import KINDS
 
 REGISTRIES = (INTEGRATORS, KINDS, FORMATS)
 

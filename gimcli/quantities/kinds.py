@@ -1,0 +1,40 @@
+"""Kinds of quantities with arguments, such as centre:a/b."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from gimcli.mechanism import Mechanism
+from gimcli.quantities import advantage, angle, area, centre, curvature, distance, naming, transmission
+from gimcli.quantities.quantity import Kind, Quantity
+
+KINDS: dict[str, Kind] = {
+    kind.name: kind
+    for kind in (
+        centre.KIND,
+        curvature.KIND,
+        transmission.KIND,
+        advantage.KIND,
+        area.KIND,
+        angle.KIND,
+        distance.KIND,
+    )
+}
+
+
+def quantities_of(mechanism: Mechanism, spec: str) -> Sequence[Quantity]:
+    """Return the quantities of a text such as "centre:rod/rocker".
+
+    Raises UsageError for an unknown kind or name.
+    """
+    kind, colon, names = spec.partition(":")
+    if kind not in KINDS:
+        raise naming.unknown(spec, "kind", kind, KINDS)
+    found, words, spec = KINDS[kind], names.split("/") if colon else [], f"{kind}:{names}"
+    naming.refuse_count(spec, words, found.counts, f"{kind}:{found.arguments}")
+    return found.make(mechanism, spec, words)
+
+
+def help_lines() -> list[tuple[str, str]]:
+    """Return the form and the description of each kind."""
+    return [(f"{kind.name}:{kind.arguments}", kind.text) for kind in KINDS.values()]
