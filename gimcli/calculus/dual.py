@@ -58,11 +58,10 @@ class Dual(ArrayNumber):
 
     def apply(self, name: str, *operands: Any) -> Dual:
         """Return the result of an operation of the table."""
-        plain = [nominal(one) for one in operands]
-        value = RULES[name].value(*plain)
-        axes = np.ndim(value)
-        slopes = [one.aligned(axes) if isinstance(one, Dual) else None for one in operands]
-        return Dual(value, RULES[name].slope(value, plain, slopes))
+        rule, plain = RULES[name], [one.value if isinstance(one, Dual) else one for one in operands]
+        value = rule.value(*plain)
+        slopes = [one.aligned(value.ndim) if isinstance(one, Dual) else None for one in operands]
+        return Dual(value, rule.slope(value, plain, slopes))
 
     def aligned(self, axes: int) -> Any:
         """Return the slopes with as many axes after the first one as given, for broadcasting."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 import cmath
 import math
 import operator
-from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from functools import reduce
 from typing import Any
@@ -31,14 +30,14 @@ def _comparison(compare: Callable[[Any, Any], Any]) -> Callable[[Any, Any], Any]
     return lambda self, other: compare(self.value, nominal(other))
 
 
-class RuleNumber(ABC):
+class RuleNumber:
     """A number whose operations follow the table of rules; comparisons use its value."""
 
     value: Any
 
-    @abstractmethod
     def apply(self, name: str, *operands: Any) -> Any:
         """Return the result of an operation of the table on such numbers and plain ones."""
+        raise NotImplementedError
 
     __add__, __radd__ = _operator("add")
     __sub__, __rsub__ = _operator("subtract")

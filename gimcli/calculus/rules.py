@@ -23,10 +23,8 @@ class Rule(NamedTuple):
         """Return the derivative of the operation from those of its operands; None: the operand is a constant."""
         if not self.parts:
             return self.value(slopes[0])
-        return reduce(
-            operator.add,
-            (part(value, *operands, d) for part, d in zip(self.parts, slopes, strict=True) if d is not None),
-        )
+        own = [part(value, *operands, d) for part, d in zip(self.parts, slopes, strict=True) if d is not None]
+        return own[0] if len(own) == 1 else reduce(operator.add, own)
 
 
 def _amount_slope(f: Any, a: Any, d: Any) -> Any:

@@ -127,10 +127,10 @@ class LinkedMotion:
         inside = np.clip(time, 0.0, end)
         at, rates = path.at(inside), self._drivers(inside, LINKED.orders)
         for _ in range(LINKED.iterations):
-            residual, jacobian, read = equations.many(at, rates[0])
+            residual, there = equations.newton(at, rates[0])
             if np.max(np.abs(residual), initial=0.0) <= LINKED.exact:
                 break
-            at = LinkedPoint(at.y - np.einsum("rij,jr->ir", np.linalg.pinv(jacobian), residual), read)
+            at = there
         found = equations.derivatives(at, rates)[:, equations.n :]
         found[1:, :, time > end] = 0.0
         return found
