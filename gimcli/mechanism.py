@@ -263,6 +263,7 @@ class Mechanism:
     gauges: tuple[Input, ...] = field(default=(), repr=False)  # quantities that springs and dampers measure
     couplings: tuple[Coupling, ...] = ()  # of actuators that follow others
     gears: tuple[GearPair, ...] = ()
+    quantities: Mapping[str, str] = field(default_factory=dict, repr=False)  # expressions of the file, by name
     files: tuple[Path, ...] = field(default=(), repr=False, compare=False)  # its source files, never overwritten
     path: Path | None = field(default=None, repr=False, compare=False)  # of the model file, the first of `files`
     left_out: tuple[str, ...] = field(default=(), repr=False, compare=False)  # of another program's file: sentences

@@ -10,7 +10,7 @@ from gimcli.errors import UsageError
 from gimcli.language.expression import PartKind
 from gimcli.mechanism import Mechanism
 from gimcli.positions.inputs import law_inputs
-from gimcli.quantities.formula import QuantityNames
+from gimcli.quantities.catalogue import Catalogue
 from gimcli.quantities.naming import guess
 from gimcli.structure.drive_check import explained
 from gimcli.structure.mechanism_types import mechanism_type
@@ -19,7 +19,7 @@ SOLVED, REACHABLE, TYPE = WORDS = ("solved", "reachable", "type")
 """Words: number of solved rows, their share, Grashof type of the first four-bar loop."""
 
 
-class ColumnNames(QuantityNames):
+class ColumnNames(Catalogue):
     """The names that are known for a mechanism and its varied dimensions."""
 
     what = "column, measure or dimension"
@@ -27,11 +27,7 @@ class ColumnNames(QuantityNames):
     def __init__(self, mechanism: Mechanism, dimensions: Sequence[str], by_law: bool = True) -> None:
         super().__init__(mechanism)
         self.dimensions, self._by_law = tuple(dimensions), by_law
-
-    @property
-    def words(self) -> list[str]:
-        """Names that come first in a message."""
-        return [*WORDS, *self.dimensions]
+        self.words = (*WORDS, *dimensions)
 
     def kind(self, name: str) -> PartKind:
         """Return what a name stands for: one or several columns, or one value of a design."""

@@ -49,7 +49,7 @@ class DesignColumns(State):
         return self._columns[name]
 
     def _new(self, name: str) -> Any:
-        items = self.names.catalogue.find(name)
+        items = self.names.find(name)
         if items:
             with np.errstate(all="ignore"):
                 found = [np.where(self.solved.good, self._column(item), np.nan) for item in items]

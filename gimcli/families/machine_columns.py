@@ -37,7 +37,7 @@ class MachineColumns(DesignColumns):
 
     def at(self, actuator: str, value: float) -> Any:
         """Return the columns at the first position at which an input has a value [file's unit]."""
-        own = next(part for part in self.parts if actuator in part.names.catalogue.rows)
+        own = next(part for part in self.parts if actuator in part.names.rows)
         whole = DesignColumns(self.motions, self.names, self._together)
         return _ColumnsAt(own, partial(own.at, actuator, value), partial(whole.at, actuator, value))
 

@@ -13,7 +13,7 @@ from gimcli.errors import UsageError
 from gimcli.families.float_tables import FloatTables
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.quantities.catalogue import catalogue
-from gimcli.quantities.kinds import quantities_of
+from gimcli.quantities.kinds import KINDS
 from gimcli.quantities.naming import guess
 from gimcli.quantities.quantity import Item
 from gimcli.quantities.state import ApartError, Needs, Positions
@@ -67,6 +67,8 @@ def position_items(mechanism: Mechanism, text: str) -> tuple[Item, ...]:
     """
     known = catalogue(mechanism)
     items = known.find(f"{text}.angle" if text in known.members else text)
+    if (not items and text.partition(":")[0] in KINDS) or "(" in text or "|" in text:
+        items = tuple(Item(one, k) for one in known.asked(text) for k in range(len(one.heads)))  # raises the reason
     needs = Needs(mechanism)
     try:
         for item in items:
@@ -74,8 +76,6 @@ def position_items(mechanism: Mechanism, text: str) -> tuple[Item, ...]:
     except ApartError:
         needs.order = 1
     items = () if needs.order or needs.rows else items
-    if not items and text.partition(":")[0] in ("transmission", "angle"):
-        items = tuple(Item(one, 0) for one in quantities_of(mechanism, text))  # raises the reason
     if not items:
         axes = (f"{name}.{axis}" for name in known.points for axis in "xy")
         near = guess(text, [*known.points, *known.members, "transmission", *axes])

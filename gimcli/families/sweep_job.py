@@ -117,7 +117,7 @@ class SweepJob:
     @property
     def moves(self) -> bool:
         """Whether a quantity needs velocities."""
-        used = (item for q in self.quantities for name in q.names for item in self.names.catalogue.find(name))
+        used = (item for q in self.quantities for name in q.names for item in self.names.find(name))
         return any(getattr(item.quantity, "order", 0) == 1 for item in used)
 
     def check(self) -> None:

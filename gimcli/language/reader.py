@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any, Protocol
 
@@ -34,6 +34,9 @@ class KnownNames(Protocol):
 
     def kind(self, name: str) -> PartKind:
         """Return what a name stands for."""
+
+    def code(self, name: str) -> Sequence[Any]:
+        """Return the code of a name: the name itself, or the expression that it is short for."""
 
     def unknown(self, word: str, rest: str) -> Exception:
         """Return the error for a word that is no name; `rest` is the text from it on."""
@@ -114,7 +117,8 @@ class ExpressionReader:
             self.place += word.end()
             return self._call(word[0])
         if name:
-            return self._pushed(name, name, self.names.kind(name))
+            self.code += self.names.code(name)[:-1]
+            return self._pushed(name, self.names.code(name)[-1], self.names.kind(name))
         if number is not None:
             return self._pushed(number[0], float(number[0]), PartKind("number", None))
         if rest[:1] in ("'", '"') and rest[0] in rest[1:]:

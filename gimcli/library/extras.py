@@ -32,7 +32,11 @@ class Extras:
         self.plans: list[PlannedGraph] = []
         self._kept: KeptColumns | None = None
         texts = [plot] if isinstance(plot, str) else list(plot)
-        wanted = [quantity for text in measures for quantity in _asked(mechanism, text)]
+        wanted: list[Quantity] = []
+        if measures:
+            from gimcli.quantities.catalogue import catalogue
+
+            wanted += [quantity for text in measures for quantity in catalogue(mechanism).asked(text)]
         self.record = Record(wanted)
         if any(text.strip() for text in texts):
             wanted += self._planned(texts, measures)
@@ -117,10 +121,3 @@ class Extras:
     def report(self, motion: Motion) -> dict[str, Any]:
         """Return the results of the measures for the whole motion, for --json."""
         return {"measures": self.record.results(motion)} if self.record.measures else {}
-
-
-def _asked(mechanism: Mechanism, text: str) -> Sequence[Quantity]:
-    """Return the quantities of a text of `measure`."""
-    from gimcli.quantities.formula import asked
-
-    return asked(mechanism, text)

@@ -72,6 +72,10 @@ def load_undecided(model: Path | str | Mapping[str, Any], folder: Path | str | N
 
 def _started(mechanism: Mechanism) -> Mechanism:
     """Return a mechanism whose coupled nodes, if there are any, have rough positions that the solvers can begin at."""
+    if mechanism.quantities:
+        from gimcli.quantities.catalogue import refuse_names
+
+        refuse_names(mechanism)
     if any(coupling.reads for coupling in mechanism.couplings):
         from gimcli.motion.linked_inputs import with_linked_laws
 

@@ -120,6 +120,10 @@ class Vocabulary:
         count = sum(len(group.quantities) for group in self.groups(name))
         return PartKind("rows" if count else "", "", count + 2)
 
+    def code(self, name: str) -> Sequence[Any]:
+        """Return the name itself."""
+        return (name,)
+
     def unknown(self, name: str, rest: str) -> UsageError:
         """Return the error for an unknown name, with a similar one."""
         near = guess(name, [*self.words, *self.columns])

@@ -205,7 +205,7 @@ def _quantities(mechanism: Mechanism, texts: Sequence[str], whole: bool) -> tupl
     """Return the numbers of the motion, if such were requested, and the quantities of the positions."""
     known = catalogue(mechanism)
     wanted = list(texts) or list(mechanism.traced)
-    numbers = [text for text in wanted if "(" in text and not (text in known.members or known.find(text))]
+    numbers = [text for text in wanted if known.is_number(text)]
     if not numbers:
         return [], [one for text in wanted for one in position_items(mechanism, text)]
     others = [text for text in wanted if text not in numbers]

@@ -22,7 +22,7 @@ from gimcli.model.schema import NO_FORMULAS, Element, Link, Model, OpenNode, lon
 from gimcli.model.source import Source, Where
 
 SECTIONS = ("nodes", "links", "elements", *PAIRS, "actuators", "gears", "points", "masses", "loads",
-            "springs", "dampers", "friction", "parameters", "tolerances")  # fmt: skip
+            "springs", "dampers", "friction", "parameters", "tolerances", "quantities")  # fmt: skip
 CONSTRAINTS = ("links", "elements", *PAIRS, "actuators", "gears")
 FORMULA = ("=", "+", "-", "@")
 """First characters of a spreadsheet formula; names are used in the headers of CSV files."""

@@ -41,7 +41,7 @@ def compile_model(model: schema.Model, folder: Path = Path(), frame: tuple[compl
         pairs=pairs, actuators=actuators, dynamics=dynamics, gauges=gauges, couplings=couplings, gears=gears,
         points=tuple(points), traced=tuple(traced), size=own.size / own.scale, scale=own.scale,
         origin=own.origin, length_unit=model.units.length, angle_unit=model.units.angle,
-        duration=duration, floating=model.ground.member is not None,
+        duration=duration, floating=model.ground.member is not None, quantities=model.quantities,
     )  # fmt: skip
 
 

@@ -28,6 +28,7 @@ FILE = {
     "{mu, radius} of a node and {mu, length} of a sliding pair are dry (Coulomb)",
     "parameters": "Numbers by name, for formulas such as 2*a + 3 in place of any number",
     "tolerances": "Tolerances (plus and minus, file's units) by dimension, such as crank, B.x, or a parameter",
+    "quantities": "Expressions by name, such as hypot(S.x - 50, S.y), that every command knows by these names",
 }
 GAUGE = {
     "pivot": "Vertex of the measured angle",

@@ -117,7 +117,7 @@ def _numbers(model: Model) -> Iterator[tuple[Where, float, bool]]:
             yield from _actuators(model)
         elif section == "nodes":
             yield from _in_part({name: xy for name, xy in part.items() if name not in model.open.parts}, ("nodes",))
-        elif section not in ("parameters", "tolerances", "open"):
+        elif section not in ("parameters", "tolerances", "quantities", "open"):
             yield from _in_part(part, (section,))
     if model.duration is None and not _timed(model):
         times = run_times(model, lambda *_: None, timed=False)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from gimcli.language.expression import CONSTANTS, FUNCTIONS, Expression, ExpressionError, PartKind
@@ -34,6 +34,10 @@ class Parameters:
     def kind(self, name: str) -> PartKind:
         """Return that every parameter is a number."""
         return PartKind("number")
+
+    def code(self, name: str) -> Sequence[Any]:
+        """Return the name itself."""
+        return (name,)
 
     def unknown(self, word: str, rest: str) -> Exception:
         """Return the error for a word that is not a parameter."""

@@ -67,7 +67,7 @@ class _LongForm:
             "masses": self._masses(), "gravity": model.gravity, "loads": self._loads(), "springs": self._springs(),
             "dampers": {name: {**_gauge(one), "damping": one.damping} for name, one in model.dampers.items()},
             "friction": {name: _given(**vars(one)) for name, one in model.friction.items()},
-            "tolerances": model.tolerances,
+            "tolerances": model.tolerances, "quantities": model.quantities,
         }  # fmt: skip
         return {key: value for key, value in found.items() if value not in ({}, [], "", None)}
 

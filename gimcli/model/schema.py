@@ -375,6 +375,7 @@ class Model(Part):
     friction: dict[str, PairFriction] = _section(PairFriction.schema)
     parameters: dict[str, float] = _section(NUMBER)
     tolerances: dict[str, float] = _section(LENGTH)
+    quantities: dict[str, str] = _section(TEXT)
 
     _elements_first = False
     formulas = NO_FORMULAS

@@ -2,20 +2,48 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from dataclasses import replace
 from functools import cached_property
+from typing import Any
+
+import numpy as np
 
 from gimcli.errors import UsageError
+from gimcli.language.arrays import ARRAYS
+from gimcli.language.expression import Expression, ExpressionError, PartKind
+from gimcli.language.reader import ExpressionReader, longest
 from gimcli.mechanism import FRAME, Mechanism
 from gimcli.quantities.coordinates import LETTERS, TURNING, MemberTurning, PointVector, RowValue
 from gimcli.quantities.forces import ForceQuantity, force_quantities
 from gimcli.quantities.kinds import KINDS, quantities_of
-from gimcli.quantities.quantity import Item, Quantity
+from gimcli.quantities.naming import guess
+from gimcli.quantities.quantity import Head, Item, Quantity
+from gimcli.quantities.state import State
 from gimcli.structure.derived import derived
+
+LISTED = 12
+"""Number of names that the message for an unknown name lists."""
+
+SHORT = {
+    "stroke": "range({})",
+    "time_ratio": "max(abs(argmax({0}) - argmin({0})), {1} - abs(argmax({0}) - argmin({0})))"
+    " / min(abs(argmax({0}) - argmin({0})), {1} - abs(argmax({0}) - argmin({0})))",
+    "worst_transmission": "min(min(transmission), {1} / 2 - max(transmission))",
+}
+"""Short names of numbers of a motion: of a column, such as stroke:P.x, or a member; {1} is a full turn.
+
+The time ratio is that of the slower and the faster stroke in one turn of the input, at constant speed.
+"""
 
 
 class Catalogue:
-    """The quantities of a mechanism."""
+    """The quantities of a mechanism, as names of expressions."""
+
+    what = "column or measure"
+    words: Sequence[str] = ()
+    """Names that come first in a message."""
 
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism = mechanism
@@ -24,6 +52,7 @@ class Catalogue:
         self.rows = {"step": "", "time": "s", "residual": ""}
         self.rows |= {a.name: mechanism.unit_of(a) for a in mechanism.actuators}
         self._known: dict[str, tuple[Item, ...]] = {}
+        self._named: dict[str, Expression | None] = {}
 
     @property
     def columns(self) -> Iterator[str]:
@@ -48,6 +77,102 @@ class Catalogue:
         """Return the one column with a name; None if there is none."""
         return next((item for item in self.find(name) if item.head.name == name), None)
 
+    def named(self, name: str) -> Expression | None:
+        """Return the expression that a name of the file, or a short name, stands for; None for others.
+
+        Raises UsageError for an expression that is not valid.
+        """
+        if name not in self._named:
+            text, word, column = self.mechanism.quantities.get(name), *name.partition(":")[::2]
+            if text is None and word in SHORT and bool(column) == (word != "worst_transmission"):
+                turn = 360.0 if self.mechanism.angle_unit == "deg" else 2.0 * np.pi
+                own = f"{column}.angle" if column in self.members else column
+                text = SHORT[word].format(own, turn)
+                if column in self.points and word == "stroke":
+                    text = f"hypot(range({column}.x), range({column}.y))"
+            if text is not None:
+                self._named[name] = Expression(name, (), PartKind("itself"))  # until it is read
+            self._named[name] = None if text is None else self.expression(text, f"quantity {name}")
+        return self._named[name]
+
+    def expression(self, text: str, where: str) -> Expression:
+        """Return the expression of a text; raise UsageError, which begins with `where`, if it is none."""
+        try:
+            return ExpressionReader(text, self).whole()
+        except (ExpressionError, UsageError) as error:
+            raise UsageError(str(error) if str(error).startswith(where) else f"{where} '{text}': {error}") from None
+
+    def is_number(self, text: str) -> bool:
+        """Return whether a text is an expression with one value for a whole motion, such as range(P.y)."""
+        if text in self.members or self.find(text):
+            return False
+        with suppress(UsageError):
+            return self.expression(text, "").kind.what == "number"
+        return "(" in text  # its reader has the reason
+
+    def asked(self, text: str) -> list[Quantity]:
+        """Return the quantities of a text: a name, a kind such as "centre:rod/rocker", or an expression.
+
+        Raises UsageError for other texts, and for what has one value for the whole motion.
+        """
+        found = dict.fromkeys(item.quantity for item in self.find(text))
+        if found:
+            return list(found)
+        own = self.expression(text, "measure")
+        if own.kind.what != "rows" or own.reduces:
+            raise UsageError(f"measure '{text}': expected a column, with a value for each row, such as hypot(P.x, P.y)")
+        return [Formula(self, own)]
+
+    # -- the names of expressions ------------------------------------------------------------------------
+
+    def longest(self, text: str) -> str:
+        """Return the longest name with which a text begins; "" if it begins with none."""
+        return longest(text, lambda name: self.kind(name).what)
+
+    def kind(self, name: str) -> PartKind:
+        """Return what a name stands for: one or several columns, or an expression."""
+        items = () if name in self.mechanism.quantities else self.find(name)
+        if items:
+            return PartKind("rows", items[0].head.unit, len(items))
+        own = self.named(name)
+        if own is not None and own.kind.what == "itself":
+            raise UsageError(f"'{name}' depends on itself")
+        return PartKind("") if own is None else own.kind
+
+    def code(self, name: str) -> Sequence[Any]:
+        """Return the code of a name: the name itself, or the expression that it is short for."""
+        own = self.named(name) if name in self.mechanism.quantities or not self.find(name) else None
+        return (name,) if own is None else own.code
+
+    def across(self) -> tuple[str, str]:
+        """Return name and unit of the only independent input, or of the time."""
+        drivers = self.mechanism.drivers
+        name = self.mechanism.actuators[drivers[0]].name if len(drivers) == 1 else "time"
+        return name, self.rows[name]
+
+    def unknown(self, name: str, rest: str = "") -> UsageError:
+        """Return the error for an unknown name, with a similar one."""
+        if name.partition(":")[0] in KINDS:
+            try:
+                quantities_of(self.mechanism, name)
+            except UsageError as error:
+                return error
+        words = [*self.words, *self.mechanism.quantities, *KINDS, *self.columns]
+        near = guess(name, words)
+        if f"{name}.length" in self.words:
+            near = f"did you mean '{name}.length'?"
+        elif name in self.members:
+            near = f"did you mean '{name}.angle'?"
+        if near.startswith("known:"):
+            near = f"known: {', '.join(words[:LISTED])}, ..."
+        return UsageError(f"no {self.what} '{name}'; {near}")
+
+    def refuse_value(self, name: str, value: float) -> None:
+        """Raise UsageError: a column has all rows."""
+        raise UsageError(f"at({name}={value:g}) is one row; a column has all of them")
+
+    # -- names -------------------------------------------------------------------------------------------
+
     def _found(self, name: str) -> Iterator[Item]:
         head, _, tail = name.rpartition(".")
         if name in self.rows:
@@ -62,6 +187,10 @@ class Catalogue:
             yield from _items(PointVector(self.mechanism, name if not order else head, order))
         elif name.partition(":")[0] in KINDS:
             yield from self._of_kind(name)
+        elif name in self.mechanism.quantities:
+            own = self.named(name)
+            if own is not None and own.kind.what == "rows" and not own.reduces:
+                yield Item(Formula(self, own, name), 0)
         else:
             vectors = [one for one in self.forces if one.own.vector and one.spec in (name, f"{name}.f")]
             alone = [item for one in self.forces for item in _items(one) if item.head.name == name]
@@ -80,6 +209,30 @@ class Catalogue:
             return
 
 
+class Formula(Quantity):
+    """An expression of columns, with one value for each row."""
+
+    def __init__(self, known: Catalogue, expression: Expression, name: str = "") -> None:
+        self.known, self.expression, self.spec = known, expression, name or expression.text
+        self.heads = (Head(self.spec, expression.kind.unit or "", self.spec),)
+
+    def values(self, state: State) -> Sequence[Any]:
+        """Return the value of each row."""
+        with np.errstate(all="ignore"):
+            return [self.expression.value(_Values(self.known, state), ARRAYS)]
+
+
+class _Values:
+    """The values of names in a state."""
+
+    def __init__(self, known: Catalogue, state: State) -> None:
+        self.known, self.state = known, state
+
+    def __getitem__(self, name: str) -> Any:
+        found = [self.state.value(*item) for item in self.known.find(name)]
+        return np.stack(found) if len(found) > 1 else found[0]
+
+
 @derived
 def catalogue(mechanism: Mechanism) -> Catalogue:
     """Return the quantities of a mechanism."""
@@ -88,3 +241,21 @@ def catalogue(mechanism: Mechanism) -> Catalogue:
 
 def _items(quantity: Quantity) -> Iterator[Item]:
     return (Item(quantity, k) for k in range(len(quantity.heads)))
+
+
+def refuse_names(mechanism: Mechanism) -> None:
+    """Raise ModelError for quantities of the file that repeat a name, are no expressions, or depend on themselves."""
+    own, plain = catalogue(mechanism), Catalogue(replace(mechanism, quantities={}))
+    source = mechanism.written.source
+    for name in mechanism.quantities:
+        if plain.find(name) or plain.named(name) or name in (*plain.points, *plain.members):
+            source.fault(
+                ("quantities", name), f"'{name}' is already the name of a part or a column; choose another", True
+            )
+            continue
+        try:
+            own.named(name)
+        except UsageError as error:
+            source.fault(("quantities", name), str(error))
+    if source.faults:
+        raise source.error()

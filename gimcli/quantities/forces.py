@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from itertools import chain
 from typing import Any
 
 from gimcli.dynamics.force_columns import ForceColumn, reactions, rotors, seen_from_members, totals
 from gimcli.dynamics.statics import statics
+from gimcli.errors import GimError
 from gimcli.mechanism import Mechanism
 from gimcli.quantities.quantity import Head, Quantity
 from gimcli.quantities.state import State
@@ -28,6 +30,8 @@ class ForceQuantity(Quantity):
 
 def force_quantities(mechanism: Mechanism) -> Iterator[ForceQuantity]:
     """Yield the quantities of the forces of a mechanism; none without masses, loads, springs, or a physical unit."""
-    if not mechanism.dynamics.empty and mechanism.dynamics.metre is not None and mechanism.actuators:
+    if mechanism.dynamics.empty or mechanism.dynamics.metre is None or len(mechanism.machines) > 1:
+        return
+    with suppress(GimError):  # not driven by its inputs
         own = statics(mechanism)
         yield from map(ForceQuantity, chain(reactions(own), totals(own), rotors(own), seen_from_members(own)))

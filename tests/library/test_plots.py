@@ -28,6 +28,9 @@ class Known:
     def kind(self, name):
         return PartKind("rows", "mm", 2 if name.endswith(".v") else 1)
 
+    def code(self, name):
+        return (name,)
+
     def unknown(self, name, rest):
         return UsageError(f"no '{name}' in '{rest}'")
 

@@ -148,3 +148,70 @@ def test_first_last_and_integral_of_a_sweep():
     area = float(np.sum((x[1:] + x[:-1]) / 2.0 * np.diff(u)))
     expected = [x[0], x[-1], area, u[np.argmax(x)], u[np.argmin(x)]]
     assert [s[text][0] for text in keep] == pytest.approx(expected, rel=1e-9)
+
+
+FILE = {
+    "units": {"length": "mm"},
+    "nodes": {"A": [0, 0], "D": [90, 0], "B": [40, 0], "C": [60, 70]},
+    "ground": ["A", "D"],
+    "links": {"crank": ["A", "B"], "coupler": ["B", "C"], "rocker": ["D", "C"]},
+    "actuators": {"motor": {"type": "rotary", "pivot": "A", "arm": "B"}},
+}
+
+
+def with_quantities(**named):
+    return gimcli.load({**FILE, "quantities": named})
+
+
+def test_quantities_of_the_file_are_names_like_any_other():
+    m = with_quantities(swing="range(rocker.angle)", twice="2 * strut", strut="hypot(C.x - 50, C.y + 550)")
+    t = gimcli.trace(m, 72, measure=["strut", "twice"], plot="strut+twice")
+    strut = np.hypot(t.xy["C"][:, 0] - 50.0, t.xy["C"][:, 1] + 550.0)
+    assert t["strut"] == pytest.approx(strut)
+    assert t["twice"] == pytest.approx(2.0 * strut)
+    assert [c.name for c in t.graphs()[0].curves] == ["strut [mm]", "twice"]
+    s = gimcli.sweep(m, {"crank.length": [40.0]}, keep=["swing", "max(strut)", "max(twice) - swing"])
+    angle = t.angle["rocker"]
+    assert s["swing"][0] == pytest.approx(np.ptp(angle))
+    assert s["max(strut)"][0] == pytest.approx(strut.max())
+    found = gimcli.sensitivity(m, "strut", by="C.x", motor=30)
+    plain = gimcli.sensitivity(m, "hypot(C.x - 50, C.y + 550)", by="C.x", motor=30)
+    assert found.derivatives["strut"]["C.x"] == plain.derivatives["hypot(C.x - 50, C.y + 550)"]["C.x"]
+    assert gimcli.sensitivity(m, "swing", by="crank").names == ["swing"]
+
+
+@pytest.mark.parametrize(
+    ("named", "part"),
+    [
+        ({"A": "C.x"}, "quantities.A: 'A' is already the name of a part or a column"),
+        ({"rocker": "C.x"}, "is already the name"), ({"time": "C.x"}, "is already the name"),
+        ({"a": "C.z"}, "no column or measure 'C.z'; did you mean 'C."), ({"a": "b", "b": "a + 1"}, "depends on itself"),
+        ({"a": "a"}, "'a' depends on itself"), ({"a": "C.x +"}, "expected a name or number, got the end"),
+        ({"a": "C.x + rocker.angle"}, "needs equal units"),
+    ],
+)  # fmt: skip
+def test_faulty_quantities_of_the_file_are_refused_with_their_place(named, part):
+    with pytest.raises(gimcli.ModelError) as found:
+        with_quantities(**named)
+    assert part in str(found.value)
+
+
+def test_short_names_are_those_of_the_closed_form():
+    """A slider-crank with offset e: stroke and time ratio by its dead points. Source: Norton, section 3.4."""
+    r, rod, e = 1.0, 3.0, 0.5
+    model = {
+        "nodes": {"O": [0, 0], "A": [r, 0], "S": [3.9, e], "G": [0, e], "H": [9, e]}, "ground": ["O", "G", "H"],
+        "links": {"crank": ["O", "A"], "rod": {"nodes": ["A", "S"], "length": rod}},
+        "prismatic": {"piston": {"node": "S", "guide": ["G", "H"]}},
+        "actuators": {"motor": {"type": "rotary", "pivot": "O", "arm": "A"}}, "trace": ["S"],
+    }  # fmt: skip
+    m = gimcli.load(model)
+    keep = ["stroke:S", "stroke:S.x", "time_ratio:S.x", "worst_transmission"]
+    s = gimcli.sweep(m, {"crank.length": [r]}, steps=3600, keep=keep)
+    far, near = np.sqrt((rod + r) ** 2 - e**2), np.sqrt((rod - r) ** 2 - e**2)
+    back = np.degrees(np.arcsin(e / (rod - r)) - np.arcsin(e / (rod + r)))
+    assert s["stroke:S"][0] == pytest.approx(far - near, abs=1e-5)
+    assert s["stroke:S.x"][0] == s["stroke:S"][0]
+    assert s["time_ratio:S.x"][0] == pytest.approx((180.0 + back) / (180.0 - back), abs=3e-3)
+    worst = np.degrees(np.arccos((r + e) / rod))
+    assert s["worst_transmission"][0] == pytest.approx(worst, abs=1e-3)
