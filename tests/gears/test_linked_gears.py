@@ -16,6 +16,7 @@ def complex_of(t, name):
     return t.xy[name] @ [1, 1j]
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("steps", [6, 72])
 @pytest.mark.parametrize(
     "gear", [{}, {"members": ("sun", "rod"), "pivots": ("O", "A")}], ids=["rod first", "sun first"]
@@ -34,6 +35,7 @@ def slider(turn):
     return 30.0 * np.cos(turn) + np.sqrt(100.0**2 - (30.0 * np.sin(turn)) ** 2)
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("steps", [16, 90])
 @pytest.mark.parametrize("radius", [20.0, 3.0])
 def test_a_pinion_on_the_rack_of_a_slider_crank(steps, radius):
@@ -105,7 +107,7 @@ def test_a_limit_of_the_linkage_is_the_limit_of_its_gears():
     data = rocker({"from": 1.0, "to": 3.0}, ground=4.0, **{"in": 2.0, "coupler": 2.2})
     data["nodes"] |= {"A": [1.08, 1.68], "B": [3.2, 1.83]}
     alone = {**data, "gears": {}, "links": {k: v for k, v in data["links"].items() if k != "gear"}, "trace": ["B"]}
-    geared, free = (gimcli.trace(gimcli.load(one), steps=50) for one in (data, alone))
+    geared, free = (gimcli.trace(gimcli.load(one), steps=10) for one in (data, alone))
     assert list(geared.status) == list(free.status)
     assert "unreachable" in geared.status
     stops = [event["at"]["motor"] for t in (geared, free) for event in t.events if event["kind"] == "limit"]

@@ -23,6 +23,7 @@ ARGUMENTS = {
     "fit": [{"crank": (35, 45)}, {"x": [64.6, 71.4], "y": [67.8, 86.1]}], "sweep": [{"crank": (30, 50, 3)}],
     "modes": [(), {"angle": -1.5707963267948966}],
 }  # fmt: skip
+OPTIONS = {"fit": {"starts": 200}, "tradeoff": {"tolerances": [1e-4]}}
 OTHERS = {"Mechanism", "assembled", "convert", "load", "loads", "shipped_models"}
 """Public names that give no result with numbers."""
 
@@ -55,7 +56,7 @@ def test_every_result_is_here():
 
 @pytest.mark.parametrize("verb", RESULTS)
 def test_every_format_has_the_same_numbers(verb, tmp_path):
-    result = getattr(gimcli, verb)(gimcli.load(RESULTS[verb]), *ARGUMENTS.get(verb, []))
+    result = getattr(gimcli, verb)(gimcli.load(RESULTS[verb]), *ARGUMENTS.get(verb, []), **OPTIONS.get(verb, {}))
     assert isinstance(result, Result)
     known = [s for s in (".xlsx", ".json", ".csv", ".npz", ".parquet") if s in result.suffixes()]
     paths = {suffix: tmp_path / f"r{suffix}" for suffix in known}
