@@ -136,7 +136,7 @@ def check_random(kind: str, count: int, seed: int, folder: Path) -> None:
 
 @pytest.mark.parametrize("kind", MECHANISMS)
 def test_ranges_of_random_mechanisms(kind: str, tmp_path: Path) -> None:
-    check_random(kind, 12, 1, tmp_path)
+    check_random(kind, 6, 1, tmp_path)
 
 
 @pytest.mark.soak
@@ -173,7 +173,7 @@ def check_both(count: int, seed: int, folder: Path) -> None:
 
 
 def test_ranges_of_five_bars_with_two_moving_motors(tmp_path: Path) -> None:
-    check_both(12, 3, tmp_path)
+    check_both(6, 3, tmp_path)
 
 
 @pytest.mark.soak
