@@ -20,6 +20,7 @@ from gimcli.calculus.dual import Dual
 from gimcli.calculus.jet import Jet
 from gimcli.calculus.numbers import nominal
 from gimcli.dynamic_data import NO_NODE, TIME, AppliedLoad, Inertia, LoadCurve, SpringForce
+from gimcli.dynamics.kinematic_history import carried, height, turned, unit_of
 from gimcli.dynamics.load_arrays import is_vector, moving_loads
 from gimcli.dynamics.physical import require_action
 from gimcli.mechanism import FRAME, SPAN, ComplexArray, FloatArray, Input, Mechanism
@@ -36,9 +37,10 @@ class PositionJet:
     rates: FloatArray  # (k, actuators, rows): the inputs are linear in the directions
     bends: FloatArray  # (k, k, actuators, rows)
 
-    def node(self, number: int) -> Jet:
-        """Return the position of a node as a complex number."""
-        return Jet(self.nodes[number], self.first[:, number], self.second[:, :, number])
+    @property
+    def places(self) -> list[Jet]:
+        """The positions of the nodes as complex numbers with their derivatives."""
+        return [Jet(self.nodes[k], self.first[:, k], self.second[:, :, k]) for k in range(len(self.nodes))]
 
     def input(self, number: int) -> Jet:
         """Return the value of an actuator [rad, or length of the normal frame]."""
@@ -107,7 +109,7 @@ class _Sum:
 
     def __init__(self, balance: StaticBalance, at: PositionJet, near: FloatArray | None) -> None:
         self.balance, self.at, self.near = balance, at, near
-        self.mechanism, self.metre = balance.mechanism, balance.metre
+        self.mechanism, self.metre, self.z = balance.mechanism, balance.metre, at.places
         k, rows = len(at.first), at.nodes.shape[1]
         self.potential = np.zeros(rows)
         self.q, self.rest, self.size = (np.zeros((k, rows)) for _ in range(3))
@@ -154,7 +156,7 @@ class _Sum:
         gauge, free = self.mechanism.gauges[spring.gauge], spring.free
         stiffness = spring.stiffness * (1.0 if gauge.rotary else self.metre**2)
         if is_vector(self.mechanism, spring):
-            value = self.at.node(gauge.nodes[1]) - self.at.node(gauge.node)
+            value = self.z[gauge.nodes[1]] - self.z[gauge.node]
             square = (value * value.conjugate()).real
         else:
             value = self._reading(gauge, spring.gauge)
@@ -165,16 +167,15 @@ class _Sum:
     def _reading(self, gauge: Input, number: int) -> Any:
         """Return what a gauge measures: an angle, a length or a height."""
         if gauge.rotary:
-            one, other = self._unit(gauge.members[0]) * complex(gauge.arm), self._unit(gauge.guide) * gauge.reference
-            return self._angle(one * other.conjugate(), [s.gauge for s in self.balance.twisted].index(number))
+            row = [s.gauge for s in self.balance.twisted].index(number)
+            return self._angle(turned(self.mechanism, gauge, self.z), row)
         if gauge.kind == SPAN:
-            arm = self.at.node(gauge.nodes[1]) - self.at.node(gauge.node)
+            arm = self.z[gauge.nodes[1]] - self.z[gauge.node]
             square = (arm * arm.conjugate()).real
             length = np.sqrt(square.value)
             safe = np.where(length > 0.0, length, np.inf)  # coincident nodes: the force has no determined direction
             return square.through(length, 0.5 / safe, -0.25 / safe**3)
-        unit = self._unit(gauge.guide) * complex(gauge.normal)
-        return ((self.at.node(gauge.node) - self._on_member(gauge.guide, gauge.point)) * unit.conjugate()).real
+        return height(self.mechanism, gauge, self.z)
 
     def _angle(self, unit: Jet, row: int) -> Jet:
         """Return the angle of a complex number of modulus 1, and keep it in a row of `angles`."""
@@ -192,7 +193,7 @@ class _Sum:
     # -- loads ----------------------------------------------------------------------------------------
 
     def _add_load(self, load: AppliedLoad) -> None:
-        unit = self._unit(load.member).dual if load.follows else 1.0
+        unit = unit_of(self.mechanism, self.z, load.member).dual if load.follows else 1.0
         force = self._factor(load) * (load.torque or unit * (load.force * self.metre))
         moved = self._turned(load) if load.torque else self._point(load, load.point)
         self.pulls.append(Pull(np.abs(nominal(force)), moved.first, bool(load.torque)))
@@ -213,7 +214,7 @@ class _Sum:
     def _turned(self, load: AppliedLoad) -> Jet:
         """Return the angle of a member with a torque."""
         row = len(self.balance.twisted) + [id(one) for one in self.balance.torques].index(id(load))
-        return self._angle(self._unit(load.member), row)
+        return self._angle(unit_of(self.mechanism, self.z, load.member), row)
 
     def _add_effort(self, number: int) -> None:
         effort = next(r.effort for r in self.balance.efforts if r.actuator == number)
@@ -231,23 +232,7 @@ class _Sum:
     # -- positions ------------------------------------------------------------------------------------
 
     def _point(self, part: Inertia | AppliedLoad, local: complex) -> Any:
-        return self.at.node(part.node) if part.node != NO_NODE else self._on_member(part.member, local)
-
-    def _on_member(self, number: int, local: complex) -> Any:
-        """Return the position of a point fixed to a member."""
-        if number == FRAME:
-            return local
-        member = self.mechanism.members[number]
-        u, v, span = member.ends
-        share = (local - complex(member.shape[0])) / span
-        return self.at.node(u) + (self.at.node(v) - self.at.node(u)) * share
-
-    def _unit(self, number: int) -> Any:
-        """Return e^(i phi) of a member."""
-        if number == FRAME:
-            return 1.0 + 0.0j
-        u, v, span = self.mechanism.members[number].ends
-        return (self.at.node(v) - self.at.node(u)) * (1.0 / span)
+        return self.z[part.node] if part.node != NO_NODE else carried(self.mechanism, self.z, part.member, local)
 
 
 def _integral(curve: LoadCurve, at: FloatArray) -> FloatArray:

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 
+from gimcli.calculus.numbers import phase
+from gimcli.calculus.series import Series
 from gimcli.canonical import beside
 from gimcli.mechanism import FRAME, HEIGHT, SPAN, ComplexArray, FloatArray, Input, Mechanism, PairRow
 from gimcli.motion.motion import Motion
@@ -14,6 +18,9 @@ from gimcli.progress import Notify
 from gimcli.rates.derivatives import ORDERS, law_rates
 from gimcli.rates.differentiator import Differentiator
 from gimcli.structure.plan import make_plan
+
+FACTORS = np.array([1.0, 1.0, 0.5])[:, None, None]
+"""Coefficients of a series by its derivatives."""
 
 
 @dataclass(frozen=True)
@@ -24,6 +31,11 @@ class Course:
     inputs: FloatArray  # (actuators, rows) rad, or length in the normal frame
     nodes: ComplexArray = field(repr=False)  # (3, nodes, rows): position, velocity, acceleration by s, normal frame
     angles: FloatArray | None = field(default=None, repr=False)  # (2, members, rows) omega, alpha; all but the frame
+
+    @cached_property
+    def series(self) -> list[Series]:
+        """The places of the nodes as series in the time."""
+        return [Series(part) for part in np.moveaxis(self.nodes * FACTORS[: len(self.nodes)], 1, 0)]
 
 
 class Courses:
@@ -71,27 +83,37 @@ class Turns:
         return result
 
 
-def carried(mechanism: Mechanism, nodes: ComplexArray, index: int, local: complex) -> ComplexArray:
-    """Return position, velocity ... of a point of a member from those of the nodes (., nodes, rows).
+def carried(mechanism: Mechanism, z: Any, index: int, local: complex) -> Any:
+    """Return the place of a point of a member; `local` is the point in the member's own frame.
 
-    `local` is the point in the member's own frame; the result is in the normal frame (., rows).
+    z: the place of each node, as z[node]: arrays, or numbers with derivatives. A point of the frame is a constant.
     """
     if index == FRAME:
-        jet = np.zeros((len(nodes), nodes.shape[2]), dtype=complex)
-        jet[0] = local
-        return jet
+        return local
     member = mechanism.members[index]
     u, v, span = member.ends
-    share, z, other = (local - complex(member.shape[0])) / span, nodes[:, u], nodes[:, v]
-    return np.asarray(z + share * (other - z)) if share else np.asarray(z)
+    share = (local - complex(member.shape[0])) / span
+    return z[u] + (z[v] - z[u]) * share if share else z[u]
 
 
-def unit_of(mechanism: Mechanism, z: ComplexArray, index: int) -> ComplexArray:
-    """Return e^(i phi) of a member (rows,) at positions z (nodes, rows)."""
+def unit_of(mechanism: Mechanism, z: Any, index: int) -> Any:
+    """Return e^(i phi) of a member; z as for `carried`."""
     if index == FRAME:
-        return np.ones(z.shape[1], dtype=complex)
+        return np.complex128(1.0)
     u, v, span = mechanism.members[index].ends
-    return np.asarray((z[v] - z[u]) / span)
+    return (z[v] - z[u]) * (1.0 / span)
+
+
+def turned(mechanism: Mechanism, gauge: Input, z: Any) -> Any:
+    """Return e^(i angle) of the angle that a gauge or an actuator measures; z as for `carried`."""
+    reference = unit_of(mechanism, z, gauge.guide) * complex(gauge.reference)
+    return unit_of(mechanism, z, gauge.members[0]) * complex(gauge.arm) * reference.conjugate()
+
+
+def height(mechanism: Mechanism, gauge: PairRow, z: Any) -> Any:
+    """Return the height of a node over a line of a member that a gauge or an actuator measures; z as for `carried`."""
+    unit = unit_of(mechanism, z, gauge.guide) * complex(gauge.normal)
+    return ((z[gauge.node] - carried(mechanism, z, gauge.guide, gauge.point)) * unit.conjugate()).real
 
 
 def turning(mechanism: Mechanism, course: Course, index: int) -> FloatArray:
@@ -105,39 +127,25 @@ def turning(mechanism: Mechanism, course: Course, index: int) -> FloatArray:
     return np.asarray((arm[0].conj() * arm[1:]).imag / abs(span) ** 2)  # a = (i alpha - omega^2) arm
 
 
+def measured(mechanism: Mechanism, gauge: Input, z: Any) -> Any:
+    """Return the quantity of a gauge or an actuator; z as for `carried`, or complex numbers."""
+    if gauge.rotary:
+        return phase(turned(mechanism, gauge, z))
+    if gauge.kind == SPAN:
+        arm = z[gauge.nodes[1]] - z[gauge.node]
+        return np.sqrt((arm * arm.conjugate()).real)
+    return height(mechanism, gauge, z)
+
+
 def reading(mechanism: Mechanism, gauge: Input, course: Course) -> tuple[FloatArray, FloatArray, ComplexArray]:
     """Return value, rate and unit direction of the quantity of a gauge or an actuator (rows,)."""
-    nodes, member = course.nodes, gauge.guide
-    if gauge.rotary:
-        arm = unit_of(mechanism, nodes[0], gauge.members[0]) * gauge.arm
-        reference = unit_of(mechanism, nodes[0], member) * gauge.reference
-        speed = turning(mechanism, course, gauge.members[0])[0] - turning(mechanism, course, member)[0]
-        return np.angle(arm * reference.conj()), speed, arm
-    if gauge.kind == SPAN:
-        arm, rate = nodes[0, gauge.nodes[1]] - nodes[0, gauge.node], nodes[1, gauge.nodes[1]] - nodes[1, gauge.node]
-        length = np.abs(arm)
-        unit = np.divide(arm, length, out=np.full_like(arm, np.nan), where=length > 0.0)  # NaN in unsolved rows
-        return length, (unit.conj() * rate).real, unit
-    unit = unit_of(mechanism, nodes[0], member) * gauge.normal
-    origin = carried(mechanism, nodes[:2], member, gauge.point)
-    omega = turning(mechanism, course, member)[0]
-    away, rate = nodes[0, gauge.node] - origin[0], nodes[1, gauge.node] - origin[1]
-    return (unit.conj() * away).real, (unit.conj() * (rate - 1j * omega * away)).real, unit
-
-
-def acceleration(mechanism: Mechanism, gauge: Input, course: Course) -> FloatArray:
-    """Return the second derivative by s of the quantity of a gauge or an actuator (rows,)."""
-    nodes, member = course.nodes, gauge.guide
-    if gauge.rotary:
-        return np.asarray(turning(mechanism, course, gauge.members[0])[1] - turning(mechanism, course, member)[1])
-    length, rate, unit = reading(mechanism, gauge, course)
-    if gauge.kind == SPAN:
-        _, speed, gain = nodes[:, gauge.nodes[1]] - nodes[:, gauge.node]
-        return np.asarray((unit.conj() * gain).real + (np.abs(speed) ** 2 - rate**2) / length)
-    away, speed, gain = nodes[:, gauge.node] - carried(mechanism, nodes, member, gauge.point)
-    omega, alpha = turning(mechanism, course, member)
-    relative = gain - 1j * alpha * away - 2j * omega * speed - omega**2 * away
-    return np.asarray((unit.conj() * relative).real)
+    z = course.nodes[0]
+    with np.errstate(divide="ignore", invalid="ignore"):  # NaN in unsolved rows, and where the ends of a length meet
+        value, rate = measured(mechanism, gauge, course.series).c[:2]
+        if gauge.kind == SPAN:
+            return value, rate, (z[gauge.nodes[1]] - z[gauge.node]) / value
+    unit = unit_of(mechanism, z, gauge.members[0] if gauge.rotary else gauge.guide)
+    return value, rate, np.broadcast_to(unit * (gauge.arm if gauge.rotary else gauge.normal), value.shape)
 
 
 def travel_along(slide: PairRow, name: str) -> Input:
@@ -147,6 +155,5 @@ def travel_along(slide: PairRow, name: str) -> Input:
 
 def read_at(mechanism: Mechanism, gauge: Input, z: ComplexArray, near: float) -> float:
     """Return the value of a gauge at a position (nodes,); angles are within half a turn of `near`."""
-    still = Course(np.zeros(1), np.zeros((0, 1)), np.array([z, np.zeros_like(z)])[:, :, None])
-    value = float(reading(mechanism, gauge, still)[0][0])
+    value = float(measured(mechanism, gauge, z))
     return float(beside(value, near)) if gauge.rotary else value

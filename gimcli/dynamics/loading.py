@@ -14,8 +14,8 @@ from gimcli.dynamic_data import NO_NODE, TIME, AppliedLoad, Inertia, RotorInerti
 from gimcli.dynamics.kinematic_history import (
     Course,
     Turns,
-    acceleration,
     carried,
+    measured,
     reading,
     travel_along,
     turning,
@@ -119,7 +119,7 @@ class _Loader:
         """Return position, velocity and acceleration of the point of a part (3, rows)."""
         if part.node != NO_NODE:
             return np.asarray(self.course.nodes[:, part.node])
-        return carried(self.mechanism, self.course.nodes, part.member, local)
+        return np.asarray(carried(self.mechanism, self.course.nodes.swapaxes(0, 1), part.member, local))
 
     # -- kinds ------------------------------------------------------------------------------------
 
@@ -149,8 +149,8 @@ class _Loader:
     def _rotor(self, rotor: RotorInertia) -> None:
         """Add the kinetic energy of a rotor, and the effort for it, which the members do not bear."""
         actuator = self.mechanism.actuators[rotor.actuator]
-        _, rate, _ = reading(self.mechanism, actuator, self.course)
-        effort = rotor.reflected * acceleration(self.mechanism, actuator, self.course)
+        _, rate, half = measured(self.mechanism, actuator, self.course.series).c
+        effort = rotor.reflected * 2.0 * half
         self.found.rotors[rotor.actuator] = effort if actuator.rotary else effort / self.metre
         self.found.kinetic += 0.5 * rotor.reflected * rate**2
         self.found.kinetic_rate += effort * rate
@@ -209,17 +209,21 @@ class _Loader:
             self._twist(gauge.members[0], effort)
             self._twist(gauge.guide, -effort)
             return
-        nodes, force = self.course.nodes[0], effort * unit
         if gauge.kind == SPAN:
-            self._pin(gauge.nodes[1], force)
-            self._pin(gauge.node, -force)
-            return
-        pushed = self.statics.pushed[number]
-        if pushed == NONE:
-            self._pin(gauge.node, force)
+            self._pin(gauge.nodes[1], effort * unit)
+            self._pin(gauge.node, -effort * unit)
         else:
-            self._push(pushed, nodes[gauge.node], force)
-        self._push(self.statics.body_of_member[gauge.guide], nodes[gauge.node], -force)
+            guide = self.statics.body_of_member[gauge.guide]
+            self._slide(gauge.node, self.statics.pushed[number], guide, effort * unit)
+
+    def _slide(self, node: int, body: int, guide: int, force: ComplexArray) -> None:
+        """Apply a force at a node to a body, or to the node's pin if it is NONE, and the opposite one to a guide."""
+        place = self.course.nodes[0, node]
+        if body == NONE:
+            self._pin(node, force)
+        else:
+            self._push(body, place, force)
+        self._push(guide, place, -force)
 
     def _pin(self, node: int, force: ComplexArray) -> None:
         self.found.pins[node] = self.found.pins.get(node, 0.0) + force
@@ -244,10 +248,7 @@ class _Loader:
         mechanism, slide = self.mechanism, self.mechanism.slides[number]
         _, rate, unit = reading(mechanism, travel_along(slide, slide.name), self.course)
         force = -damping * self.metre * rate * unit
-        reaction = self.statics.reactions[self.statics.normals[number]]
-        if self.statics.normals[number] in self.statics.on_pins:
-            self._pin(slide.node, force)
-        else:
-            self._push(reaction.plus, self.course.nodes[0, slide.node], force)
-        self._push(reaction.minus, self.course.nodes[0, slide.node], -force)
+        normal = self.statics.normals[number]
+        reaction = self.statics.reactions[normal]
+        self._slide(slide.node, NONE if normal in self.statics.on_pins else reaction.plus, reaction.minus, force)
         self.found.power["damping"] -= damping * (self.metre * rate) ** 2

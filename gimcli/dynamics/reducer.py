@@ -10,9 +10,9 @@ from functools import cached_property
 import numpy as np
 
 from gimcli.dynamic_data import TIME, Release
-from gimcli.dynamics.kinematic_history import read_at
-from gimcli.dynamics.load_arrays import acting, moving_loads, with_force_gauges
+from gimcli.dynamics.load_arrays import moving_loads
 from gimcli.dynamics.physical import require_masses
+from gimcli.dynamics.reduced_equations import ReducedEquations
 from gimcli.dynamics.simulation_types import SIMULATION
 from gimcli.dynamics.windows import WEAK, WindowSearch, no_windows, with_window
 from gimcli.errors import StructureError
@@ -21,8 +21,8 @@ from gimcli.kernels.windows import TOGETHER, window_of
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.positions.dispatch import plain
 from gimcli.positions.newton import Run
-from gimcli.structure.coordinate_partitioning import Choice, free_choice, gradients, input_choice, make_chart, residuals
-from gimcli.structure.polynomials import continue_linked, coupled_terms, is_rotary, with_gauges, with_linked_gauges
+from gimcli.structure.coordinate_partitioning import Choice, free_choice, gradients, input_choice, residuals
+from gimcli.structure.polynomials import is_rotary
 
 CORRECTIONS = 20
 """Most Newton corrections of a singular initial position."""
@@ -64,16 +64,14 @@ class ReducedState:
         return np.asarray(self.bias + self.gain @ self.b)
 
 
-class Reducer:
+class Reducer(ReducedEquations):
     """Follows the branch of a mechanism from a base position; `chart` has the independent variables there."""
 
     def __init__(self, mechanism: Mechanism, free: Sequence[int], run: Run = plain) -> None:
-        self.mechanism, self.free, self.run = mechanism, tuple(free), run
+        super().__init__(mechanism, free, require_masses(mechanism))
+        self.free, self.run = tuple(free), run
         self.given = tuple(k for k in mechanism.drivers if k not in self.free)
-        read = with_force_gauges(with_linked_gauges(mechanism)).nearby
-        self.terms = coupled_terms(with_gauges(read))
-        self.acting = acting(read, self.free, require_masses(mechanism))
-        self.loads = moving_loads(read)
+        self.loads = moving_loads(self.read)
         self.courses = [_course(load) for load in self.loads]
         self.releases = {r.actuator: r for r in mechanism.dynamics.releases}
         self.choice: Choice | None = None
@@ -83,37 +81,26 @@ class Reducer:
 
     def start(self, z: ComplexArray, inputs: FloatArray) -> bool:
         """Set the base to an assembled position; return whether the motion from there is unique."""
-        return self.set_base(self._variables(z, inputs))
+        return self.set_base(self.variables(z, inputs))
 
     def set_base_of_motion(self, z: ComplexArray, inputs: FloatArray) -> bool:
         """Set the base to an assembled position of a motion; return whether the inputs determine the position.
 
         Of redundant equations the most independent ones are used; angles continue those of the last base.
         """
-        v = self._variables(z, inputs)
+        v = self.variables(z, inputs)
         if self.choice is not None:
-            gauges = slice(self.terms.first_reading + len(inputs), -1)
+            gauges = slice(self.input_variables.stop, -1)
             rotary = np.array([is_rotary(self.terms, r) for r in range(len(inputs), self.terms.readings)], dtype=bool)
             turns = np.round((self.base.v[gauges] - v[gauges]) / (2.0 * math.pi))
             v[gauges] += np.where(rotary, 2.0 * math.pi * turns, 0.0)
         choice = input_choice(self.terms, v, self.free, self.given)
         return choice is not None and self.set_base(v, choice)
 
-    def _variables(self, z: ComplexArray, inputs: FloatArray) -> FloatArray:
-        v = np.zeros(self.terms.variables)
-        first = self.terms.first_reading
-        z = self.mechanism.near(z)
-        v[0:first:2], v[1:first:2], v[-1] = z.real, z.imag, 1.0
-        v[first : first + len(inputs)] = inputs
-        gauges = self.terms.mechanism.actuators[len(inputs) :]
-        v[first + len(inputs) : -1] = [read_at(self.terms.mechanism, gauge, z, gauge.drawn) for gauge in gauges]
-        continue_linked(self.terms, v)
-        return v
-
     def start_singular(self, inputs: FloatArray) -> bool:
         """Set the base to the corrected initial position, which may be singular; return whether it is assembled."""
         terms, first = self.terms, self.terms.first_reading
-        v = self._variables(self.mechanism.drawn, inputs)
+        v = self.variables(self.mechanism.drawn, inputs)
         open_ones = [*terms.moving, *range(first + len(inputs), terms.variables - 1)]
         for _ in range(CORRECTIONS):
             error = residuals(terms, v)
@@ -132,20 +119,10 @@ class Reducer:
         if choice == self.choice:
             return self._set_base_only(v)
         before = self.tried
-        self.choice, self.chart = choice, make_chart(self.terms, choice)
-        size, variables = len(choice.independent), self.terms.variables
-        blocks, widest = len(self.chart.blocks), max([1, size, *(b[2] - b[1] for b in self.chart.blocks)])
-        self.base, self.last, self.at = (
-            influence.InfluencePosition(v.copy(), np.zeros((size, variables)), np.zeros(blocks)) for _ in range(3)
-        )
-        self.room = influence.InfluenceScratch(
-            np.zeros((3, self.terms.functions)), np.zeros((widest, widest)), np.zeros(2 * widest), np.zeros(widest),
-            np.zeros(variables), np.zeros(variables), np.zeros(size), np.zeros(2, dtype=np.int64), np.zeros(3),
-        )  # fmt: skip
-        self.room.f[0, 0], self.room.weakest[1] = 1.0, before
-        self.out = reduction.Reduced(
-            np.zeros((size, size)), np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(reduction.ENERGIES)
-        )
+        self.choice, size = choice, len(choice.independent)
+        self.choose(choice)
+        self.base, self.last, self.at = (self.place(v) for _ in range(3))
+        self.room.weakest[1] = before
         self.gain, self.factors = np.zeros(size), np.ones(len(self.loads))
         self.own = list(choice.independent)
         return self._set_base_only(v)
@@ -282,16 +259,6 @@ class Reducer:
 
     # -- results at a position ----------------------------------------------------------------------
 
-    def nodes(self, v: FloatArray) -> ComplexArray:
-        """Return x + iy of the nodes from variables (..., variables)."""
-        first = self.terms.first_reading
-        return self.mechanism.whole(v[..., 0:first:2] + 1j * v[..., 1:first:2], -1)
-
-    def inputs(self, v: FloatArray) -> FloatArray:
-        """Return the values of the actuators from variables (..., variables)."""
-        first = self.terms.first_reading
-        return np.asarray(v[..., first : first + len(self.mechanism.actuators)])
-
     def error(self, v: FloatArray) -> float:
         """Return the greatest residual of all equations, including redundant ones, which may be contradictory."""
         return float(np.max(np.abs(residuals(self.terms, v)), initial=0.0))
@@ -319,7 +286,7 @@ def _course(load: object) -> Callable[[float, float], float] | None:
     return lambda time, value: float(curve(np.array([time if over == TIME else value]))[0])
 
 
-def with_one_free(mechanism: Mechanism, actuator: int) -> Mechanism:
-    """Return the mechanism in which exactly one input is free."""
-    releases = [replace(release_of(mechanism, k), free=k == actuator) for k in range(len(mechanism.actuators))]
+def with_released(mechanism: Mechanism, released: Sequence[int]) -> Mechanism:
+    """Return the mechanism in which exactly these inputs are free, with the efforts of the file."""
+    releases = [replace(release_of(mechanism, k), free=k in released) for k in range(len(mechanism.actuators))]
     return replace(mechanism, dynamics=replace(mechanism.dynamics, releases=tuple(releases)))

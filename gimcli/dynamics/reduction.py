@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from gimcli.dynamic_data import TIME, DrivingEffort
-from gimcli.dynamics.reducer import Reducer, release_of, with_one_free
+from gimcli.dynamics.reducer import Reducer, release_of, with_released
 from gimcli.errors import UsageError
 from gimcli.kernels.reduction import POTENTIAL
 from gimcli.mechanism import ConstantLaw, FloatArray, InputLaw, IntArray, Mechanism
@@ -55,7 +55,7 @@ def reduce_to_input(
 
     Tables over time are evaluated at the time of each row of the law.
     """
-    bare = undamped(with_one_free(mechanism, actuator))
+    bare = undamped(with_released(mechanism, (actuator,)))
     reducer = Reducer(bare, (actuator,), run)
     weights = Reducer(without_loads(bare), (actuator,), run)
     motion = trace(with_others_fixed(mechanism, actuator), steps, Options(jit="off" if run is plain else "auto"))

@@ -11,28 +11,22 @@ a(s') = sum of B_ij s'_i s'_j, and B_ij = (a(e_i + e_j) - a(e_i) - a(e_j)) / 2. 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from gimcli.dynamic_data import DrivingEffort
 from gimcli.dynamics.equilibria_balance import GeneralisedForces, PositionJet, StaticBalance
-from gimcli.dynamics.kinematic_history import read_at
-from gimcli.dynamics.load_arrays import acting, with_force_gauges
 from gimcli.dynamics.physical import require_action
-from gimcli.dynamics.reducer import release_of
+from gimcli.dynamics.reduced_equations import ReducedEquations
+from gimcli.dynamics.reducer import release_of, with_released
 from gimcli.errors import StructureError
 from gimcli.kernels import influence, reduction
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.positions.dispatch import plain
-from gimcli.structure.coordinate_partitioning import Choice, free_choice, input_choice, make_chart
+from gimcli.structure.coordinate_partitioning import Choice, free_choice, input_choice
 from gimcli.structure.polynomials import (
-    Terms,
-    continue_linked,
-    coupled_terms,
     is_rotary,
-    with_gauges,
-    with_linked_gauges,
 )
 
 LEVER = 1e-3
@@ -99,21 +93,19 @@ def linearised(
     return Linearisation(mechanism, tuple(released), time).at(z, inputs, gauges)
 
 
-class Linearisation:
+class Linearisation(ReducedEquations):
     """The linearised equations of motion of one choice of released inputs, for any number of positions."""
 
     def __init__(self, mechanism: Mechanism, released: tuple[int, ...], time: float) -> None:
-        metre = require_action(mechanism)
-        self.mechanism, self.released, self.time, self.metre = mechanism, released, time, metre
+        super().__init__(with_released(mechanism, released), released, require_action(mechanism))
+        self.mechanism, self.released, self.metre = mechanism, released, self.acting.metre
         self.held = tuple(k for k in mechanism.drivers if k not in released)
-        read = with_force_gauges(with_linked_gauges(_with_releases(mechanism, released))).nearby
-        self.terms, self.balance = coupled_terms(with_gauges(read)), StaticBalance(read, released, time)
-        self.acting = acting(read, released, metre)
-        self.resisting = _resisting(self.acting, [release_of(read, k).effort for k in released])
+        self.balance = StaticBalance(self.read, released, time)
+        self.resisting = _resisting(self.acting, [release_of(self.read, k).effort for k in released])
 
     def at(self, z: ComplexArray, inputs: FloatArray, gauges: FloatArray | None = None) -> Linearised:
         """Return the linearised equations at a position; see `linearised`."""
-        v = self._variables(z, inputs, gauges)
+        v = self.variables(z, inputs, gauges)
         choice = input_choice(self.terms, v, self.released, self.held)
         on_inputs = choice is not None
         choice = choice or free_choice(self.terms, v, self.held, len(self.released))
@@ -121,14 +113,14 @@ class Linearisation:
             raise self._singular()
         directions = np.eye(len(self.released), len(choice.independent))
         at = self._differentiate(v, choice, directions)
-        forces, damping, place = self.balance(at, self._angles), self._damping(directions), self.place
+        forces, damping, place = self.balance(at, self._angles), self._damping(directions), self.at_rest
         scale, rough = self._scales(at, forces)
         reduced = self._reduced(self.acting)
         unit = np.array([1.0 if self._turns(c) else self.metre for c in choice.independent[: len(self.released)]])
         self.unit, both, mechanism = unit, unit[:, None] * unit, self.mechanism
         return Linearised(
             mechanism, self.released, on_inputs, *self._named(choice), mechanism.whole(at.nodes[:, 0]),
-            place.v[self._inputs].copy(), place.v[self._gauges].copy(), directions @ reduced.m @ directions.T / both,
+            self.inputs(place.v).copy(), place.v[self._gauges].copy(), directions @ reduced.m @ directions.T / both,
             -forces.slope[..., 0] / both, rough / both, damping / both, forces.q[:, 0] / unit,
             scale / unit, float(reduced.energy[reduction.POTENTIAL]),
             self.balance.conservative or len(self.released) == 1, at.rates[..., 0] / unit[:, None],
@@ -141,54 +133,34 @@ class Linearisation:
 
         Returns nodes, inputs and gauges, as `at` takes them; None if the position is not reached on the same branch.
         """
-        place, first = self.place, self.terms.first_reading
-        last, to = (influence.InfluencePosition(*(part.copy() for part in place)) for _ in range(2))
-        target = place.v[self.chart.independent]
+        last, to = (influence.InfluencePosition(*(part.copy() for part in self.at_rest)) for _ in range(2))
+        target = last.v[self.chart.independent]
         target[: len(steps)] += steps / self.unit
         still = np.zeros(len(target))
         self.room.weak[:] = 0.0
         if not plain(influence.follow)(self.chart, last, to, target, still, self.room):
             return None
-        return self.mechanism.whole(to.v[0:first:2] + 1j * to.v[1:first:2]), to.v[self._inputs], to.v[self._gauges]
+        return self.nodes(to.v), self.inputs(to.v), to.v[self._gauges]
 
     # -- position and influence coefficients ----------------------------------------------------------
 
     @property
-    def _inputs(self) -> slice:
-        first = self.terms.first_reading
-        return slice(first, first + len(self.mechanism.actuators))
-
-    @property
     def _gauges(self) -> slice:
-        return slice(self._inputs.stop, self._inputs.stop + len(self.mechanism.gauges))
-
-    def _variables(self, z: ComplexArray, inputs: FloatArray, gauges: FloatArray | None) -> FloatArray:
-        terms = self.terms
-        v, first, own = np.zeros(terms.variables), terms.first_reading, len(inputs)
-        z = self.mechanism.near(z)
-        v[0:first:2], v[1:first:2], v[-1] = z.real, z.imag, 1.0
-        v[self._inputs] = inputs
-        read = terms.mechanism.actuators[own:]
-        near = [g.drawn for g in read]
-        near[: len(self.mechanism.gauges)] = near[: len(self.mechanism.gauges)] if gauges is None else list(gauges)
-        v[first + own : -1] = [read_at(terms.mechanism, g, z, last) for g, last in zip(read, near, strict=True)]
-        continue_linked(terms, v)
-        return v
+        first = self.input_variables.stop
+        return slice(first, first + len(self.mechanism.gauges))
 
     @property
     def _angles(self) -> FloatArray:
         """The angles (angles, 1) of the torsion springs, counted through full turns, and of members with a torque."""
-        springs = [self.place.v[self._inputs.stop + spring.gauge] for spring in self.balance.twisted]
+        springs = [self.at_rest.v[self.input_variables.stop + spring.gauge] for spring in self.balance.twisted]
         return np.array([*springs, *(0.0 for _ in self.balance.torques)])[:, None]
 
     def _differentiate(self, v: FloatArray, choice: Choice, directions: FloatArray) -> PositionJet:
         """Return the position with its derivatives along directions (k, independent variables)."""
-        terms, k = self.terms, len(directions)
-        self.chart = make_chart(terms, choice)
-        self.place, self.room = _arrays(terms, self.chart)
-        self.place.v[:] = v
-        plain(influence.set_signs)(self.chart, self.place, self.room)
-        bias = np.zeros((k, k, terms.variables))
+        self.choose(choice)
+        self.at_rest, k, first = self.place(v), len(directions), self.terms.first_reading
+        plain(influence.set_signs)(self.chart, self.at_rest, self.room)
+        bias = np.zeros((k, k, len(v)))
         for i in range(k):
             for j in range(i + 1):
                 both = directions[i] if i == j else directions[i] + directions[j]
@@ -196,22 +168,19 @@ class Linearisation:
         for i in range(k):
             for j in range(i):
                 bias[i, j] = bias[j, i] = 0.5 * (bias[i, j] - bias[i, i] - bias[j, j])
-        first, parts = (
-            terms.first_reading,
-            [part[..., None] for part in (self.place.v, directions @ self.place.b, bias)],
-        )
+        parts = [part[..., None] for part in (self.at_rest.v, directions @ self.at_rest.b, bias)]
         nodes = (part[..., 0:first:2, :] + 1j * part[..., 1:first:2, :] for part in parts)
-        return PositionJet(*nodes, *(part[..., self._inputs, :] for part in parts))
+        return PositionJet(*nodes, *(part[..., self.input_variables, :] for part in parts))
 
     def _bias(self, speeds: FloatArray) -> FloatArray:
         """Return the accelerations of all variables at constant speeds of the independent variables."""
-        if not plain(influence.settle)(self.chart, self.place, speeds, self.room):
+        if not plain(influence.settle)(self.chart, self.at_rest, speeds, self.room):
             raise self._singular()
         return self.room.acceleration.copy()
 
     def require_regular(self) -> None:
         """Raise StructureError if the position of the last `at` is singular up to rounding."""
-        if free_choice(self.terms, self.place.v, self.held, len(self.released), NEARLY) is None:
+        if free_choice(self.terms, self.at_rest.v, self.held, len(self.released), NEARLY) is None:
             raise self._singular("the forces lead to a position that is")
 
     def _singular(self, which: str = "the position is") -> StructureError:
@@ -244,12 +213,8 @@ class Linearisation:
 
     def _reduced(self, acting: reduction.Acting) -> reduction.Reduced:
         """Return inertia, generalised forces and energies in all independent variables, without loads."""
-        size = len(self.place.b)
-        out = reduction.Reduced(
-            np.zeros((size, size)), np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(reduction.ENERGIES)
-        )
-        plain(reduction.reduce)(acting, self.place, self.room, np.zeros(len(acting.loads)), out)
-        return out
+        plain(reduction.reduce)(acting, self.at_rest, self.room, np.zeros(len(acting.loads)), self.out)
+        return self.out
 
     # -- names ----------------------------------------------------------------------------------------
 
@@ -265,12 +230,6 @@ class Linearisation:
         return tuple(names), tuple("rad" if self._turns(c) else "m" for c in own)
 
 
-def _with_releases(mechanism: Mechanism, released: Sequence[int]) -> Mechanism:
-    """Return the mechanism in which exactly the released inputs are free, with the efforts of the file."""
-    releases = [replace(release_of(mechanism, k), free=k in released) for k in range(len(mechanism.actuators))]
-    return replace(mechanism, dynamics=replace(mechanism.dynamics, releases=tuple(releases)))
-
-
 def _resisting(acting: reduction.Acting, efforts: Sequence[DrivingEffort]) -> reduction.Acting:
     """Return only what depends on the speeds: at rest, driving efforts act as dampers of their slopes."""
     slopes = [
@@ -283,18 +242,3 @@ def _resisting(acting: reduction.Acting, efforts: Sequence[DrivingEffort]) -> re
         gravity=np.zeros(2), springs=acting.springs[:0], spring=acting.spring[:0], motor=np.zeros_like(acting.motor),
         dampers=np.concatenate([acting.dampers, acting.motors]), damper=np.concatenate([acting.damper, own]),
     )  # fmt: skip
-
-
-def _arrays(terms: Terms, chart: influence.Chart) -> tuple[influence.InfluencePosition, influence.InfluenceScratch]:
-    """Return the arrays of a position and the scratch arrays for a chart."""
-    size, blocks = len(chart.independent), len(chart.blocks)
-    widest = max([1, size, *(b[2] - b[1] for b in chart.blocks)])
-    place = influence.InfluencePosition(
-        np.zeros(terms.variables), np.zeros((size, terms.variables)), np.zeros(blocks)
-    )  # fmt: skip
-    room = influence.InfluenceScratch(
-        np.zeros((3, terms.functions)), np.zeros((widest, widest)), np.zeros(2 * widest), np.zeros(widest),
-        np.zeros(terms.variables), np.zeros(terms.variables), np.zeros(size), np.zeros(2, dtype=np.int64), np.zeros(3),
-    )  # fmt: skip
-    room.f[0, 0] = 1.0
-    return place, room

@@ -128,7 +128,6 @@ def _listed(signs: Sequence[str]) -> str:
 
 def measured(mechanism: Mechanism, gauge: Input, z: ComplexArray) -> float:
     """Return the value of a gauge at a position (nodes,): a length in the normal frame, or an angle in -pi..pi."""
-    from gimcli.dynamics.kinematic_history import Course, reading  # imported late: few models have gauges
+    from gimcli.dynamics.kinematic_history import measured as of_gauge  # imported late: few models have gauges
 
-    at_rest = Course(np.zeros(1), np.zeros((0, 1)), np.array([z, np.zeros_like(z)])[:, :, None])
-    return float(reading(mechanism, gauge, at_rest)[0][0])
+    return float(of_gauge(mechanism, gauge, z))
