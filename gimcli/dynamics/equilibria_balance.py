@@ -20,10 +20,10 @@ from gimcli.calculus.dual import Dual
 from gimcli.calculus.jet import Jet
 from gimcli.calculus.numbers import nominal
 from gimcli.dynamic_data import NO_NODE, TIME, AppliedLoad, Inertia, LoadCurve, SpringForce
-from gimcli.dynamics.kinematic_history import carried, height, turned, unit_of
 from gimcli.dynamics.load_arrays import is_vector, moving_loads
 from gimcli.dynamics.physical import require_action
 from gimcli.mechanism import FRAME, SPAN, ComplexArray, FloatArray, Input, Mechanism
+from gimcli.structure.carried import carried, height, turned, unit_of
 
 
 @dataclass(frozen=True)

@@ -8,10 +8,10 @@ import numpy as np
 
 from gimcli.coupling_data import RACK, GearPair
 from gimcli.dynamics.gear_reactions import gear_force, rack_direction
-from gimcli.dynamics.kinematic_history import unit_of
 from gimcli.dynamics.statics import Statics
 from gimcli.errors import ModelError
 from gimcli.mechanism import ComplexArray, FloatArray
+from gimcli.structure.carried import unit_of
 
 Change = tuple[int, FloatArray]
 """An unknown, and what 1 N of the part adds to it (rows,)."""

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
-from gimcli.calculus.numbers import phase
 from gimcli.calculus.series import Series
 from gimcli.canonical import beside
 from gimcli.mechanism import FRAME, HEIGHT, SPAN, ComplexArray, FloatArray, Input, Mechanism, PairRow
@@ -17,6 +15,7 @@ from gimcli.positions.dispatch import choose
 from gimcli.progress import Notify
 from gimcli.rates.derivatives import ORDERS, law_rates
 from gimcli.rates.differentiator import Differentiator
+from gimcli.structure.carried import measured, unit_of
 from gimcli.structure.plan import make_plan
 
 FACTORS = np.array([1.0, 1.0, 0.5])[:, None, None]
@@ -83,39 +82,6 @@ class Turns:
         return result
 
 
-def carried(mechanism: Mechanism, z: Any, index: int, local: complex) -> Any:
-    """Return the place of a point of a member; `local` is the point in the member's own frame.
-
-    z: the place of each node, as z[node]: arrays, or numbers with derivatives. A point of the frame is a constant.
-    """
-    if index == FRAME:
-        return local
-    member = mechanism.members[index]
-    u, v, span = member.ends
-    share = (local - complex(member.shape[0])) / span
-    return z[u] + (z[v] - z[u]) * share if share else z[u]
-
-
-def unit_of(mechanism: Mechanism, z: Any, index: int) -> Any:
-    """Return e^(i phi) of a member; z as for `carried`."""
-    if index == FRAME:
-        return np.complex128(1.0)
-    u, v, span = mechanism.members[index].ends
-    return (z[v] - z[u]) * (1.0 / span)
-
-
-def turned(mechanism: Mechanism, gauge: Input, z: Any) -> Any:
-    """Return e^(i angle) of the angle that a gauge or an actuator measures; z as for `carried`."""
-    reference = unit_of(mechanism, z, gauge.guide) * complex(gauge.reference)
-    return unit_of(mechanism, z, gauge.members[0]) * complex(gauge.arm) * reference.conjugate()
-
-
-def height(mechanism: Mechanism, gauge: PairRow, z: Any) -> Any:
-    """Return the height of a node over a line of a member that a gauge or an actuator measures; z as for `carried`."""
-    unit = unit_of(mechanism, z, gauge.guide) * complex(gauge.normal)
-    return ((z[gauge.node] - carried(mechanism, z, gauge.guide, gauge.point)) * unit.conjugate()).real
-
-
 def turning(mechanism: Mechanism, course: Course, index: int) -> FloatArray:
     """Return omega and alpha of a member (2, rows) [rad/s, rad/s^2]."""
     if index == FRAME:
@@ -125,16 +91,6 @@ def turning(mechanism: Mechanism, course: Course, index: int) -> FloatArray:
     u, v, span = mechanism.members[index].ends
     arm = course.nodes[:, v] - course.nodes[:, u]
     return np.asarray((arm[0].conj() * arm[1:]).imag / abs(span) ** 2)  # a = (i alpha - omega^2) arm
-
-
-def measured(mechanism: Mechanism, gauge: Input, z: Any) -> Any:
-    """Return the quantity of a gauge or an actuator; z as for `carried`, or complex numbers."""
-    if gauge.rotary:
-        return phase(turned(mechanism, gauge, z))
-    if gauge.kind == SPAN:
-        arm = z[gauge.nodes[1]] - z[gauge.node]
-        return np.sqrt((arm * arm.conjugate()).real)
-    return height(mechanism, gauge, z)
 
 
 def reading(mechanism: Mechanism, gauge: Input, course: Course) -> tuple[FloatArray, FloatArray, ComplexArray]:

@@ -14,17 +14,15 @@ from gimcli.dynamic_data import NO_NODE, TIME, AppliedLoad, Inertia, RotorInerti
 from gimcli.dynamics.kinematic_history import (
     Course,
     Turns,
-    carried,
-    measured,
     reading,
     travel_along,
     turning,
-    unit_of,
 )
 from gimcli.dynamics.load_arrays import is_vector
 from gimcli.dynamics.physical import require_action
 from gimcli.dynamics.statics import Statics
 from gimcli.mechanism import FRAME, SPAN, ComplexArray, FloatArray, Input
+from gimcli.structure.carried import carried, measured, unit_of
 from gimcli.structure.steps import NONE
 
 POWERS = ("load", "gravity", "spring", "damping")

@@ -14,10 +14,11 @@ from gimcli.errors import GimError, UnassembledError, UsageError
 from gimcli.library.inputs import inputs_of, near, refuse_linked
 from gimcli.library.rounding import titled
 from gimcli.library.sides import with_sides_of
-from gimcli.mechanism import ComplexArray, FloatArray, Input, Mechanism
+from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.motion.side_by_side import whole_inputs, whole_positions
 from gimcli.positions.options import Options
 from gimcli.progress import Phases, no_phases
+from gimcli.structure.carried import measured
 from gimcli.structure.drive_check import explained
 
 LISTED = 16
@@ -89,7 +90,7 @@ def _of_machines(
 def drawn_at(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray) -> Mechanism:
     """Return a mechanism with the initial position z (nodes,) at inputs (actuators,); its dimensions are unchanged."""
     actuators = (replace(a, drawn=float(u)) for a, u in zip(mechanism.actuators, inputs, strict=True))
-    gauges = (replace(g, drawn=measured(mechanism, g, z)) for g in mechanism.gauges)
+    gauges = (replace(g, drawn=float(measured(mechanism, g, z))) for g in mechanism.gauges)
     drawn = replace(mechanism, drawn=z, actuators=tuple(actuators), gauges=tuple(gauges))
     return drawn if drawn.complete is None else drawn.complete(drawn)
 
@@ -124,10 +125,3 @@ def _index(found: Configurations, assembly: int | str) -> int:
 def _listed(signs: Sequence[str]) -> str:
     shown = [own or "(none)" for own in signs[:LISTED]]
     return f"{', '.join(shown)}{', ...' * (len(signs) > LISTED)}"
-
-
-def measured(mechanism: Mechanism, gauge: Input, z: ComplexArray) -> float:
-    """Return the value of a gauge at a position (nodes,): a length in the normal frame, or an angle in -pi..pi."""
-    from gimcli.dynamics.kinematic_history import measured as of_gauge  # imported late: few models have gauges
-
-    return float(of_gauge(mechanism, gauge, z))

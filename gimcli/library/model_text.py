@@ -17,7 +17,6 @@ import numpy as np
 from gimcli.canonical import beside
 from gimcli.dynamic_data import NO_NODE
 from gimcli.errors import ModelError, UsageError
-from gimcli.library.assembled import measured
 from gimcli.library.rounding import input_value
 from gimcli.mechanism import FRAME, ComplexArray, Mechanism
 from gimcli.model.dimensions import dimensions
@@ -28,7 +27,7 @@ from gimcli.model.schema import Model
 from gimcli.model.source import Where
 from gimcli.model.text_edits import replaced
 from gimcli.output.model import ModelText
-from gimcli.structure.residual import pose
+from gimcli.structure.carried import carried, measured
 
 SAME = 1e-12
 """Largest change of a dimension, relative to the size (directions: in rad)."""
@@ -100,17 +99,11 @@ def _coordinates(mechanism: Mechanism, model: Model, z: ComplexArray) -> dict[Wh
     found: dict[Where, complex] = {("nodes", name): at for name, at in zip(mechanism.nodes, z.tolist(), strict=True)}
     for point in mechanism.points:
         if model.points[point.name].at is not None and point.member != FRAME:
-            found["points", point.name, "at"] = _carried(mechanism, point.member, point.local, z)
+            found["points", point.name, "at"] = carried(mechanism, z, point.member, point.local)
     for load in mechanism.dynamics.loads:
         if model.loads[load.name].at is not None and load.member != FRAME:
-            found["loads", load.name, "at"] = _carried(mechanism, load.member, load.point, z)
+            found["loads", load.name, "at"] = carried(mechanism, z, load.member, load.point)
     return {where: complex(mechanism.to_file(np.asarray(at))) for where, at in found.items()}
-
-
-def _carried(mechanism: Mechanism, member: int, local: complex, z: ComplexArray) -> complex:
-    """Return the position of a point of a member."""
-    origin, unit = pose(mechanism, member, z[:, None])
-    return complex(np.ravel(origin + unit * local)[0])
 
 
 def _written(mechanism: Mechanism, wanted: Mapping[Where, complex], digits: int) -> dict[Where, str]:

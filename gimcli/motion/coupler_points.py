@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from gimcli.mechanism import FRAME, ComplexArray, Mechanism
-from gimcli.structure.residual import pose
+from gimcli.mechanism import ComplexArray, Mechanism
+from gimcli.structure.carried import carried
 
 
 def carried_point(mechanism: Mechanism, name: str, z: ComplexArray) -> ComplexArray:
@@ -13,12 +13,4 @@ def carried_point(mechanism: Mechanism, name: str, z: ComplexArray) -> ComplexAr
     if name in mechanism.nodes:
         return np.asarray(z[mechanism.nodes.index(name)])
     point = next(p for p in mechanism.points if p.name == name)
-    member = mechanism.members[point.member]
-    if point.member == FRAME or len(member.nodes) < 2:
-        origin, unit = pose(mechanism, point.member, z)
-        return np.asarray(origin + unit * point.local)
-    far, first = member.base, member.shape[0]
-    along = z[member.nodes[far]] - z[member.nodes[0]]
-    along *= (point.local - first) / (member.shape[far] - first)
-    along += z[member.nodes[0]]
-    return np.asarray(along)
+    return np.asarray(np.broadcast_to(carried(mechanism, z, point.member, point.local), z.shape[1:]))

@@ -9,6 +9,7 @@ import numpy as np
 from gimcli.errors import UsageError
 from gimcli.mechanism import FRAME, Mechanism
 from gimcli.motion.scatter import Carried, InputGrid
+from gimcli.rates.plan_rates import carrier
 from gimcli.reach.task import FULL, law_range
 
 MOST = 50_000_000
@@ -32,13 +33,6 @@ def input_grid(mechanism: Mechanism, count: int) -> InputGrid:
 
 def carried_by(mechanism: Mechanism, name: str) -> Carried:
     """Return a node or point as a linear combination of two nodes; raise UsageError for a fixed point."""
-    if name in mechanism.nodes:
-        node = mechanism.nodes.index(name)
-        return Carried(node, node, 0.0j)
-    point = next(p for p in mechanism.points if p.name == name)
-    member = mechanism.members[point.member]
-    if point.member == FRAME or len(member.nodes) < 2:
+    if any(point.name == name and point.member == FRAME for point in mechanism.points):
         raise UsageError(f"'{name}' does not move: give a moving node or point")
-    far, first = member.base, complex(member.shape[0])
-    factor = (point.local - first) / (complex(member.shape[far]) - first)
-    return Carried(member.nodes[0], member.nodes[far], factor)
+    return Carried(*carrier(mechanism, name))

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from gimcli.mechanism import ANGLE, FRAME, SPAN, ComplexArray, Coupling, Mechanism, PairRow
+from gimcli.calculus.dual import Dual
+from gimcli.mechanism import FRAME, ComplexArray, Coupling, Mechanism, PairRow
+from gimcli.structure.carried import measured
 
 LARGEST = 1000
 """Greatest denominator of a ratio that counts as rational, and its rounding error."""
@@ -19,13 +21,13 @@ class CoupledRow:
         leaders = [(mechanism.actuators[k], -ratio) for k, ratio in coupling.terms]
         read = [(row, -ratio) for row, ratio in coupling.reads]
         self.terms: list[tuple[PairRow, float]] = [(mechanism.actuators[coupling.follower], 1.0), *leaders, *read]
-        self.drawn = [quantity(mechanism, row, mechanism.drawn) for row, _ in self.terms]
+        self.drawn = [measured(mechanism, row, mechanism.drawn) for row, _ in self.terms]
 
     def gradient(self, z: ComplexArray) -> dict[int, complex]:
         """Return {node: g} with d(value) = sum Re(conj(g) dz)."""
         total: dict[int, complex] = {}
         for row, factor in self.terms:
-            for node, g in quantity_gradient(self.mechanism, row, z).items():
+            for node, g in measured_gradient(self.mechanism, row, z).items():
                 total[node] = total.get(node, 0.0) + factor * g
         return total
 
@@ -33,69 +35,21 @@ class CoupledRow:
         """Return the value; it is 0 at the drawing, and angles differ from it by less than half a turn."""
         value = 0.0
         for (row, factor), drawn in zip(self.terms, self.drawn, strict=True):
-            change = quantity(self.mechanism, row, z) - drawn
+            change = measured(self.mechanism, row, z) - drawn
             if row.rotary:
                 change -= 2.0 * np.pi * round(change / (2.0 * np.pi))
             value += factor * change
         return value
 
 
-def quantity(mechanism: Mechanism, row: PairRow, z: ComplexArray) -> float:
-    """Return the angle (-pi..pi), distance or travel that an input drives, at positions z (nodes,)."""
-    if row.kind == SPAN:
-        return float(abs(z[row.nodes[1]] - z[row.nodes[0]]))
-    if row.kind == ANGLE:
-        arm, reference = (_turn(mechanism, k, z) for k in row.members)
-        return float(np.angle(arm * row.arm * np.conj(reference * row.reference)))
-    turn, origin = _turn(mechanism, row.guide, z), _origin(mechanism, row.guide, z)
-    return float((np.conj(turn * row.normal) * (z[row.node] - origin - turn * row.point)).real)
-
-
-def quantity_gradient(mechanism: Mechanism, row: PairRow, z: ComplexArray) -> dict[int, complex]:
+def measured_gradient(mechanism: Mechanism, row: PairRow, z: ComplexArray) -> dict[int, complex]:
     """Return {node: g} with d(quantity) = sum Re(conj(g) dz)."""
-    if row.kind == SPAN:
-        first, second = row.nodes
-        n = complex(z[second] - z[first]) / abs(z[second] - z[first])
-        return {second: n, first: -n}
-    total: dict[int, complex] = {}
-
-    def add(node: int, g: complex) -> None:
-        total[node] = total.get(node, 0.0) + g
-
-    def add_turn(member: int, factor: float) -> None:
-        if member != FRAME:
-            first, far, _ = mechanism.members[member].ends
-            arm = complex(z[far] - z[first])
-            add(far, factor * 1j * arm / abs(arm) ** 2)
-            add(first, -factor * 1j * arm / abs(arm) ** 2)
-
-    if row.kind == ANGLE:
-        for member, factor in zip(row.members, (1.0, -1.0), strict=True):
-            add_turn(member, factor)
-        return total
-    across = complex(_turn(mechanism, row.guide, z) * row.normal)
-    add(row.node, across)
-    if row.guide != FRAME:
-        base = mechanism.members[row.guide].nodes[0]
-        add(base, -across)
-        add_turn(row.guide, (across.conjugate() * complex(z[row.node] - z[base])).imag)
-    return total
-
-
-def _turn(mechanism: Mechanism, index: int, z: ComplexArray) -> complex:
-    """Return e^(i phi) of a member."""
-    if index == FRAME:
-        return 1.0 + 0.0j
-    first, far, span = mechanism.members[index].ends
-    arm = complex(z[far] - z[first]) / span
-    return arm / abs(arm)
-
-
-def _origin(mechanism: Mechanism, index: int, z: ComplexArray) -> complex:
-    if index == FRAME:
-        return 0.0j
-    member = mechanism.members[index]
-    return complex(z[member.nodes[0]]) - _turn(mechanism, index, z) * complex(member.shape[0])
+    arms = [n for k in row.members if k != FRAME for n in mechanism.members[k].ends[:2]]
+    nodes = list(dict.fromkeys((*row.nodes, *arms)))
+    seeds = np.kron(np.eye(len(nodes)), [1.0, 1.0j])  # x and y of each node
+    moving = {node: Dual(z[node], seed) for node, seed in zip(nodes, seeds, strict=True)}
+    slopes = measured(mechanism, row, moving).slopes
+    return dict(zip(nodes, (slopes[0::2] + 1j * slopes[1::2]).tolist(), strict=True))
 
 
 def turns_until_repeated(mechanism: Mechanism) -> int | None:

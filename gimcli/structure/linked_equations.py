@@ -18,6 +18,7 @@ from gimcli.calculus.dual import Dual
 from gimcli.calculus.numbers import phase
 from gimcli.calculus.series import Series
 from gimcli.mechanism import ANGLE, ComplexArray, FloatArray, Mechanism
+from gimcli.structure.carried import height, turned
 from gimcli.structure.derived import derived
 from gimcli.structure.exact_equations import Constraints
 from gimcli.structure.system import system_of
@@ -133,11 +134,12 @@ class LinkedEquations:
 
     def _readings(self, z: Any, near: FloatArray) -> list[Any]:
         """Return the quantities that are read, as the positions z of the nodes; angles are those nearest to `near`."""
-        read = []
-        for base, (_, row, _) in zip(near, self.reads, strict=True):
-            _, value = self.constraints.quantity(row, z, complex, 0.0, 1.0)
-            read.append(phase(value * np.exp(-1j * base)) + base if row.kind == ANGLE else value.real)
-        return read
+        return [
+            phase(turned(self.mechanism, row, z) * np.exp(-1j * base)) + base
+            if row.kind == ANGLE
+            else height(self.mechanism, row, z)
+            for base, (_, row, _) in zip(near, self.reads, strict=True)
+        ]
 
 
 @derived

@@ -1,0 +1,54 @@
+"""Places and directions that members carry, and the quantities that gauges and actuators measure.
+
+The positions z[node] of the nodes are complex numbers, arrays of them, or numbers with derivatives; the results are of
+the same kind.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from gimcli.calculus.numbers import phase
+from gimcli.mechanism import FRAME, SPAN, Mechanism, PairRow
+
+
+def carried(mechanism: Mechanism, z: Any, index: int, local: complex) -> Any:
+    """Return the place of a point of a member, given in the member's own frame; one of the frame is a constant."""
+    if index == FRAME:
+        return local
+    member = mechanism.members[index]
+    u, v, span = member.ends
+    share = (local - complex(member.shape[0])) / span
+    return z[u] + (z[v] - z[u]) * share if share else z[u]
+
+
+def unit_of(mechanism: Mechanism, z: Any, index: int) -> Any:
+    """Return e^(i phi) of a member."""
+    if index == FRAME:
+        return np.complex128(1.0)
+    u, v, span = mechanism.members[index].ends
+    return (z[v] - z[u]) * (1.0 / span)
+
+
+def turned(mechanism: Mechanism, gauge: PairRow, z: Any) -> Any:
+    """Return e^(i angle) of the angle that a gauge or an actuator measures."""
+    reference = unit_of(mechanism, z, gauge.guide) * complex(gauge.reference)
+    return unit_of(mechanism, z, gauge.members[0]) * complex(gauge.arm) * reference.conjugate()
+
+
+def height(mechanism: Mechanism, gauge: PairRow, z: Any) -> Any:
+    """Return the height of a node over a line of a member that a gauge or an actuator measures."""
+    unit = unit_of(mechanism, z, gauge.guide) * complex(gauge.normal)
+    return ((z[gauge.node] - carried(mechanism, z, gauge.guide, gauge.point)) * unit.conjugate()).real
+
+
+def measured(mechanism: Mechanism, gauge: PairRow, z: Any) -> Any:
+    """Return the quantity of a gauge or an actuator."""
+    if gauge.rotary:
+        return phase(turned(mechanism, gauge, z))
+    if gauge.kind == SPAN:
+        arm = z[gauge.nodes[1]] - z[gauge.node]
+        return np.sqrt((arm * arm.conjugate()).real)
+    return height(mechanism, gauge, z)
