@@ -155,7 +155,7 @@ class Family:
             time = np.arange(steps + 1) / steps
             values = self.law_inputs(time, tables)
         else:
-            values = np.ascontiguousarray(inputs if np.ndim(inputs) == 3 else np.asarray(inputs)[None], dtype=float)
+            values = np.array(inputs if np.ndim(inputs) == 3 else np.asarray(inputs)[None], dtype=float, order="C")
             time = np.linspace(0.0, 1.0, values.shape[2]) if values.shape[2] > 1 else np.zeros(1)
         grid, between, own = self._refined(time, values)
         count, rows, place = len(designs), len(time), np.full(len(grid), -1)

@@ -104,7 +104,7 @@ def position_derivatives(
     table = _kernel_tangents(tangents, plan.actuators, actuators)
     out = np.zeros((designs, table.vz.shape[1], len(wanted), rows), dtype=complex)
     own = kernels.Numbers(_joined(numbers.vz, numbers.gvz), _joined(numbers.lv, numbers.gev))
-    given = np.ascontiguousarray(np.broadcast_to(inputs, (designs, *inputs.shape[1:])))
+    given = np.array(np.broadcast_to(inputs, (designs, *inputs.shape[1:])), order="C")  # read-only: compiled again
     w, live, mark = aligned(plan.lanes * WIDTH), np.zeros(plan.pairs, dtype=np.int64), np.zeros((designs, rows))
     with np.errstate(all="ignore"):
         run(kernels.differentiate_all)(

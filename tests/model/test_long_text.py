@@ -69,6 +69,7 @@ def back(text: str, folder: Path = Path("models")) -> Mechanism:
     return gimcli.loads(text, folder)
 
 
+@pytest.mark.few
 @pytest.mark.parametrize("path", sorted(Path("models").glob("*.yaml")), ids=lambda path: path.stem)
 def test_the_long_form_of_a_shipped_model_is_the_same_mechanism(path: Path) -> None:
     model = gimcli.load(path)

@@ -56,6 +56,7 @@ def assert_names_are_clear(picture, places):
         assert all(inside), name
 
 
+@pytest.mark.few
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
 def test_names_in_the_drawing_of_each_model(path):
     mechanism = gimcli.load(path)

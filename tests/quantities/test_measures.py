@@ -68,6 +68,7 @@ def moving_at(rates, mechanism, member, place):
 # --- instant centres -------------------------------------------------------------------------------------
 
 
+@pytest.mark.few
 def test_both_members_have_the_same_velocity_at_their_centre(model):
     mechanism = load(model)
     derivatives = PathDerivatives(trace(mechanism, 24))

@@ -84,6 +84,7 @@ def test_differences_of_positions_agree_with_the_expected_order(model):
         assert fine < 1e-11 or coarse / fine > 0.5 * 2**order
 
 
+@pytest.mark.few
 def test_velocities_of_the_nodes_of_a_member_are_those_of_a_rigid_body(model):
     """v_B - v_A = i omega (B - A), a_B - a_A = (i alpha - omega^2) (B - A), and its derivative."""
     mechanism = load(model)

@@ -48,6 +48,7 @@ def test_known_formations(name):
     assert [(g.grade, g.order, g.dyad) for g in found.groups] == kinds
 
 
+@pytest.mark.few
 def test_every_group_has_mobility_zero_and_every_part_of_it_more(model):
     """Assur's definition: 3 n - 2 p - drivers = 0 for a group, and > 0 for every part of it."""
     mechanism = load(model)

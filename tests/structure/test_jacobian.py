@@ -135,6 +135,7 @@ def test_joint_coordinates_of_a_four_bar():
     assert signs in ({1.0}, {-1.0})
 
 
+@pytest.mark.few
 def test_the_three_coordinates_have_the_same_apparent_mobility(model):
     mechanism = gimcli.load(model)
     apparent = gimcli.mobility(mechanism).found.apparent
