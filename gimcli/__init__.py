@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from gimcli.library.configurations import configurations
     from gimcli.library.convert import convert
     from gimcli.library.equilibrium import equilibrium
+    from gimcli.library.evaluator import evaluator
     from gimcli.library.fit import fit
     from gimcli.library.forces import forces
     from gimcli.library.groups import groups
@@ -49,9 +50,9 @@ if TYPE_CHECKING:
 
 __all__ = [
     "GimError", "Mechanism", "ModelError", "OutputError", "StructureError", "UnassembledError", "UsageError",
-    "assembled", "check", "circuits", "configurations", "convert", "equilibrium", "fit", "forces", "groups",
-    "holding_forces", "load", "loads", "mobility", "modes", "reduce", "sensitivity", "sequence", "shipped_models",
-    "simulate", "singularities", "solve", "sweep", "trace", "tradeoff", "workspace",
+    "assembled", "check", "circuits", "configurations", "convert", "equilibrium", "evaluator", "fit", "forces",
+    "groups", "holding_forces", "load", "loads", "mobility", "modes", "reduce", "sensitivity", "sequence",
+    "shipped_models", "simulate", "singularities", "solve", "sweep", "trace", "tradeoff", "workspace",
 ]  # fmt: skip
 
 _ERRORS = ("GimError", "ModelError", "OutputError", "StructureError", "UnassembledError", "UsageError")

@@ -23,6 +23,7 @@ from gimcli.cli.arguments import (
     pairs,
 )
 from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
+from gimcli.errors import UsageError
 
 if TYPE_CHECKING:
     from gimcli.library.sweep import SweepResult
@@ -58,6 +59,10 @@ def command(
             help="FIRST:LAST:COUNT, a list, uniform(LOW,HIGH) or normal(MEAN,SD); repeatable.",
         ),
     ] = NONE,
+    designs: Annotated[
+        Path | None, typer.Option("--designs", metavar="CSV", rich_help_panel=DESIGNS,
+                                  help="Designs in their order: a column for each dimension.")
+    ] = None,
     samples: Annotated[
         int | None, typer.Option("--samples", metavar="N", help="Designs drawn from distributions.",
                                  rich_help_panel=DESIGNS, min=1, max=10_000_000)
@@ -84,6 +89,9 @@ def command(
                                       rich_help_panel=KEPT)] = "",
     best: Annotated[int, typer.Option("--best", metavar="N", help="Keep the N best designs by the goal; 0: all.",
                                       rich_help_panel=KEPT, min=0, max=10_000_000)] = 0,
+    rows: Annotated[
+        bool, typer.Option("--rows", help="Keep whole columns, such as P.x: a row for each step.", rich_help_panel=KEPT)
+    ] = False,
     workers: Annotated[
         int, typer.Option("--workers", metavar="N", min=1, max=1024, help="Processes on this machine.",
                           rich_help_panel=METHOD)
@@ -109,13 +117,15 @@ def command(
 
     outputs = Outputs(SweepResult, model, out, writes=True, picture=png, as_json=as_json, drawing=drawing)
     given = pairs(vary, "--vary", "NAME=VALUES, such as crank.length=30:50:21")
+    if designs is not None and given:
+        raise UsageError("--designs: a list of designs; remove --vary")
     mechanism = outputs.loaded(assembly, tolerance=tolerance, changes=changes)
     tables = outputs.files.of("table", "arrays")
     folder = tables[0].with_suffix(".parts") if tables else None
     begun = swept(
-        mechanism, given, steps=steps, samples=samples, points=points.value, seed=seed, keep=keep, where=where,
-        goal=goal, best=best, tolerance=tolerance, workers=workers, scheduler=scheduler, folder=folder, resume=resume,
-        notify=note, progress=progress_bar,
+        mechanism, designs or given, steps=steps, samples=samples, points=points.value, seed=seed, keep=keep,
+        where=where, goal=goal, best=best, rows=rows, tolerance=tolerance, workers=workers, scheduler=scheduler,
+        folder=folder, resume=resume, notify=note, progress=progress_bar,
     )  # fmt: skip
     begun.draws = outputs.draws
     try:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -54,13 +55,13 @@ class KeptQuantity:
         return self.expression.kind.unit or ""
 
     def values(self, values: Values) -> Any:
-        """Return the value of each design (designs,), or one for all; NaN where it is not defined.
+        """Return the value of each design (designs,), or one for all; of a column (designs, rows); NaN if not defined.
 
         A condition is True only where all values that decide it are defined.
         """
         with np.errstate(all="ignore"):
             found = np.asarray(self.expression.value(values, ARRAYS))
-            found = found[:, 0] if found.ndim else found
+            found = found[:, 0] if found.ndim and self.kind != "rows" else found
             if self.kind == "yes":
                 return np.equal(found, 1.0)
             return np.where(np.isfinite(found), found, np.nan) if found.dtype.kind == "f" else found
@@ -72,7 +73,7 @@ def quantity(
     """Return the quantity of a text; raise UsageError where it is no expression, or not of one of some kinds."""
     try:
         found = ExpressionReader(text, names).whole()
-        if found.kind.what == "rows":
+        if found.kind.what == "rows" and "rows" not in kinds:
             raise ExpressionError(f"the column has a value for every row; write for example min({text.strip()})")
         if found.kind.what not in kinds:
             example = ", such as min(P.y) > 10" if "yes" in kinds else ""
@@ -80,3 +81,14 @@ def quantity(
     except (ExpressionError, UsageError) as error:
         raise UsageError(f"{where} '{text if len(text) <= LONGEST else text[:40]}': {error}".lstrip()) from None
     return KeptQuantity(found)
+
+
+def texts_of(keep: Sequence[str], names: ColumnNames) -> tuple[str, ...]:
+    """Return the texts of quantities, several of which may be in one text, separated by commas."""
+    found: list[str] = []
+    for text in keep:
+        try:
+            found += ExpressionReader(text, names).texts()
+        except (ExpressionError, UsageError):
+            found.append(text)  # its reader has the reason
+    return tuple(dict.fromkeys(" ".join(text.split()) for text in found))

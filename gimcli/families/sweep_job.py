@@ -47,6 +47,7 @@ class SweepJob:
     size: int = MOST_IN_CHUNK  # number of designs of a chunk
     jit: str = "auto"  # "on" or "off" in all processes, so that all compute the same numbers
     together: bool = False  # velocities are computed for all designs together, in compiled code
+    rows: bool = False  # whether whole columns are kept, not only numbers of each design
     threads: int | None = None
     notify: Notify | None = None
 
@@ -80,7 +81,8 @@ class SweepJob:
     @cached_property
     def kept(self) -> tuple[KeptQuantity, ...]:
         """The kept quantities."""
-        return tuple(quantity(text, self.names, where="keep") for text in self.keep)
+        kinds = ("rows",) if self.rows else ("number", "text")
+        return tuple(quantity(text, self.names, kinds, "keep") for text in self.keep)
 
     @cached_property
     def filter(self) -> KeptQuantity | None:
@@ -105,10 +107,11 @@ class SweepJob:
     @cached_property
     def row(self) -> np.dtype[np.void]:
         """The columns of a design."""
-        own = [(q.text, LETTERS if q.kind == "text" else "f8") for q in self.kept]
+        shape = (self.steps + 1,) if self.rows else ()
+        own = [(q.text, LETTERS if q.kind == "text" else "f8", shape) for q in self.kept]
         goal = [(GOAL, "f8")] if self.aim is not None else []
-        fields = [(DESIGN, "i8"), *((name, "f8") for name in self.table.names), *own, *goal, (STATUS, "i1")]
-        names = [name for name, _ in fields]
+        fields: list[Any] = [(DESIGN, "i8"), *((n, "f8") for n in self.table.names), *own, *goal, (STATUS, "i1")]
+        names = [name for name, *_ in fields]
         for name in names:
             if names.count(name) > 1:
                 raise UsageError(f"keep: two columns would be named '{name}'; rename the parameter, or keep another")
@@ -186,8 +189,13 @@ def packed(counts: IntArray, careful: int, rows: Rows) -> Rows:
     return found
 
 
-def default_keep(mechanism: Mechanism) -> tuple[str, ...]:
-    """Return what is kept by default: the ranges of the traced points, or of the nodes that are not on the frame."""
+def default_keep(mechanism: Mechanism, rows: bool = False) -> tuple[str, ...]:
+    """Return what is kept by default: the ranges of the traced points, or of the nodes that are not on the frame.
+
+    With `rows` their coordinates.
+    """
     moving = [n for k, n in enumerate(mechanism.nodes) if k not in mechanism.members[FRAME].nodes]
     points: Sequence[str] = mechanism.traced or moving
+    if rows:
+        return tuple(f"{name}.{part}" for name in points for part in "xy")
     return (*(f"range({name}.{part})" for name in points for part in "xy"), "solved")

@@ -74,11 +74,26 @@ class ExpressionReader:
     def whole(self) -> Expression:
         """Return the expression of the whole text; raise ExpressionError where it is none."""
         kind = self.operation()
+        self.end()
+        return Expression(" ".join(self.text.split()), tuple(self.code), kind)
+
+    def texts(self) -> list[str]:
+        """Return the texts of expressions that are separated by commas; raise ExpressionError where they are none."""
+        found, start = list[str](), 0
+        while True:
+            self.operation()
+            found.append(self.text[start : self.place].strip())
+            if not self.takes(","):
+                self.end()
+                return found
+            start = self.place
+
+    def end(self) -> None:
+        """Raise ExpressionError if there is more text."""
         if self.rest():
             hint = "; the sign of equality is ==" if self.rest()[0] == "=" else ""
             hint = "; write ** for a power" if self.rest()[0] == "^" else hint
             raise ExpressionError(f"expected the end or an operator, got {self._got()}{hint}")
-        return Expression(" ".join(self.text.split()), tuple(self.code), kind)
 
     def operand(self) -> Expression:
         """Return the next number, name, function, amount, or expression in brackets, for texts that join such."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -10,15 +9,13 @@ from pathlib import Path
 
 import numpy as np
 
-from gimcli.errors import UsageError, reason
+from gimcli.errors import UsageError
 from gimcli.families.position_state import position_items
 from gimcli.fitting.targets import FREE, GIVEN, STEP, TIMINGS, TURN, FitRange, Targets
 from gimcli.library.inputs import near, refuse_choice
+from gimcli.library.number_columns import number_columns
 from gimcli.mechanism import FRAME, FloatArray, Mechanism
 from gimcli.quantities.quantity import Item
-
-MOST_BYTES = 4_000_000
-"""Largest file of targets."""
 
 COLUMNS = "x,y (a path), x,y,x2,y2 (pairs of points), x,y,angle (poses) or input,output (a function)"
 """The columns that a file of targets can have."""
@@ -46,7 +43,7 @@ def columns_of(
     if through is None:
         raise UsageError("name a CSV file of targets (--through targets.csv), or a goal (--goal)")
     if isinstance(through, Path | str):
-        return _read(Path(through))
+        return number_columns(Path(through), "targets", f"; the columns can be {COLUMNS}")
     if not isinstance(through, Mapping):
         pairs = _array(through)
         if pairs.ndim != 2 or pairs.shape[1] != 2:
@@ -64,38 +61,6 @@ def _array(values: object) -> FloatArray:
         return np.asarray(values, dtype=float)
     except (TypeError, ValueError, OverflowError):
         raise UsageError("through: expected rows or columns of finite numbers, all of the same length") from None
-
-
-def _read(path: Path) -> dict[str, FloatArray]:
-    """Return the columns of a CSV file with a header."""
-    try:
-        if path.stat().st_size > MOST_BYTES:
-            raise UsageError(f"{path}: is too large for targets; at most {MOST_BYTES // 1_000_000} MB are read")
-        text = path.read_text(encoding="utf-8-sig")
-    except OSError as error:
-        raise UsageError(f"{path}: cannot be read: {reason(error)}; name a CSV file of targets") from None
-    except UnicodeDecodeError:
-        raise UsageError(f"{path}: is not a text file; name a CSV file of targets") from None
-    rows = [(k, row) for k, row in enumerate(csv.reader(text.splitlines()), 1) if any(cell.strip() for cell in row)]
-    if len(rows) < 2:
-        raise UsageError(f"{path}: expected a row of names and rows of numbers; the columns can be {COLUMNS}")
-    names = [name.strip() for name in rows[0][1]]
-    if len(set(names)) < len(names):
-        raise UsageError(f"{path}: two columns have the same name; the columns can be {COLUMNS}")
-    if ";" in names[0]:
-        raise UsageError(f"{path}: the columns are separated by semicolons; separate them by commas")
-    values = [_numbers(path, line, row, len(names)) for line, row in rows[1:]]
-    return dict(zip(names, np.array(values).T, strict=True))
-
-
-def _numbers(path: Path, line: int, row: list[str], count: int) -> list[float]:
-    try:
-        values = [float(cell) for cell in row]
-    except ValueError:
-        values = []
-    if len(values) != count or not all(map(math.isfinite, values)):
-        raise UsageError(f"{path}: line {line}: expected {count} finite numbers, got '{','.join(row)[:40]}'")
-    return values
 
 
 def task_of(

@@ -10,10 +10,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gimcli.errors import UsageError
-from gimcli.families.design_table import design_table
+from gimcli.families.column_names import ColumnNames
+from gimcli.families.design_table import design_table, listed_designs
 from gimcli.families.family import ONE, kernel_name, mode_of
+from gimcli.families.quantity_text import texts_of
 from gimcli.families.sweep_job import SweepJob, chunk_size, default_keep
 from gimcli.families.sweep_run import SweepRun
 from gimcli.families.variation import MOST_VALUES, varied
@@ -43,21 +46,26 @@ MOST_WORKERS = 1024
 RATES = 2e-3
 """Seconds that the velocities of one design take by themselves."""
 
+Vary = Mapping[str, Any] | Sequence[Mapping[str, float]] | Path | str
+"""Values by the names of dimensions, or designs."""
+
 FILMS = (".gif", ".mp4")
 
 
 def sweep(
-    mechanism: Mechanism, vary: Mapping[str, Any], *, steps: int = 72, samples: int | None = None,
+    mechanism: Mechanism, vary: Vary, *, steps: int = 72, samples: int | None = None,
     points: str = "random", seed: int = 0, keep: str | Sequence[str] = (), where: str = "", goal: str = "",
-    best: int = 0, tolerance: float = 1e-10, workers: int = 1, scheduler: str = "", folder: Path | str | None = None,
-    resume: bool = False, notify: Notify | None = None, progress: Phases = no_phases,
+    best: int = 0, rows: bool = False, tolerance: float = 1e-10, workers: int = 1, scheduler: str = "",
+    folder: Path | str | None = None, resume: bool = False, notify: Notify | None = None,
+    progress: Phases = no_phases,
 ) -> SweepResult:  # fmt: skip
     """Solve the motion of many designs, and keep some quantities of each.
 
     Args:
         mechanism: from `load` or `loads`.
         vary: values by the names of dimensions: a text such as "10:20:21" (21 values from 10 to 20) or "3,4,5", or an
-            array: all combinations are solved; or a distribution, "uniform(10,20)" or "normal(40,0.05)".
+            array: all combinations are solved; or a distribution, "uniform(10,20)" or "normal(40,0.05)". Or designs,
+            solved in their order: a list of dicts, a DataFrame, or a CSV file with a column for each dimension.
         steps: number of steps of each motion, 1 to 10 000 000.
         samples: number of designs that are drawn from the distributions.
         points: how they are drawn: "random", "latin" (hypercube) or "sobol".
@@ -67,6 +75,8 @@ def sweep(
         where: condition that kept designs satisfy, such as "range(P.y) > 40".
         goal: quantity that is least in the best designs, such as "-range(P.y)".
         best: number of best designs that are kept; 0: all designs.
+        rows: keep whole columns, such as "P.x", with one row for each step of each design; by default the coordinates
+            of the traced points. `.curves[name]` is an array (designs, rows).
         tolerance: largest accepted error of a constraint, relative to the mechanism's size; from 1e-14 to below 1.
         workers: number of processes; 1: this process, with threads. A script needs `if __name__ == "__main__":`.
         scheduler: address of a Dask scheduler, whose workers compute the chunks.
@@ -84,7 +94,7 @@ def sweep(
     """
     found = swept(
         mechanism, vary, steps=steps, samples=samples, points=points, seed=seed, keep=keep, where=where, goal=goal,
-        best=best, tolerance=tolerance, workers=workers, scheduler=scheduler, folder=folder, resume=resume,
+        best=best, rows=rows, tolerance=tolerance, workers=workers, scheduler=scheduler, folder=folder, resume=resume,
         notify=notify, progress=progress,
     )  # fmt: skip
     result = found.result(joined(found.tables()))
@@ -93,8 +103,8 @@ def sweep(
 
 
 def swept(
-    mechanism: Mechanism, vary: Mapping[str, Any], *, steps: int, samples: int | None = None, points: str = "random",
-    seed: int = 0, keep: str | Sequence[str] = (), where: str = "", goal: str = "", best: int = 0,
+    mechanism: Mechanism, vary: Vary, *, steps: int, samples: int | None = None, points: str = "random",
+    seed: int = 0, keep: str | Sequence[str] = (), where: str = "", goal: str = "", best: int = 0, rows: bool = False,
     tolerance: float = 1e-10, workers: int = 1, scheduler: str = "", folder: Path | str | None = None,
     resume: bool = False, notify: Notify | None = None, progress: Phases = no_phases,
 ) -> SweepUnderWay:  # fmt: skip
@@ -112,21 +122,22 @@ def swept(
     if not 1e-14 <= tolerance < 1.0:
         raise UsageError(f"tolerance: expected a number from 1e-14 to below 1, got {tolerance}")
     full: dict[str, Any] = {}
-    for name, given in vary.items():
+    for name, given in (vary if isinstance(vary, Mapping) else _designs(vary)).items():
         own = dimension(mechanism, name).name
         if own in full:
             raise UsageError(f"vary: '{own}' is given twice")
         full[own] = given
-    table = design_table(varied(full), samples, points, seed)
+    table = design_table(varied(full), samples, points, seed) if isinstance(vary, Mapping) else listed_designs(full)
     texts = (keep,) if isinstance(keep, str) else tuple(keep)
     if len(mechanism.machines) > 1:
-        mechanism = _swept_machine(mechanism, SweepJob(mechanism, table, steps, texts, where, goal, best, tolerance))
+        job = SweepJob(mechanism, table, steps, texts, where, goal, best, tolerance, rows=rows)
+        mechanism = _swept_machine(mechanism, job)
     with explained(mechanism):
         make_plan(mechanism)
         refuse_unmoved(mechanism, "add an actuator")
-    texts = tuple(dict.fromkeys(" ".join(text.split()) for text in texts)) or default_keep(mechanism)
+    texts = texts_of(texts, ColumnNames(mechanism, table.names)) or default_keep(mechanism, rows)
     size = chunk_size(mechanism, steps)
-    job = SweepJob(mechanism, table, steps, texts, where, goal, best, tolerance, size, notify=notify)
+    job = SweepJob(mechanism, table, steps, texts, where, goal, best, tolerance, size, rows=rows, notify=notify)
     job.check()
     if notify is not None:
         for name in job.family.without_effect(job.table.rows(0, 1), job.table.rows(table.count - 1, table.count)):
@@ -135,6 +146,20 @@ def swept(
     units = {name: dimension(mechanism, name).unit for name in table.names}
     store = None if folder is None else Parts(Path(folder), _header(job), resume)
     return SweepUnderWay(SweepRun(job, store, workers, scheduler, progress("designs")), units)
+
+
+def _designs(given: Any) -> dict[str, Any]:
+    """Return the columns of a list of designs: a CSV file, a DataFrame, or a list of dicts."""
+    if isinstance(given, str | Path):
+        from gimcli.library.number_columns import number_columns
+
+        return dict(number_columns(Path(given), "designs"))
+    if hasattr(given, "columns") and hasattr(given, "to_numpy"):
+        return {str(name): given[name].to_numpy() for name in given.columns}
+    rows = [dict(one) if isinstance(one, Mapping) else {} for one in given]
+    if not rows or not all(rows) or any(one.keys() != rows[0].keys() for one in rows):
+        raise UsageError("vary: expected a dict of values, or designs: a CSV file, a DataFrame, or dicts of equal keys")
+    return {name: [one[name] for one in rows] for name in rows[0]}
 
 
 def _swept_machine(mechanism: Mechanism, job: SweepJob) -> Mechanism:
@@ -165,8 +190,8 @@ def _header(job: SweepJob) -> dict[str, Any]:
         "version": __version__, "model": model_hash(job.mechanism), "text": contents_hash(job.mechanism.written.model),
         "vary": designs.hexdigest(),
         "designs": job.table.count, "points": job.table.points, "seed": job.table.seed, "steps": job.steps,
-        "keep": job.keep, "where": job.where, "goal": job.goal, "best": job.best, "tolerance": job.tolerance,
-        "jit": job.jit, "together": job.together, "designs a chunk": job.size,
+        "keep": job.keep, "rows": job.rows, "where": job.where, "goal": job.goal, "best": job.best,
+        "tolerance": job.tolerance, "jit": job.jit, "together": job.together, "designs a chunk": job.size,
     }  # fmt: skip
 
 
@@ -205,6 +230,12 @@ class SweepResult(RowsResult):
     def complete(self) -> bool:
         """Whether all designs are solved."""
         return self.solved == self.designs
+
+    @property
+    def curves(self) -> dict[str, NDArray[Any]]:
+        """The kept columns (designs, rows) by name, if `rows` was set."""
+        job = self.found.job
+        return {q.text: self[q.text].reshape(-1, job.steps + 1) for q in job.kept if q.kind == "rows"}
 
     @property
     def answered(self) -> bool:

@@ -77,7 +77,7 @@ def _rounded(values: FloatArray) -> list[float]:
 def _kept(found: SweepTables, columns: DesignColumns) -> list[str]:
     """Return the kept quantities of each design in words."""
     texts: list[list[str]] = [[] for _ in columns.designs]
-    for own in found.job.kept:
+    for own in (one for one in found.job.kept if one.kind != "rows"):
         values = np.broadcast_to(own.values(columns), len(columns.designs))
         for text, value in zip(texts, values.tolist(), strict=True):
             unit = f" {own.unit}" if own.unit not in ("", "unit") else ""

@@ -11,6 +11,9 @@ from gimcli.families.sweep_run import SweepRun, best_of
 from gimcli.status import Status
 from gimcli.table import Column, Table
 
+STEP = "step"
+"""Column of the number of the row in each motion, if whole columns are kept."""
+
 DRAWN = 1_000_000
 """Largest number of designs that are kept for a picture."""
 
@@ -32,7 +35,8 @@ class SweepTables:
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the columns."""
-        return self.job.row.names or ()
+        own = self.job.row.names or ()
+        return (*own[:-1], STEP, own[-1]) if self.job.rows else own
 
     @property
     def expected(self) -> int | None:
@@ -59,9 +63,13 @@ class SweepTables:
         return self.job.aim.unit if name == GOAL and self.job.aim is not None else own.get(name, "")
 
     def _table(self, rows: Rows) -> Table:
-        columns = [Column(name, np.ascontiguousarray(rows[name]), self.unit(name)) for name in self.names]
-        words = np.array([status.word for status in Status])[rows[STATUS]]
-        return Table((*columns[:-1], Column(STATUS, words)))
+        each = self.job.steps + 1 if self.job.rows else 1
+        own = {name: rows[name] for name in self.job.row.names or ()}
+        flat = {name: values.ravel() if values.ndim > 1 else np.repeat(values, each) for name, values in own.items()}
+        flat[STATUS] = np.array([status.word for status in Status])[flat[STATUS]]
+        if self.job.rows:
+            flat[STEP] = np.tile(np.arange(each), len(rows))
+        return Table(tuple(Column(name, np.ascontiguousarray(flat[name]), self.unit(name)) for name in self.names))
 
     def _add_ranges(self, rows: Rows) -> None:
         """Add the least and the greatest value, and the number of designs without one."""
@@ -72,7 +80,7 @@ class SweepTables:
             low, high, missing = self.ranges.get(name, (np.nan, np.nan, 0))
             low = float(np.fmin(low, values.min(initial=np.inf))) if len(values) else low
             high = float(np.fmax(high, values.max(initial=-np.inf))) if len(values) else high
-            self.ranges[name] = low, high, missing + len(rows) - len(values)
+            self.ranges[name] = low, high, missing + rows[name].size - len(values)
 
     def clear(self) -> None:
         """Remove the folder of the parts, after everything was written."""

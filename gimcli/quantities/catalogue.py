@@ -116,8 +116,8 @@ class Catalogue:
         Raises UsageError for other texts, and for what has one value for the whole motion.
         """
         found = dict.fromkeys(item.quantity for item in self.find(text))
-        if found:
-            return list(found)
+        if found or (text.partition(":")[0] in KINDS and not set(text) & set(" ()+*")):
+            return list(found or quantities_of(self.mechanism, text))  # raises the reason
         own = self.expression(text, "measure")
         if own.kind.what != "rows" or own.reduces:
             raise UsageError(f"measure '{text}': expected a column, with a value for each row, such as hypot(P.x, P.y)")

@@ -254,3 +254,62 @@ def test_quantities_use_the_solved_rows_only():
     kept = rows[:-1]
     assert second == pytest.approx([kept[-1], kept.mean(), 2 * kept[-1], kept[-1], np.nan, 23.0], nan_ok=True)
     assert second[:2] == pytest.approx([137.796, 118.629], abs=5e-4)
+
+
+def test_whole_columns_are_those_of_a_trace_of_each_design():
+    m, values = gimcli.load(MODELS / "crank_rocker.yaml"), [35.0, 40.0, 70.0]
+    s = gimcli.sweep(m, {"crank.length": values}, steps=STEPS, keep="P.x, |P.v|, hypot(P.x - 10, P.y)", rows=True)
+    assert list(s.curves) == ["P.x", "|P.v|", "hypot(P.x - 10, P.y)"]
+    for k, value in enumerate(values):
+        t = gimcli.trace(m.with_({"crank.length": value}), STEPS, derivatives=1)
+        expected = [t["P.x"], np.hypot(t["P.vx"], t["P.vy"]), np.hypot(t["P.x"] - 10.0, t["P.y"])]
+        for found, own in zip(s.curves.values(), expected, strict=True):
+            assert found[k] == pytest.approx(own, abs=1e-9, nan_ok=True)
+    assert s["crank.length"].tolist() == [value for value in values for _ in range(STEPS + 1)]
+    assert s["step"].tolist() == [*range(STEPS + 1)] * len(values)
+    assert list(gimcli.sweep(m, {"crank.length": values}, steps=4, rows=True).curves) == ["P.x", "P.y", "B.x", "B.y"]
+
+
+def test_designs_are_solved_in_the_order_given(tmp_path):
+    m = gimcli.load(MODELS / "crank_rocker.yaml")
+    designs = [
+        {"crank.length": 42.0, "P.x": 20.0},
+        {"crank.length": 35.0, "P.x": 30.0},
+        {"crank.length": 41.0, "P.x": 5.0},
+    ]
+    file = tmp_path / "designs.csv"
+    file.write_text("crank.length,P.x\n" + "".join(f"{d['crank.length']},{d['P.x']}\n" for d in designs))
+    expected = [gimcli.trace(m.with_(design), STEPS)["P.y"].max() for design in designs]
+    for given in (designs, file, str(file)):
+        found = gimcli.sweep(m, given, steps=STEPS, keep="max(P.y)")
+        assert found["max(P.y)"] == pytest.approx(expected)
+        assert found["P.x"].tolist() == [20.0, 30.0, 5.0]
+
+
+@pytest.mark.parametrize(
+    ("given", "part"),
+    [
+        ([], "expected a dict of values, or designs"), ([{"P.x": 1.0}, {"P.y": 1.0}], "dicts of equal keys"),
+        ([{"Q.x": 1.0}], "Q.x"), ([{"P.x": "one"}], "vary P.x"), ("nowhere.csv", "cannot be read"),
+    ],
+)  # fmt: skip
+def test_faulty_designs_are_refused(given, part):
+    with pytest.raises(UsageError, match=part):
+        gimcli.sweep(gimcli.load(MODELS / "crank_rocker.yaml"), given)
+
+
+def test_an_evaluator_has_the_numbers_of_a_sweep():
+    m = gimcli.load(MODELS / "crank_rocker.yaml")
+    evaluate = gimcli.evaluator(m, ["crank.length", "rocker"], ["range(P.y)", "max(rocker.omega)"], steps=STEPS)
+    values, statuses = evaluate([[40.0, 70.0], [35.0, 69.0], [90.0, 20.0]])
+    assert (values.shape, statuses.shape) == ((3, 2), (3,))
+    for (crank, rocker), own, word in zip([[40.0, 70.0], [35.0, 69.0]], values, statuses, strict=False):
+        t = gimcli.trace(m.with_({"crank.length": crank, "rocker": rocker}), STEPS, derivatives=1)
+        assert own == pytest.approx([np.ptp(t["P.y"]), t["rocker.omega"].max()])
+        assert word == "ok"
+    assert statuses[2] != "ok"
+    assert evaluate([40.0, 70.0])[0] == pytest.approx(values[:1])
+    with pytest.raises(UsageError, match="expected an array"):
+        evaluate([1.0, 2.0, 3.0])
+    with pytest.raises(UsageError, match="expected numbers"):
+        gimcli.evaluator(m, ["crank.length"], ["type"])
