@@ -7,8 +7,9 @@ the length of its unit in m. A mechanism without such data has an empty `Dynamic
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,6 +63,12 @@ class AppliedLoad:
     over: int = TIME  # argument of the curve: the time, or the value of the actuator of this number
     node: int = NO_NODE  # of a force on the pin of a node
 
+    def factor(self, time: NDArray[np.float64], inputs: Mapping[int, Any] | NDArray[np.float64]) -> Any:
+        """Return the factor at times [s] (rows,) and values inputs[actuator] (rows,)."""
+        if self.curve is None:
+            return 1.0
+        return self.curve(time if self.over == TIME else inputs[self.over])
+
 
 @dataclass(frozen=True)
 class SpringForce:
@@ -112,6 +119,11 @@ class DrivingEffort:
     curve: LoadCurve | None = field(default=None, repr=False)
     over: str = "time"  # argument of the curve: "time", or "value" or "speed" of its own input
     idle: float = 0.0  # speed at which the effort is 0 [rad/s, or normal length per s]; 0: independent of the speed
+
+    def at(self, time: Any, value: Any, speed: Any) -> Any:
+        """Return the constant, or the value of the curve at times, values or speeds of the input (rows,)."""
+        arguments = {"time": time, "value": value, "speed": speed}
+        return self.constant if self.curve is None else self.curve(np.asarray(arguments[self.over]))
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gimcli.dynamic_data import NO_NODE, AppliedLoad, Friction, Inertia
-from gimcli.dynamics.load_arrays import moving_loads, with_force_gauges
+from gimcli.dynamics.load_arrays import ints, moving_loads, with_force_gauges
 from gimcli.dynamics.statics import Reaction, Statics, statics
 from gimcli.kernels.body_balance import GUIDE, PIN, SLOT, BalancedBodies, Contacts
 from gimcli.kernels.equilibrium import ALONG, COUPLE
@@ -66,9 +66,9 @@ class BodyBalance:
         rotors, ratios = self._rotors()
         shares, share = self._shares()
         return BalancedBodies(
-            terms, factors, np.array([(v.z.real, v.z.imag) for v in vectors]).reshape(-1, 2), _ints(turned, 4),
+            terms, factors, np.array([(v.z.real, v.z.imag) for v in vectors]).reshape(-1, 2), ints(turned, 4),
             self.unknown, contact, self._acted(inertias), self._acted(moving_loads(read)),
-            _ints(list(zip(self.readings.tolist(), readings, strict=True)), 2), self.couples,
+            ints(list(zip(self.readings.tolist(), readings, strict=True)), 2), self.couples,
             rotors, ratios, shares, share, self.first,
         )  # fmt: skip
 
@@ -79,7 +79,7 @@ class BodyBalance:
             for body, axis, kind, factor, node in every.entries(reaction):
                 terms.append((every.first_row[body] + axis, c, kind, node, every.bodies[body].node))
                 factors.append(factor)
-        return _ints(terms, 5), np.array(factors)
+        return ints(terms, 5), np.array(factors)
 
     def _rotors(self) -> tuple[IntArray, FloatArray]:
         """Return number of the rotor and column of each actuator that turns it, and the ratios."""
@@ -89,7 +89,7 @@ class BodyBalance:
             for actuator, ratio in leaders.get(rotor.actuator, ((rotor.actuator, 1.0),)):
                 rows.append((k, int(self.readings[actuator])))
                 ratios.append(ratio)
-        return _ints(rows, 2), np.array(ratios, dtype=float)
+        return ints(rows, 2), np.array(ratios, dtype=float)
 
     def _shares(self) -> tuple[IntArray, FloatArray]:
         """Return columns of actuators and of their followers without gears, and the ratios."""
@@ -99,7 +99,7 @@ class BodyBalance:
                 for actuator, ratio in coupling.terms:
                     rows.append((int(self.readings[actuator]), int(self.readings[coupling.follower])))
                     ratios.append(ratio)
-        return _ints(rows, 2), np.array(ratios, dtype=float)
+        return ints(rows, 2), np.array(ratios, dtype=float)
 
     def _acted(self, parts: Sequence[Inertia | AppliedLoad]) -> IntArray:
         """Return first equation, node of reference, and whether there is an equation of moments, of the bodies."""
@@ -111,7 +111,7 @@ class BodyBalance:
             else:
                 own = every.bodies[body]
                 rows.append((every.first_row[body], own.node, int(own.member != NONE)))
-        return _ints(rows, 3)
+        return ints(rows, 3)
 
     # -- contacts -------------------------------------------------------------------------------------
 
@@ -137,7 +137,7 @@ class BodyBalance:
                 sliding += 1
         dry = [k for k, factor in enumerate(factors) if factor[0] > 0.0]
         self.columns, self.pairs = [self.columns[k] for k in dry], [pairs[k] for k in dry]
-        table = _ints([rows[k] for k in dry], 8)
+        table = ints([rows[k] for k in dry], 8)
         return Contacts(
             table[:, 0].copy(), table[:, 1].copy(), table[:, 2:].copy(),
             np.array([factors[k] for k in dry]).reshape(-1, 2),
@@ -167,7 +167,3 @@ def _friction_couples(mechanism: Mechanism, every: Statics) -> list[Reaction]:
             first, *others = holders[friction.node]
             couples += [Reaction(COUPLE, body[member], body[first]) for member in others]
     return couples
-
-
-def _ints(table: Sequence[Sequence[int]], width: int) -> IntArray:
-    return np.array(table, dtype=np.int64).reshape(-1, width)

@@ -204,10 +204,8 @@ class _Sum:
 
     def _factor(self, load: AppliedLoad) -> Dual | float:
         """Return the factor of a load."""
-        if load.curve is None:
-            return 1.0
-        if load.over == TIME:
-            return float(load.curve(np.array([self.balance.time]))[0])
+        if load.curve is None or load.over == TIME:
+            return float(np.squeeze(load.factor(np.array([self.balance.time]), {})))
         value, slope = _table(load.curve, self.at.inputs[load.over])
         return Dual(value, slope * self.at.input(load.over).first)
 
@@ -224,8 +222,7 @@ class _Sum:
             force, slope = _table(effort.curve, value.value)
             self._add_potential(value.through(_integral(effort.curve, value.value), force, slope) * -unit)
         else:
-            at = self.balance.time if effort.over == "time" else 0.0  # over the speed: at rest
-            force = np.array([effort.constant]) if effort.curve is None else effort.curve(np.array([at]))
+            force = effort.at([self.balance.time], None, [0.0])
             self._add_potential(value * (-force * unit))
         self.pulls.append(Pull(np.abs(force) * unit, value.first, rotary))
 

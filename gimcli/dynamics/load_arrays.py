@@ -62,38 +62,39 @@ def _with_components(mechanism: Mechanism) -> Mechanism:
 
 def acting(mechanism: Mechanism, released: Sequence[int], metre: float) -> Acting:
     """Return the arrays of a mechanism returned by `with_force_gauges`; `released` are its free inputs."""
-    dynamics = mechanism.dynamics
+    dynamics, read = mechanism.dynamics, mechanism.gauges
     first = 2 * len(mechanism.nodes)
     gauges = first + len(mechanism.actuators)
-    inertias = [i for i in dynamics.inertias if i.member != FRAME]
-    loads = moving_loads(mechanism)
-    springs = [(gauges + s.gauge, mechanism.gauges[s.gauge].kind) for s in dynamics.springs]
-    dampers = [(gauges + d.gauge, _angle(mechanism.gauges[d.gauge]), d.damping) for d in dynamics.dampers]
+    masses = [(part, *_arm_of(mechanism, part, part.centre)) for part in dynamics.inertias if part.member != FRAME]
+    loads = [(part, *_arm_of(mechanism, part, part.point)) for part in moving_loads(mechanism)]
+    # the kernel multiplies forces that follow a member by its arm, not by a unit vector
+    forces = [part.force / mechanism.members[part.member].ends[2] if part.follows else part.force for part, *_ in loads]
     slid = [f for f in dynamics.frictions if f.slide >= 0]
-    own = len(mechanism.gauges) - len(slid)
-    dampers += [(gauges + own + k, 0, f.damping) for k, f in enumerate(slid)]
+    dampers = [(gauges + d.gauge, int(read[d.gauge].rotary), d.damping) for d in dynamics.dampers]
+    dampers += [(gauges + len(read) - len(slid) + k, 0, f.damping) for k, f in enumerate(slid)]
     rubs, rub = _pivots(mechanism)
     efforts = {r.actuator: r.effort for r in dynamics.releases}
-    motors = [(first + k, _angle(mechanism.actuators[k])) for k in released]
-    masses = [(*_local(mechanism, i, i.centre), i.mass, i.moment, _size_of(mechanism, i)) for i in inertias]
     return Acting(
         metre,
-        _ints([_arm_of(mechanism, i) for i in inertias], 2),
-        _floats(masses, 5),
+        ints([(u, v) for _, u, v, *_ in masses], 2),
+        _floats([(z.real, z.imag, m.mass, m.moment, square) for m, _, _, z, square in masses], 5),
         np.array([dynamics.gravity.real, dynamics.gravity.imag]),
-        _ints([(*_arm_of(mechanism, load), int(load.follows)) for load in loads], 3),
-        _floats([_load(mechanism, load) for load in loads], 6),
-        _ints(springs, 2),
+        ints([(u, v, int(load.follows)) for load, u, v, *_ in loads], 3),
+        _floats([
+            (z.real, z.imag, force.real, force.imag, load.torque, square)
+            for (load, _, _, z, square), force in zip(loads, forces, strict=True)
+        ], 6),
+        ints([(gauges + s.gauge, read[s.gauge].kind) for s in dynamics.springs], 2),
         _floats([(s.stiffness, s.free) for s in dynamics.springs], 2),
-        _ints([d[:2] for d in dampers], 2),
+        ints([d[:2] for d in dampers], 2),
         np.array([d[2] for d in dampers], dtype=float),
-        _ints(rubs, 4),
+        ints(rubs, 4),
         _floats(rub, 3),
-        _ints(motors, 2),
+        ints([(first + k, int(mechanism.actuators[k].rotary)) for k in released], 2),
         _floats([(efforts[k].constant, efforts[k].idle) for k in released], 2),
         np.array([first + rotor.actuator for rotor in dynamics.rotors], dtype=np.int64),
         np.array([rotor.reflected for rotor in dynamics.rotors], dtype=float),
-    )
+    )  # fmt: skip
 
 
 def point_masses(mechanism: Mechanism) -> list[str]:
@@ -117,50 +118,28 @@ def _pivots(mechanism: Mechanism) -> tuple[list[tuple[int, ...]], list[tuple[flo
         if friction.slide < 0:
             own, *others = holders[friction.node]
             for member in others:
-                rubs.append((*_arm(mechanism, member), *_arm(mechanism, own)))
-                rub.append((friction.damping, _square(mechanism, member), _square(mechanism, own)))
+                (u, v, _, one), (m, n, _, other) = (_arm(mechanism, k, 0j) for k in (member, own))
+                rubs.append((u, v, m, n))
+                rub.append((friction.damping, one, other))
     return rubs, rub
 
 
-def _load(mechanism: Mechanism, load: AppliedLoad) -> tuple[float, ...]:
-    force = load.force
-    if load.follows:  # the kernel multiplies by the arm, not by a unit vector
-        force /= mechanism.members[load.member].ends[2]
-    z = _local(mechanism, load, load.point) if not load.torque else (0.0, 0.0)
-    return (*z, force.real, force.imag, load.torque, _size_of(mechanism, load))
+def _arm_of(mechanism: Mechanism, part: Inertia | AppliedLoad, local: complex) -> tuple[int, int, complex, float]:
+    """Return the arm that carries the point of a part, as `_arm`; of a part at a node, this node twice."""
+    return _arm(mechanism, part.member, local) if part.node == NO_NODE else (part.node, part.node, 0j, 1.0)
 
 
-def _arm_of(mechanism: Mechanism, part: Inertia | AppliedLoad) -> tuple[int, int]:
-    """Return the nodes of the arm that carries the point of a part; of a part at a node, this node twice."""
-    return _arm(mechanism, part.member) if part.node == NO_NODE else (part.node, part.node)
+def _arm(mechanism: Mechanism, index: int, local: complex) -> tuple[int, int, complex, float]:
+    """Return u, v and z of a point u + z (v - u) of a member, and the square of its arm, which divides its rates."""
+    if index == FRAME:
+        return NONE, NONE, 0j, 1.0
+    member = mechanism.members[index]
+    u, v, span = member.ends
+    return u, v, (local - complex(member.shape[0])) / span, float(abs(span) ** 2)
 
 
-def _size_of(mechanism: Mechanism, part: Inertia | AppliedLoad) -> float:
-    """Return the square of the length of the arm, by which angular rates are divided."""
-    return _square(mechanism, part.member) if part.node == NO_NODE else 1.0
-
-
-def _angle(gauge: Input) -> int:
-    return int(gauge.rotary)
-
-
-def _arm(mechanism: Mechanism, index: int) -> tuple[int, int]:
-    return (NONE, NONE) if index == FRAME else mechanism.members[index].ends[:2]
-
-
-def _square(mechanism: Mechanism, index: int) -> float:
-    return 1.0 if index == FRAME else float(abs(mechanism.members[index].ends[2]) ** 2)
-
-
-def _local(mechanism: Mechanism, part: Inertia | AppliedLoad, local: complex) -> tuple[float, float]:
-    if part.node != NO_NODE:
-        return 0.0, 0.0
-    member = mechanism.members[part.member]
-    z = (local - complex(member.shape[0])) / member.ends[2]
-    return z.real, z.imag
-
-
-def _ints(table: Sequence[Sequence[int]], width: int) -> IntArray:
+def ints(table: Sequence[Sequence[int]], width: int) -> IntArray:
+    """Return a table of whole numbers of some width, which may be empty."""
     return np.array(table, dtype=np.int64).reshape(-1, width)
 
 

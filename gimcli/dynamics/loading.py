@@ -6,11 +6,10 @@ Forces are in N and positions in the normal frame, so moments are in N times the
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
-from gimcli.dynamic_data import NO_NODE, TIME, AppliedLoad, Inertia, RotorInertia
+from gimcli.dynamic_data import NO_NODE, AppliedLoad, Inertia, RotorInertia
 from gimcli.dynamics.kinematic_history import (
     Course,
     Turns,
@@ -155,9 +154,7 @@ class _Loader:
 
     def _load(self, load: AppliedLoad) -> None:
         mechanism, nodes = self.mechanism, self.course.nodes
-        factor: Any = 1.0
-        if load.curve is not None:
-            factor = load.curve(self.course.time if load.over == TIME else self.course.inputs[load.over])
+        factor = load.factor(self.course.time, self.course.inputs)
         if load.torque:
             torque = np.broadcast_to(factor * load.torque, self.course.time.shape)
             self._twist(load.member, torque)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -72,7 +72,6 @@ class Reducer(ReducedEquations):
         self.free, self.run = tuple(free), run
         self.given = tuple(k for k in mechanism.drivers if k not in self.free)
         self.loads = moving_loads(self.read)
-        self.courses = [_course(load) for load in self.loads]
         self.releases = {r.actuator: r for r in mechanism.dynamics.releases}
         self.choice: Choice | None = None
         self.continues = False  # whether motions pass change points, by windows
@@ -212,7 +211,7 @@ class Reducer(ReducedEquations):
     def constant(self) -> bool:
         """Return whether no load and no effort has a table."""
         efforts = [self.releases[k].effort for k in self.free if k in self.releases]
-        return not any(self.courses) and all(e.curve is None for e in efforts)
+        return all(load.curve is None for load in self.loads) and all(e.curve is None for e in efforts)
 
     @cached_property
     def steady(self) -> bool:
@@ -232,15 +231,15 @@ class Reducer(ReducedEquations):
         if self.constant:
             return
         first = self.terms.first_reading
-        for k, course in enumerate(self.courses):
-            if course is not None:
-                self.factors[k] = course(time, self._reading(self.loads[k].over, target))
+        for k, load in enumerate(self.loads):
+            if load.curve is not None:
+                value = self._reading(load.over, target)
+                self.factors[k] = load.factor(np.array([time]), {load.over: np.array([value])})[0]
         for k, actuator in enumerate(self.free):
             effort = self.releases[actuator].effort
             if effort.curve is not None:
                 value, speed = self._moving(first + actuator, target, speeds)
-                at = {"time": time, "value": value, "speed": speed}[effort.over]
-                self.acting.motor[k, 0] = float(effort.curve(np.array([at]))[0])
+                self.acting.motor[k, 0] = effort.at([time], [value], [speed])[0]
 
     def _reading(self, actuator: int, target: FloatArray) -> float:
         if actuator == TIME:
@@ -277,13 +276,6 @@ def free_inputs(mechanism: Mechanism) -> tuple[int, ...]:
 def release_of(mechanism: Mechanism, actuator: int) -> Release:
     """Return whether an input is free, with its initial state and effort."""
     return next((r for r in mechanism.dynamics.releases if r.actuator == actuator), Release(actuator))
-
-
-def _course(load: object) -> Callable[[float, float], float] | None:
-    curve, over = getattr(load, "curve", None), getattr(load, "over", TIME)
-    if curve is None:
-        return None
-    return lambda time, value: float(curve(np.array([time if over == TIME else value]))[0])
 
 
 def with_released(mechanism: Mechanism, released: Sequence[int]) -> Mechanism:
