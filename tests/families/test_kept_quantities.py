@@ -6,12 +6,7 @@ from bundled import MODELS
 
 import gimcli
 from gimcli.errors import UsageError
-from gimcli.families.column_names import ColumnNames
-from gimcli.families.design_columns import DesignColumns
-from gimcli.families.design_motions import DesignMotions
-from gimcli.families.design_table import design_table
 from gimcli.families.family import Family
-from gimcli.families.variation import varied
 from gimcli.model.dimensions import dimensions
 from gimcli.status import Status
 
@@ -157,27 +152,21 @@ MOVED = {
 
 
 @pytest.mark.parametrize("name", MOVED)
-def test_velocities_of_all_designs_together(name):
+def test_velocities_of_many_designs(name):
     """Also of two inputs, of linear ones, of a coupled group, of moving guides, and of laws that differ."""
     m = gimcli.load(MODELS / f"{name}.yaml")
     own = {d.name: d.value for d in dimensions(m)}
     length = next(n for n in own if n.endswith(".length"))
     vary = {"duration": [1.0, 2.5], **(MOVED[name] or {length: [0.98 * own[length], own[length]]})}
     point, member = m.traced[0], m.members[1].name
-    names = [f"{point}.vx", f"{point}.vy", f"{member}.omega"]
-    designs = design_table(varied(vary)).rows(0, 4)
-    family, known = Family(m, list(vary)), ColumnNames(m, list(vary))
-    columns = DesignColumns(
-        DesignMotions(family, family.solve(designs, 12, jit="on"), {"jit": "on"}), known, together=True
-    )
-    assert columns._velocities is not None
-    for k, design in enumerate(designs.tolist()):
-        t = gimcli.trace(m.with_(dict(zip(vary, design, strict=True))), 12, derivatives=1, jit="off")
-        time = np.where(t.status == "ok", t["time"], np.nan)
-        assert columns["time"][k] == pytest.approx(time, nan_ok=True)
+    names = [f"{point}.vx", f"{point}.vy", f"{member}.omega", "time"]
+    found = gimcli.sweep(m, vary, steps=12, keep=names, rows=True)
+    for k in range(4):
+        t = gimcli.trace(m.with_({n: float(found[n][13 * k]) for n in vary}), 12, derivatives=1, jit="off")
         for column in names:
-            size = np.nanmax(np.abs(t[column]), initial=0.0)
-            assert columns[column][k] == pytest.approx(t[column], abs=1e-9 * size, nan_ok=True)
+            wanted = np.where(t.status == "ok", t[column], np.nan)
+            size = np.nanmax(np.abs(wanted), initial=0.0)
+            assert found.curves[column][k] == pytest.approx(wanted, abs=1e-9 * size, nan_ok=True), (column, k)
 
 
 def test_transmission_angle_at_a_moving_guide():
@@ -197,48 +186,41 @@ def test_transmission_angle_at_a_moving_guide():
         assert np.ptp(own["transmission:rod/s"]) > 5.0
 
 
-@pytest.mark.parametrize("jit", ["on", "off"])
 @pytest.mark.parametrize("name", ["excavator", "chebyshev"])
-def test_value_of_an_input_of_laws_that_are_not_linear_or_differ(name, jit):
+def test_value_of_an_input_of_laws_that_are_not_linear_or_differ(name):
     """The other inputs, and the time, are those of the laws there."""
     m = gimcli.load(MODELS / f"{name}.yaml")
-    first = m.actuators[0].name
-    vary = {f"{first}.to": [145.0, 130.0] if name == "excavator" else [90.0, 95.0]}
-    at = {}
-    for design in vary[f"{first}.to"]:
-        own = m.with_({f"{first}.to": design})
-        at[design] = {a.name: own.value_to_file(k, a.law(np.array([0.37])))[0] for k, a in enumerate(own.actuators)}
-    value = at[vary[f"{first}.to"][0]][first]
-    family, names, options = Family(m, list(vary)), ColumnNames(m, list(vary)), {"jit": jit}
-    designs = design_table(varied(vary)).rows(0, 2)
-    columns = DesignColumns(DesignMotions(family, family.solve(designs, 12, **options), options), names).at(
-        first, value
+    first, point, member = m.actuators[0].name, m.traced[0], m.members[1].name
+    ends = [145.0, 130.0] if name == "excavator" else [90.0, 95.0]
+    designs = [m.with_({f"{first}.to": end}) for end in ends]
+
+    def inputs(design, share):
+        return {a.name: design.value_to_file(k, a.law(np.array([share])))[0] for k, a in enumerate(design.actuators)}
+
+    value = float(inputs(designs[0], 0.37)[first])
+    keep = [f"at({column}, {first}={value!r})" for column in ("time", f"{point}.x", f"{member}.angle")]
+    found = gimcli.sweep(m, {f"{first}.to": ends}, steps=12, keep=keep)
+    assert found[keep[0]][0] == pytest.approx(0.37 * m.duration, abs=1e-9)
+    for k, design in enumerate(designs):
+        there = inputs(design, found[keep[0]][k] / m.duration)
+        assert there[first] == pytest.approx(value)
+        p = gimcli.solve(design, there)
+        assert found[keep[1]][k] == pytest.approx(p.xy[point][0], abs=1e-8)
+        assert np.cos(np.radians(found[keep[2]][k] - p.angle[member])) == pytest.approx(1.0)
+
+
+def test_designs_without_a_position_have_empty_quantities():
+    m, keep = (
+        gimcli.load(MODELS / "crank_rocker.yaml"),
+        ["max(coupler.angle)", "range(crank.angle)", "at(P.y, motor=31)"],
     )
-    assert columns["time"][0, 0] == pytest.approx(0.37 * m.duration, abs=1e-9)
-    point, member = m.traced[0], m.members[1].name
-    for k, design in enumerate(vary[f"{first}.to"]):
-        own = m.with_({f"{first}.to": design})
-        share = columns["time"][k, 0] / m.duration
-        inputs = {a.name: own.value_to_file(j, a.law(np.array([share])))[0] for j, a in enumerate(own.actuators)}
-        assert inputs[first] == pytest.approx(value)
-        p = gimcli.solve(own, inputs)
-        assert columns[f"{point}.x"][k, 0] == pytest.approx(p.xy[point][0], abs=1e-8)
-        assert np.cos(np.radians(columns[f"{member}.angle"][k, 0] - p.angle[member])) == pytest.approx(1.0)
-
-
-@pytest.mark.parametrize("jit", ["on", "off"])
-def test_designs_that_are_solved_one_by_one_have_the_same_columns(jit):
-    m = gimcli.load(MODELS / "crank_rocker.yaml")
-    vary = {"crank.length": [35.0, 40.0, -1.0, 70.0]}
-    family, names = Family(m, list(vary)), ColumnNames(m, list(vary))
-    solved = family.solve(design_table(varied(vary)).rows(0, 4), 6, jit=jit)
-    columns = DesignColumns(DesignMotions(family, solved, {"jit": jit}), names)
-    for k in (0, 1):
-        t = gimcli.trace(m.with_({"crank.length": vary["crank.length"][k]}), 6)
-        assert columns["coupler.angle"][k] == pytest.approx(t.angle["coupler"])
-        assert columns["crank.angle"][k] == pytest.approx(t.angle["crank"])
-    assert np.isnan(columns["crank.angle"][2:]).all()
-    assert np.isnan(columns.at("motor", 31.0)["P.y"][2:]).all()
+    found = gimcli.sweep(m, {"crank.length": [35.0, 40.0, 70.0]}, steps=6, keep=keep)
+    for k, length in enumerate((35.0, 40.0)):
+        t = gimcli.trace(m.with_({"crank.length": length}), 6)
+        assert found[keep[0]][k] == pytest.approx(t.angle["coupler"].max())
+        assert found[keep[1]][k] == pytest.approx(np.ptp(t.angle["crank"]))
+        assert np.isfinite(found[keep[2]][k])
+    assert [found[text][2] for text in keep] == pytest.approx([np.nan] * 3, nan_ok=True)
 
 
 def test_quantities_use_the_solved_rows_only():

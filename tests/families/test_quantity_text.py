@@ -1,67 +1,86 @@
-"""The text of kept quantities, on columns that are given."""
+"""The text of kept quantities: values of two designs from the columns of their traces, conditions, refusals."""
 
 import re
 
 import numpy as np
 import pytest
-from bundled import MODELS
 
 import gimcli
 from gimcli.errors import UsageError
-from gimcli.families.column_names import ColumnNames
-from gimcli.families.quantity_text import quantity
 
-NAN = float("nan")
-
-
-class Given:
-    """Columns of two designs with three rows."""
-
-    def __init__(self, rows=slice(None)):
-        x, y = [[1.0, 2.0, 3.0], [4.0, NAN, 8.0]], [[-1.0, 0.0, 1.0], [2.0, NAN, 2.0]]
-        self.columns = {name: np.array(own)[:, rows] for name, own in (("P.x", x), ("P.y", y))}
-        self.columns |= {"crank.length": np.array([[5.0], [6.0]]), "type": np.array([["kite"], ["rhombus"]])}
-
-    def __getitem__(self, name):
-        return self.columns[name]
-
-    def at(self, actuator, value):
-        assert (actuator, value) == ("motor", 30.0)
-        return Given(slice(0, 1))
+LENGTHS = [35.0, 40.0]
+STEPS = 12
+"""Steps of 30 deg: the third row is at 60 deg."""
 
 
-def names():
-    return ColumnNames(gimcli.load(MODELS / "crank_rocker.yaml"), ["crank.length"])
+@pytest.fixture(scope="module")
+def mechanism():
+    return gimcli.load("crank_rocker")
 
 
-def found(text, *kinds):
-    return quantity(text, names(), kinds or ("number", "text")).values(Given())
+@pytest.fixture(scope="module")
+def traces(mechanism):
+    """The columns of both designs, (rows,) each."""
+    found = []
+    for length in LENGTHS:
+        t = gimcli.trace(mechanism.with_({"crank.length": length}), STEPS)
+        assert t.complete
+        found.append({"x": t["P.x"], "y": t["P.y"], "length": length})
+    return found
 
 
+def swept(mechanism, text, vary=LENGTHS, **options):
+    return gimcli.sweep(mechanism, {"crank.length": vary}, steps=STEPS, keep=text, **options)
+
+
+NUMBERS = {
+    "min(P.x)": lambda c: c["x"].min(),
+    "max(P.x)": lambda c: c["x"].max(),
+    "range(P.x)": lambda c: np.ptp(c["x"]),
+    "mean(P.x)": lambda c: c["x"].mean(),
+    "rms(P.y)": lambda c: np.sqrt(np.mean(c["y"] ** 2)),
+    "at(P.x, motor=60)": lambda c: c["x"][2],
+    "max(P.x - P.y)": lambda c: max(c["x"] - c["y"]),
+    "max(P.x) - min(P.y) * 2": lambda c: c["x"].max() - 2.0 * c["y"].min(),
+    "max(abs(P.x - mean(P.x)))": lambda c: max(abs(c["x"] - c["x"].mean())),
+    "-max(P.x)**2": lambda c: -(c["x"].max() ** 2),
+    "2**-1 * crank.length": lambda c: 0.5 * c["length"],
+    "(max(P.x) + 1) / 2": lambda c: (c["x"].max() + 1.0) / 2.0,
+    "hypot(max(P.x), 4)": lambda c: np.hypot(c["x"].max(), 4.0),
+    "max(P.x*crank.length)": lambda c: c["x"].max() * c["length"],
+    "degrees(pi) * min(P.x)": lambda c: 180.0 * c["x"].min(),
+    "1e1 + .5*min(P.x)": lambda c: 10.0 + 0.5 * c["x"].min(),
+    "1+" * 499 + "1": lambda c: 500.0,
+    "-max(P.x)" + "+min(P.x)" * 100: lambda c: 100.0 * c["x"].min() - c["x"].max(),
+    "max(P.x) / 0": lambda c: np.nan,
+    "exp(1000 * crank.length)": lambda c: np.nan,
+}
+
+
+def test_numbers(mechanism, traces):
+    found = swept(mechanism, list(NUMBERS))
+    for text, expected in NUMBERS.items():
+        wanted = [float(expected(columns)) for columns in traces]
+        assert found[text] == pytest.approx(wanted, rel=1e-9, nan_ok=True), text
+
+
+def test_texts(mechanism):
+    """Grashof: 70 mm is the longest but one, and the shortest and longest together are longer than the others."""
+    assert swept(mechanism, "type", [40.0, 70.0])["type"].tolist() == ["crank-rocker", "triple-rocker"]
+
+
+# min(P.x) is -15.4 mm in the first design and -19.5 mm in the second
 @pytest.mark.parametrize(
     ("text", "expected"),
     [
-        ("min(P.x)", [1, 4]), ("max(P.x)", [3, 8]), ("range(P.x)", [2, 4]), ("mean(P.x)", [2, 6]),
-        ("rms(P.y)", [np.sqrt(2 / 3), 2]), ("at(P.x, motor=30)", [1, 4]), ("max(P.x - P.y)", [2, 6]),
-        ("max(P.x) - min(P.y) * 2", [5, 4]), ("max(abs(P.x - mean(P.x)))", [1, 2]), ("-max(P.x)**2", [-9, -64]),
-        ("2**-1 * crank.length", [2.5, 3]), ("(max(P.x) + 1) / 2", [2, 4.5]), ("hypot(max(P.x), 4)", [5, 80**0.5]),
-        ("max(P.x*crank.length)", [15, 48]), ("degrees(pi) * min(P.x)", [180, 720]), ("1e1 + .5*min(P.x)", [10.5, 12]),
+        ("crank.length > 37", [40.0]), ("crank.length > 37 or min(P.x) > -17", LENGTHS),
+        ("not (crank.length > 37) and min(P.x) < 0", [35.0]), ('type == "crank-rocker"', LENGTHS),
+        ("type != 'crank-rocker' and crank.length <= 50", []), ("crank.length>=35 and crank.length<40", [35.0]),
+        ("crank.length == 40", [40.0]),
     ],
 )  # fmt: skip
-def test_numbers(text, expected):
-    assert found(text) == pytest.approx(np.array(expected, dtype=float))
-
-
-@pytest.mark.parametrize(
-    ("text", "expected"),
-    [
-        ("max(P.x) > 5", [False, True]), ("max(P.x) > 5 or min(P.y) < 0", [True, True]),
-        ("not (max(P.x) > 5) and min(P.x) == 1", [True, False]), ('type == "kite"', [True, False]),
-        ("type != 'kite' and max(P.x) <= 8", [False, True]), ("max(P.x)>=3 and max(P.x)<4", [True, False]),
-    ],
-)  # fmt: skip
-def test_conditions(text, expected):
-    assert found(text, "yes").tolist() == expected
+def test_conditions(mechanism, text, expected):
+    assert swept(mechanism, (), where=text)["crank.length"].tolist() == expected
 
 
 @pytest.mark.parametrize(
@@ -71,19 +90,9 @@ def test_conditions(text, expected):
         ("0/0 > 1 or 1 < 2", True), ("not (0/0 > 1 and 1 > 2)", True), ("not (0/0 > 1 or 1 > 2)", False),
     ],
 )  # fmt: skip
-def test_a_condition_holds_only_where_what_decides_it_is_defined(text, expected):
+def test_a_condition_holds_only_where_what_decides_it_is_defined(mechanism, text, expected):
     """Kleene's three-valued logic: unknown, if the defined sides do not decide alone."""
-    assert bool(found(text, "yes")) == expected
-
-
-@pytest.mark.parametrize(("text", "expected"), [("1+" * 499 + "1", 500), ("-max(P.x)" + "+min(P.x)" * 100, [97, 392])])
-def test_long_texts(text, expected):
-    assert found(text) == pytest.approx(np.array(expected, dtype=float))
-
-
-def test_values_that_are_not_defined_are_empty():
-    assert np.isnan(found("max(P.x) / 0")).all()
-    assert np.isnan(found("exp(1000 * crank.length)")).all()
+    assert len(swept(mechanism, (), where=text)["crank.length"]) == (2 if expected else 0)
 
 
 @pytest.mark.parametrize(
@@ -101,18 +110,19 @@ def test_values_that_are_not_defined_are_empty():
         ("min(P.x) = 3", "the sign of equality is =="),
     ],
 )  # fmt: skip
-def test_invalid_texts_are_refused(text, message):
+def test_invalid_texts_are_refused(mechanism, text, message):
     with pytest.raises(UsageError) as refused:
-        found(text)
+        swept(mechanism, [text])
     assert message in str(refused.value)
 
 
 @pytest.mark.parametrize("text", ["P.x", "min(P.z)", "at(P.x, moto=30)", "min(P.x"])
-def test_messages_name_the_option_and_the_text(text):
+def test_messages_name_the_option_and_the_text(mechanism, text):
     with pytest.raises(UsageError, match=f"^goal '{re.escape(text)}': "):
-        quantity(text, names(), where="goal")
+        swept(mechanism, (), goal=text, best=1)
 
 
-def test_units():
+def test_units(mechanism):
     units = {"min(P.x)": "mm", "range(rocker.omega)": "deg/s", "max(P.x) - min(P.y)": "mm", "max(P.x)/2": ""}
-    assert {text: quantity(text, names()).unit for text in units} == units
+    table = swept(mechanism, list(units)).table()
+    assert {column.name: column.unit for column in table.columns if column.name in units} == units
