@@ -7,7 +7,7 @@ from bundled import FILES
 from four_bars import four_bar_text
 from random_mechanisms import Growth
 
-from gimcli import load, trace
+from gimcli import load, sensitivity, trace
 from gimcli.errors import GimError, UsageError
 from gimcli.families.design_sensitivity import DesignSensitivity, moves_nodes
 from gimcli.families.position_state import position_items
@@ -170,4 +170,4 @@ def difference(mechanism, one, inputs, quantities):
 )
 def test_unknown_quantities_are_refused_with_a_suggestion(text, message):
     with pytest.raises(UsageError, match=message):
-        position_items(four_bar(), text)
+        sensitivity(four_bar(), text, by="crank", motor=30.0)

@@ -16,13 +16,13 @@ from bundled import MODELS
 from four_bars import cosines, four_bar, four_bar_text
 from typer.testing import CliRunner
 
+import gimcli
 from gimcli import load
 from gimcli.branching.event_refinement import sharpened
 from gimcli.cli import app
 from gimcli.errors import UsageError
 from gimcli.model.source import read_source
 from gimcli.motion.motion import Motion, trace
-from gimcli.rates.motion_table import events
 from gimcli.status import Status
 
 ROCKER = (4.0, 1.5, 2.0, 4.0)
@@ -92,7 +92,8 @@ def test_reverse_repeats_the_swing(tmp_path: Path) -> None:
     assert len(motion.turned_back) == 6
     at = [60.0 + t * 6.0 * (high - low) for t, _ in motion.turned_back]
     assert at == pytest.approx([high + k * (high - low) for k in range(6)], abs=1e-10)
-    limits = [event["at"]["motor"] for event in events(motion) if event["kind"] == "limit"]
+    events = gimcli.trace(motion.mechanism, 300, at_limit="reverse").events
+    limits = [event["at"]["motor"] for event in events if event["kind"] == "limit"]
     assert limits == pytest.approx([high, low] * 3, abs=1e-10)
     equal = motion.z[:, [0, 100, 200, 300]]  # two swings are a third of the law
     assert np.abs(equal - equal[:, :1]).max() < 1e-12

@@ -15,11 +15,11 @@ import pytest
 from closed_linkages import LAW, LINKAGES, Linkage
 from typer.testing import CliRunner
 
+import gimcli
 from gimcli import load
 from gimcli.cli import app
 from gimcli.errors import UsageError
 from gimcli.motion.motion import Motion, trace
-from gimcli.rates.motion_table import events
 from gimcli.status import Status
 
 STEPS = 40
@@ -100,6 +100,11 @@ def blur(place: Callable[[float], complex], value: float) -> float:
     return max(near)
 
 
+def events(motion: Motion, mode: str) -> list[dict[str, Any]]:
+    """Return the events of a trace of the same motion."""
+    return gimcli.trace(motion.mechanism, STEPS, at_limit=mode).events
+
+
 def check(motion: Motion, case: Linkage, rows: np.ndarray, place: Callable[[float], complex], at: np.ndarray) -> None:
     """Compare rows that are ok with the closed form at inputs (rows,)."""
     found = node(motion, case)
@@ -124,10 +129,9 @@ def test_a_law_that_does_not_exceed_the_critical_input_stays_on_its_arc(
     check(motion, case, np.ones(STEPS + 1, dtype=bool), case.arc, law_input(motion))
     assert motion.limit is None
     assert motion.turned_back == ()
-    kinds = [event["kind"] for event in events(motion)]
-    assert kinds == ([] if course.short else ["limit" if case.limit else "change point"])
-    if kinds:
-        assert events(motion)[0]["at"]["m"] == pytest.approx(case.critical, abs=1e-9)
+    found = events(motion, mode)
+    assert [event["kind"] for event in found] == ([] if course.short else ["limit" if case.limit else "change point"])
+    assert [event["at"]["m"] for event in found] == pytest.approx([case.critical] * len(found), abs=1e-9)
 
 
 @pytest.mark.few(12)
@@ -148,9 +152,10 @@ def test_rows_beyond_a_limit_are_empty_and_the_others_on_the_same_arc(
     again = ~out if "return" in course.name or "back" in course.name else before
     check(skipped, case, again, case.arc, law_input(skipped))
     assert {skipped.status[k] for k in np.flatnonzero(out)} == {Status.LIMIT}
-    for motion in (stopped, skipped):
-        assert [event["kind"] for event in events(motion)] == ["limit"]
-        assert events(motion)[0]["at"]["m"] == pytest.approx(case.critical, abs=1e-9)
+    for motion, mode in ((stopped, "stop"), (skipped, "skip")):
+        (limit,) = events(motion, mode)
+        assert limit["kind"] == "limit"
+        assert limit["at"]["m"] == pytest.approx(case.critical, abs=1e-9)
 
 
 @pytest.mark.few(12)
@@ -178,7 +183,7 @@ def test_the_input_is_mirrored_at_a_limit_and_the_other_arc_follows(
 def test_a_change_point_is_passed_smoothly(case: Linkage, course: Course, mode: str, tmp_path: Path) -> None:
     motion = trace(load(course.fill(case, tmp_path)), STEPS, at_limit=mode)
     check(motion, case, np.ones(STEPS + 1, dtype=bool), case.arc, law_input(motion))
-    found = [event for event in events(motion) if event["kind"] == "change point"]
+    found = [event for event in events(motion, mode) if event["kind"] == "change point"]
     assert len(found) == (2 if "return" in course.name or "back" in course.name else 1)
     assert [event["at"]["m"] for event in found] == pytest.approx([case.critical] * len(found), abs=1e-9)
 

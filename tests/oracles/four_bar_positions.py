@@ -1,10 +1,18 @@
 """Positions of a coupler point of many four-bars in closed form, with their derivatives (Freudenstein's loop)."""
 
+from typing import NamedTuple
+
 import numpy as np
 
-from gimcli.fitting.quantity import QuantityRates
-
 NAMES = ("r1", "r2", "r3", "r4", "rcx", "rcy", "theta0", "x0", "y0")
+
+
+class Rates(NamedTuple):
+    """Values (designs, rows, 2) of the point and their derivatives."""
+
+    values: np.ndarray
+    by_dimension: np.ndarray  # (designs, rows, 2, dimensions)
+    by_input: np.ndarray
 
 
 class FourBarPoint:
@@ -20,7 +28,7 @@ class FourBarPoint:
         with np.errstate(all="ignore"):
             place, parts = self._positions(designs, inputs)
             by_dimension, by_input = _slopes(designs, *parts)
-        return QuantityRates(_real(place), np.stack((by_dimension.real, by_dimension.imag), 2), _real(by_input))
+        return Rates(_real(place), np.stack((by_dimension.real, by_dimension.imag), 2), _real(by_input))
 
     def _positions(self, designs, inputs):
         r1, r2, r3, r4, u, v, theta, x, y = (designs[:, k, None] for k in range(9))
