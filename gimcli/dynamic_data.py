@@ -30,8 +30,8 @@ class LoadCurve(Protocol):
     def __call__(self, at: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the values at times or inputs `at`."""
 
-    def slope(self, at: float) -> float:
-        """Return the derivative at a time or an input; 0 outside of the table."""
+    def slope(self, at: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the derivatives at times or inputs `at`; 0 outside of the table."""
 
 
 @dataclass(frozen=True)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from gimcli.dynamic_data import NO_NODE, AppliedLoad, Friction, Inertia
+from gimcli.dynamics.coulomb_pairs import DryPair
 from gimcli.dynamics.load_arrays import ints, moving_loads, with_force_gauges
 from gimcli.dynamics.statics import Reaction, Statics, statics
 from gimcli.kernels.body_balance import GUIDE, PIN, SLOT, BalancedBodies, Contacts
@@ -20,16 +21,6 @@ from gimcli.structure.steps import NONE
 
 TURNS, TRAVELS, LENGTHS = range(3)
 """Kinds of readings."""
-
-
-@dataclass(frozen=True)
-class DryPair:
-    """A contact with dry friction: a member on the pin of a node, or a sliding pair."""
-
-    name: str  # of the node or the sliding pair
-    member: int = NONE  # that turns on the pin
-    first: int = NONE  # member to which the pin is fixed
-    slide: int = NONE  # number of the sliding pair's first height
 
 
 class BodyBalance:

@@ -123,7 +123,7 @@ class _Rows:
         self.pairs: tuple[RubbingPair, ...] = rubbing_pairs(statics)
         self.forms = form_table(self.pairs, len(statics.reactions))
         self.columns = np.stack([pair.column(statics, course) for pair in self.pairs], axis=-1)
-        self.rates = np.array([pair.rate(statics, course) for pair in self.pairs])
+        self.rates = np.array([pair.rate(statics.mechanism, course) for pair in self.pairs])
         self.senses, self.rest = _senses(self.rates)
         moved, reach = self._reach(known, change)
         self.moving = FrictionSystem(known.T, reach, self.forms)
@@ -197,7 +197,7 @@ class _Rows:
         if self.unit is None:
             return np.zeros_like(self.senses)
         course = self.unit()
-        return _senses(np.array([pair.rate(self.statics, course) for pair in self.pairs]))[0]
+        return _senses(np.array([pair.rate(self.statics.mechanism, course) for pair in self.pairs]))[0]
 
     def _holding(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return the range of efforts that hold each position at rest, and powers of the drive that move it from rest.
@@ -291,4 +291,4 @@ def _act(statics: Statics, course: Course, loads: Loading, rows: _Rows, unknowns
     for k, pair in enumerate(rows.pairs):
         if pair.on_pin:
             node = statics.mechanism.slides[pair.slide].node
-            loads.pins[node] = loads.pins.get(node, 0.0) - friction[k] * pair.direction(statics, course)
+            loads.pins[node] = loads.pins.get(node, 0.0) - friction[k] * pair.direction(statics.mechanism, course)

@@ -21,7 +21,7 @@ from gimcli.dynamic_data import Friction
 from gimcli.dynamics.kinematic_history import Course, reading, travel_along, turning
 from gimcli.dynamics.statics import Statics
 from gimcli.kernels.equilibrium import MOMENT
-from gimcli.mechanism import ComplexArray, FloatArray
+from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.structure.sliding_pairs import pair_of
 from gimcli.structure.steps import NONE
 
@@ -30,30 +30,34 @@ FORMS = 2
 
 
 @dataclass(frozen=True)
-class RubbingPair:
-    """One contact with dry friction: a member on the pin of a node, or a sliding pair."""
+class DryPair:
+    """A contact with dry friction: a member on the pin of a node, or a sliding pair."""
 
     name: str  # of the entry in `friction`
-    member: int  # that turns on the pin; NONE for a sliding pair
-    first: int  # member to which the pin is fixed; NONE for a sliding pair
-    slide: int  # number of the first height of a sliding pair; NONE for a pin
-    forms: tuple[dict[int, complex], ...]  # the vectors w: coefficients by unknown
+    member: int = NONE  # that turns on the pin; NONE for a sliding pair
+    first: int = NONE  # member to which the pin is fixed; NONE for a sliding pair
+    slide: int = NONE  # number of the first height of a sliding pair; NONE for a pin
 
-    def rate(self, statics: Statics, course: Course) -> FloatArray:
+    def rate(self, mechanism: Mechanism, course: Course) -> FloatArray:
         """Return the speed of sliding (rows,): rad/s of a pin, normal length per s of a sliding pair."""
         if self.slide == NONE:
-            mechanism = statics.mechanism
             return np.asarray(turning(mechanism, course, self.member)[0] - turning(mechanism, course, self.first)[0])
-        return self._travel(statics, course)[0]
+        return self._travel(mechanism, course)[1]
 
-    def direction(self, statics: Statics, course: Course) -> ComplexArray:
+    def direction(self, mechanism: Mechanism, course: Course) -> ComplexArray:
         """Return the direction of sliding of a sliding pair, of the node along the guide (rows,)."""
-        return self._travel(statics, course)[1]
+        return self._travel(mechanism, course)[2]
 
-    def _travel(self, statics: Statics, course: Course) -> tuple[FloatArray, ComplexArray]:
-        slide = statics.mechanism.slides[self.slide]
-        _, rate, unit = reading(statics.mechanism, travel_along(slide, slide.name), course)
-        return rate, unit
+    def _travel(self, mechanism: Mechanism, course: Course) -> tuple[FloatArray, FloatArray, ComplexArray]:
+        slide = mechanism.slides[self.slide]
+        return reading(mechanism, travel_along(slide, slide.name), course)
+
+
+@dataclass(frozen=True)
+class RubbingPair(DryPair):
+    """A contact whose friction depends on reactions."""
+
+    forms: tuple[dict[int, complex], ...] = ()  # the vectors w: coefficients by unknown
 
     def column(self, statics: Statics, course: Course) -> FloatArray:
         """Return the equations of a unit moment or force in the direction of sliding (equations, rows)."""
@@ -64,7 +68,7 @@ class RubbingPair:
                 if body != NONE:
                     found[statics.first_row[body] + MOMENT] += sense
             return found
-        z, unit = course.nodes[0], self.direction(statics, course)
+        z, unit = course.nodes[0], self.direction(statics.mechanism, course)
         node = statics.mechanism.slides[self.slide].node
         reaction = statics.reactions[statics.normals[self.slide]]
         for body, sense in ((reaction.plus, 1.0), (reaction.minus, -1.0)):

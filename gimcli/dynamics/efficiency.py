@@ -14,8 +14,6 @@ import numpy as np
 from gimcli.dynamics.coulomb import DryFriction
 from gimcli.dynamics.coulomb_status import FrictionStatus
 from gimcli.dynamics.forces import Forces
-from gimcli.dynamics.kinematic_history import reading
-from gimcli.dynamics.physical import require_action
 from gimcli.mechanism import BoolArray, FloatArray, Mechanism
 from gimcli.motion.motion import Motion
 
@@ -31,12 +29,7 @@ VISCOUS = "viscous"
 
 def source_powers(forces: Forces) -> dict[str, FloatArray]:
     """Return the power [W] of each input, of the loads, of the weight, of the springs and of the inertia (rows,)."""
-    mechanism, metre = forces.mechanism, require_action(forces.mechanism)
-    found = {}
-    for k in mechanism.drivers:
-        actuator = mechanism.actuators[k]
-        rate = reading(mechanism, actuator, forces.course)[1] * (1.0 if actuator.rotary else metre)
-        found[actuator.name] = forces.effort(k) * rate
+    found = {forces.mechanism.actuators[k].name: forces.power(k) for k in forces.mechanism.drivers}
     applied = {name: forces.loads.power[kind] for kind, name in SOURCES.items()}
     return {**found, **applied, "inertia": -forces.loads.kinetic_rate}
 

@@ -206,8 +206,8 @@ class _Sum:
         """Return the factor of a load."""
         if load.curve is None or load.over == TIME:
             return float(np.squeeze(load.factor(np.array([self.balance.time]), {})))
-        value, slope = _table(load.curve, self.at.inputs[load.over])
-        return Dual(value, slope * self.at.input(load.over).first)
+        value = self.at.input(load.over)
+        return Dual(load.curve(value.value), load.curve.slope(value.value) * value.first)
 
     def _turned(self, load: AppliedLoad) -> Jet:
         """Return the angle of a member with a torque."""
@@ -219,8 +219,8 @@ class _Sum:
         value, rotary = self.at.input(number), self.mechanism.actuators[number].rotary
         unit = 1.0 if rotary else self.metre
         if effort.curve is not None and effort.over == "value":
-            force, slope = _table(effort.curve, value.value)
-            self._add_potential(value.through(_integral(effort.curve, value.value), force, slope) * -unit)
+            force, work = effort.curve(value.value), _integral(effort.curve, value.value)
+            self._add_potential(value.through(work, force, effort.curve.slope(value.value)) * -unit)
         else:
             force = effort.at([self.balance.time], None, [0.0])
             self._add_potential(value * (-force * unit))
@@ -243,8 +243,3 @@ def _integral(curve: LoadCurve, at: FloatArray) -> FloatArray:
     total[order[1:]] = np.cumsum(pieces)
     inside = total[len(curve.at) :]
     return np.asarray(inside + curve(at) * (at - knots[len(curve.at) :]))
-
-
-def _table(curve: LoadCurve, at: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the values of a table (rows,) and their slopes."""
-    return curve(at), np.array([curve.slope(float(place)) for place in at])

@@ -138,11 +138,12 @@ class Forces:
     @property
     def drive_power(self) -> FloatArray:
         """The power [W] of the actuators that follow no others (rows,); the others only transmit power."""
-        total = np.zeros(len(self.course.time))
-        for k in self.mechanism.drivers:
-            _, rate, _ = reading(self.mechanism, self.mechanism.actuators[k], self.course)
-            total += self.effort(k) * rate * self._unit(k)
-        return total
+        return np.asarray(sum((self.power(k) for k in self.mechanism.drivers), np.zeros(len(self.course.time))))
+
+    def power(self, actuator: int) -> FloatArray:
+        """Return the power [W] of an actuator (rows,)."""
+        rate = reading(self.mechanism, self.mechanism.actuators[actuator], self.course)[1]
+        return np.asarray(self.effort(actuator) * rate * self._unit(actuator))
 
     @property
     def power_error(self) -> FloatArray:

@@ -9,7 +9,7 @@ import numpy as np
 from gimcli.dynamics.body_balance import BodyBalance
 from gimcli.dynamics.equilibrium_equations import directions, equilibrium
 from gimcli.dynamics.forces import Forces
-from gimcli.dynamics.kinematic_history import Course, reading, travel_along, turning
+from gimcli.dynamics.kinematic_history import Course
 from gimcli.dynamics.physical import require_action
 from gimcli.dynamics.reducer import free_inputs
 from gimcli.mechanism import FloatArray, Mechanism
@@ -72,12 +72,6 @@ def _names(balance: BodyBalance) -> list[str]:
 
 def _powers(balance: BodyBalance, course: Course, friction: FloatArray) -> FloatArray:
     """Return the power of the friction [W] (contacts, rows)."""
-    mechanism, speeds = balance.mechanism, []
-    for pair in balance.pairs:
-        if pair.slide == NONE:
-            one, other = (turning(mechanism, course, member)[0] for member in (pair.member, pair.first))
-            speeds.append(one - other)
-        else:
-            slide = mechanism.slides[pair.slide]
-            speeds.append(reading(mechanism, travel_along(slide, slide.name), course)[1])
-    return np.asarray(-friction * np.array(speeds).reshape(friction.shape) * require_action(mechanism))
+    speeds = [pair.rate(balance.mechanism, course) for pair in balance.pairs]
+    metre = require_action(balance.mechanism)
+    return np.asarray(-friction * np.array(speeds).reshape(friction.shape) * metre)

@@ -234,7 +234,7 @@ def _resisting(acting: reduction.Acting, efforts: Sequence[DrivingEffort]) -> re
     """Return only what depends on the speeds: at rest, driving efforts act as dampers of their slopes."""
     slopes = [
         (effort.constant / effort.idle if effort.idle else 0.0)
-        - (effort.curve.slope(0.0) if effort.curve is not None and effort.over == "speed" else 0.0)
+        - (float(effort.curve.slope(np.zeros(1))[0]) if effort.curve is not None and effort.over == "speed" else 0.0)
         for effort in efforts
     ]
     own = np.array(slopes) / np.where(acting.motors[:, 1] == 1, 1.0, acting.metre)

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from gimcli.dynamics.forces import Forces
-from gimcli.dynamics.kinematic_history import reading
 from gimcli.dynamics.row_integrals import RowIntegrals
 from gimcli.mechanism import FloatArray, Mechanism
 
@@ -54,8 +53,4 @@ class WorkBalance:
 
 def actuator_powers(forces: Forces) -> dict[str, FloatArray]:
     """Return the power [W] of each actuator by its name (rows,)."""
-    mechanism, metre = forces.mechanism, forces.mechanism.dynamics.metre or 1.0
-    return {
-        a.name: np.asarray(forces.effort(k) * reading(mechanism, a, forces.course)[1] * (1.0 if a.rotary else metre))
-        for k, a in enumerate(mechanism.actuators)
-    }
+    return {a.name: forces.power(k) for k, a in enumerate(forces.mechanism.actuators)}

@@ -166,9 +166,9 @@ class Sampled:
         """Return the interpolated value at each abscissa."""
         return np.asarray(self._curve(np.clip(at, self.at[0], self.at[-1])), dtype=float)
 
-    def slope(self, at: float) -> float:
+    def slope(self, at: FloatArray) -> FloatArray:
         """Return the derivative of the interpolated value; 0 before the first sample and after the last."""
-        return float(self._curve(at, 1)) if self.at[0] < at < self.at[-1] else 0.0
+        return np.where((self.at[0] < at) & (at < self.at[-1]), self._curve(at, 1), 0.0)
 
 
 @dataclass(frozen=True)
