@@ -92,7 +92,7 @@ def test_speeds_beyond_any_count_of_turns_are_refused():
 def test_a_simulation_ends_at_its_bound_with_the_rows_until_then(method, run):
     model = gimcli.load({**PENDULUM, "friction": {"O": 0.1}} if method != "euler" else PENDULUM)
     times = np.linspace(0.0, 1000.0, 100_001)
-    settings = Settings(method, step=1e-2, work=50_000)
+    settings = Settings(method, step=1e-2, work=20_000)
     found = simulate(model, times, settings, run)
     assert found.status is Status.WORK_LIMIT
     assert 1 < len(found.time) < 100_001

@@ -4,12 +4,12 @@ import ast
 from collections import Counter
 from graphlib import TopologicalSorter
 
-from package_source import modules
+from package_source import modules, nodes
 
 
 def imported(tree: ast.Module) -> set[str]:
     """Return the modules that a module imports, also inside functions and for types."""
-    froms = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.module]
+    froms = [node for node in nodes(tree) if isinstance(node, ast.ImportFrom) and node.module]
     named = {
         name if (name := f"{node.module}.{one.name}") in modules() else node.module
         for node in froms
@@ -37,9 +37,8 @@ DOCUMENTED = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
 
 def statements(tree: ast.Module) -> int:
     """Return the number of statements without docstrings."""
-    nodes = list(ast.walk(tree))
-    docs = sum(isinstance(node, DOCUMENTED) and ast.get_docstring(node) is not None for node in nodes)
-    return sum(isinstance(node, ast.stmt) for node in nodes) - docs
+    docs = sum(isinstance(node, DOCUMENTED) and ast.get_docstring(node) is not None for node in nodes(tree))
+    return sum(isinstance(node, ast.stmt) for node in nodes(tree)) - docs
 
 
 def test_the_package_has_no_more_statements_than_agreed() -> None:

@@ -5,7 +5,7 @@ import re
 from pathlib import Path
 
 import pytest
-from package_source import trees
+from package_source import nodes, trees
 
 ROOT = Path(__file__).parents[2]
 
@@ -20,7 +20,7 @@ REFUSED = r'[<>:"|?*\\\x00-\x1f]|[. ]$|^(?:con|prn|aux|nul|com\d|lpt\d)(?:\.|$)'
 
 
 def calls(tree):
-    return [node for node in ast.walk(tree) if isinstance(node, ast.Call)]
+    return [node for node in nodes(tree) if isinstance(node, ast.Call)]
 
 
 def opens_text(call):
@@ -62,13 +62,13 @@ def test_functions_of_unix_are_used_only_where_they_exist():
             and isinstance(call.args[1], ast.Constant)
         }  # fmt: skip
         used = {
-            node.attr for node in ast.walk(tree)
+            node.attr for node in nodes(tree)
             if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "os"
         }  # fmt: skip
         assert used & UNIX <= asked, path
         imported = {
-            name.name for node in ast.walk(tree) if isinstance(node, ast.Import | ast.ImportFrom) for name in node.names
-        } | {node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)}
+            name.name for node in nodes(tree) if isinstance(node, ast.Import | ast.ImportFrom) for name in node.names
+        } | {node.module for node in nodes(tree) if isinstance(node, ast.ImportFrom)}
         assert not imported & UNIX_MODULES, path
 
 

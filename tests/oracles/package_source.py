@@ -16,6 +16,12 @@ def trees() -> dict[Path, ast.Module]:
 
 
 @cache
+def nodes(tree: ast.AST) -> list[ast.AST]:
+    """Return all nodes of a tree."""
+    return list(ast.walk(tree))
+
+
+@cache
 def modules() -> dict[str, ast.Module]:
     """Return the tree of each file, by the name of its module."""
     names = {path: ("gimcli", *path.with_suffix("").parts) for path in trees()}
