@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from functools import partial
 from typing import TYPE_CHECKING, Annotated
 
@@ -148,6 +149,11 @@ def _print(method: Method, found: SolveResult) -> None:
     if places:
         rows = [(name, *(length(mechanism, value) for value in xy)) for name, xy in places.items()]
         print_table("", ("node", *(labelled(axis, mechanism.length_unit) for axis in "xy")), rows, right=(1, 2))
+    turned = report["angles"]
+    if turned and found.moving is None:
+        print_table(
+            "", ("member", f"angle [{mechanism.angle_unit}]"), [(n, number(a)) for n, a in turned.items()], (1,)
+        )
     if law is not None:
         rows = [(str(k), f"{a:.3e}", f"{b:.3e}") for k, (a, b) in enumerate(law.errors)]
         if len(rows) > 2 * SHOWN:
@@ -161,7 +167,7 @@ def _print(method: Method, found: SolveResult) -> None:
         else:
             typer.echo("too few sweeps to fit eq. (3): E = C1 exp(-C2 n)")
     if found.moving is not None:
-        print_velocities(found.moving)
+        print_velocities(found.moving, turned)
 
 
 def _iterations(sweeps: int, method: Method) -> str:
@@ -176,8 +182,8 @@ def _error(value: float) -> str:
     return f"{value:.1e}" if value else "0"
 
 
-def print_velocities(found: Instant) -> None:
-    """Print the tables of points and members."""
+def print_velocities(found: Instant, turned: Mapping[str, float] | None = None) -> None:
+    """Print the tables of points and members; `turned` are the directions of the members."""
     from gimcli.library.inputs import leaders
     from gimcli.library.solve import input_rates
     from gimcli.table import per_second
@@ -204,9 +210,13 @@ def print_velocities(found: Instant) -> None:
     print_table("", heads, places, right=range(1, 7))
     omega, alpha = found.of_members(1), found.of_members(2)
     sizes = [greatest(values.values()) for values in (omega, alpha)]
-    rows = [(name, number(w, sizes[0]), number(alpha[name], sizes[1])) for name, w in omega.items()]
     unit = mechanism.angle_unit
-    print_table("", ("member", f"omega [{unit}/s]", f"alpha [{unit}/s^2]"), rows, right=(1, 2))
+    columns = {"member": list(omega)}
+    if turned is not None:
+        columns[f"angle [{unit}]"] = [number(turned[name]) for name in omega]
+    columns[f"omega [{unit}/s]"] = [number(value, sizes[0]) for value in omega.values()]
+    columns[f"alpha [{unit}/s^2]"] = [number(value, sizes[1]) for value in alpha.values()]
+    print_table("", tuple(columns), list(zip(*columns.values(), strict=True)), right=range(1, len(columns)))
 
 
 def _cells(v: complex, size: float) -> tuple[str, str, str]:

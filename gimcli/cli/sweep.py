@@ -87,7 +87,7 @@ def command(
                                        rich_help_panel=KEPT)] = "",
     goal: Annotated[str, typer.Option("--goal", metavar="QUANTITY", help="Least in the best designs.",
                                       rich_help_panel=KEPT)] = "",
-    best: Annotated[int, typer.Option("--best", metavar="N", help="Keep the N best designs by the goal; 0: all.",
+    best: Annotated[int, typer.Option("--best", metavar="N", help="Keep the N best by the goal; 0: all.",
                                       rich_help_panel=KEPT, min=0, max=10_000_000)] = 0,
     rows: Annotated[
         bool, typer.Option("--rows", help="Keep whole columns, such as P.x: a row for each step.", rich_help_panel=KEPT)

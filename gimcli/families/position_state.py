@@ -67,8 +67,8 @@ def position_items(mechanism: Mechanism, text: str) -> tuple[Item, ...]:
     """
     known = catalogue(mechanism)
     items = known.find(f"{text}.angle" if text in known.members else text)
-    if (not items and text.partition(":")[0] in KINDS) or "(" in text or "|" in text:
-        items = tuple(Item(one, k) for one in known.asked(text) for k in range(len(one.heads)))  # raises the reason
+    if not items and (text.partition(":")[0] in KINDS or "(" in text or "|" in text):
+        items = known.asked(text)  # raises the reason
     needs = Needs(mechanism)
     try:
         for item in items:

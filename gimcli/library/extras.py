@@ -36,7 +36,8 @@ class Extras:
         if measures:
             from gimcli.quantities.catalogue import catalogue
 
-            wanted += [quantity for text in measures for quantity in catalogue(mechanism).asked(text)]
+            items = (item for text in measures for item in catalogue(mechanism).asked(text))
+            wanted += dict.fromkeys(item.quantity for item in items)
         self.record = Record(wanted)
         if any(text.strip() for text in texts):
             wanted += self._planned(texts, measures)

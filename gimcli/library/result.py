@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from gimcli.errors import UsageError
 from gimcli.library.rounding import greatest, number
 from gimcli.mechanism import Mechanism
+from gimcli.quantities.state import ApartError
 from gimcli.status import Status
 from gimcli.table import Column, Table, labelled
 
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
     from gimcli.output.picture import Content
     from gimcli.output.printed import PictureOptions
     from gimcli.output.workbook import Workbook
+    from gimcli.quantities.state import State
 
 SHOWN = 10
 """Number of rows of a table that `repr` shows."""
@@ -172,11 +174,31 @@ class Result(Mapping[str, NDArray[Any]]):
         found = {kind: getattr(self, kind)() for kind in set(kinds.values())}
         return {path: found[kind] for path, kind in kinds.items()}
 
-    def __getitem__(self, name: str) -> NDArray[Any]:
+    def state(self) -> State | None:
+        """Return the state of which any quantity may be asked by its name; None if there is none."""
+        return None
+
+    def __getitem__(self, name: str) -> Any:
         table = self.table()
-        if name not in table.names:
+        if name in table.names:
+            return table[name]
+        state = self.state()
+        if state is None:
             raise _unknown(name, table.names)
-        return table[name]
+        from gimcli.quantities.catalogue import catalogue
+
+        try:
+            columns = [state.value(*item) for item in catalogue(self.mechanism).asked(name)]
+        except (UsageError, ApartError):
+            raise _unknown(name, (*table.names, *catalogue(self.mechanism).columns)) from None
+        return self._asked(columns)
+
+    def _asked(self, columns: list[NDArray[Any]]) -> Any:
+        """Return one column (rows,), or several (rows, columns)."""
+        return np.stack(columns, axis=-1) if len(columns) > 1 else columns[0]
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.table().names
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.table().names)

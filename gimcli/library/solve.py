@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gimcli.errors import UsageError
 from gimcli.library.inputs import in_file_units, inputs_of, refuse_choice, refuse_count
@@ -26,6 +28,7 @@ if TYPE_CHECKING:
     from gimcli.output.geometry import Geometry
     from gimcli.output.model import ModelText
     from gimcli.output.picture import Content
+    from gimcli.quantities.state import State
     from gimcli.rates.instant import Instant
 
 
@@ -145,6 +148,20 @@ class SolveResult(Result):
         z = self.position.z if self.position.status.solved else self.position.known
         return np.full((len(self.mechanism.nodes), 1), complex(np.nan, np.nan)) if z is None else z[:, None]
 
+    def state(self) -> State:
+        """Return the position, of which any quantity may be asked by its name; rates if they are determined."""
+        from gimcli.quantities.state import InstantState
+        from gimcli.rates.instant import instant
+
+        own, solved = self.position, self.position.status.solved
+        moving = self.moving or (instant(self.mechanism, own.inputs, own.z) if solved else None)
+        return InstantState(self.mechanism, self._z, None if moving is None else moving.rates, own.inputs)
+
+    def _asked(self, columns: list[NDArray[Any]]) -> Any:
+        """Return the value of a quantity, or the values of several columns (columns,)."""
+        values = [float(column[0]) for column in columns]
+        return np.array(values) if len(values) > 1 else values[0]
+
     def places(self) -> tuple[dict[str, complex], dict[str, complex]]:
         """Return the coordinates of nodes and of points as complex numbers; NaN of machines that are not solved."""
         found = places(self.mechanism, self._z, lambda z: complex(z[0]))
@@ -165,6 +182,7 @@ class SolveResult(Result):
             "sweeps": position.sweeps,
             "nodes": coordinates(nodes),
             "points": coordinates(points),
+            "angles": {name: a for name, a in self.angle.items() if not math.isnan(a)},
             "inputs": self.inputs,
         }
         if position.status.value:

@@ -13,6 +13,7 @@ from gimcli.library.places import by_member, pairs, places
 from gimcli.library.result import ByName, RowsResult
 from gimcli.mechanism import ComplexArray, FloatArray
 from gimcli.motion.motion import Motion
+from gimcli.quantities.state import MotionState, State
 
 POSES = 120
 """Largest number of positions that a picture chooses from."""
@@ -72,6 +73,11 @@ class TraceResult(RowsResult):
         by at most half a turn: full turns that the law makes there are not counted. NaN where a row is not solved.
         """
         return by_member(self.mechanism, self.turns)
+
+    def state(self) -> State:
+        """Return the rows of the motion, of which any quantity may be asked by its name."""
+        whole = self.motions[0] if len(self.motions) == 1 else Motion.joined(list(self.motions))
+        return MotionState(whole, lambda _, member: self.turns(member))
 
     @abstractmethod
     def turns(self, member: int) -> FloatArray:

@@ -110,18 +110,20 @@ class Catalogue:
             return self.expression(text, "").kind.what == "number"
         return "(" in text  # its reader has the reason
 
-    def asked(self, text: str) -> list[Quantity]:
-        """Return the quantities of a text: a name, a kind such as "centre:rod/rocker", or an expression.
+    def asked(self, text: str) -> tuple[Item, ...]:
+        """Return the columns of a text: a name, a kind such as "centre:rod/rocker", or an expression.
 
         Raises UsageError for other texts, and for what has one value for the whole motion.
         """
-        found = dict.fromkeys(item.quantity for item in self.find(text))
-        if found or (text.partition(":")[0] in KINDS and not set(text) & set(" ()+*")):
-            return list(found or quantities_of(self.mechanism, text))  # raises the reason
+        found = self.find(text)
+        if not found and text.partition(":")[0] in KINDS and not set(text) & set(" ()+*"):
+            found = tuple(item for one in quantities_of(self.mechanism, text) for item in _items(one))  # or the reason
+        if found:
+            return found
         own = self.expression(text, "measure")
         if own.kind.what != "rows" or own.reduces:
             raise UsageError(f"measure '{text}': expected a column, with a value for each row, such as hypot(P.x, P.y)")
-        return [Formula(self, own)]
+        return tuple(_items(Formula(self, own)))
 
     # -- the names of expressions ------------------------------------------------------------------------
 

@@ -261,6 +261,36 @@ class MotionState(State):
         return self.memory[key]
 
 
+class InstantState(Positions):
+    """One position z (nodes, 1), and its derivatives by the time if they are known."""
+
+    def __init__(self, mechanism: Mechanism, z: ComplexArray, rates: MotionRates | None, inputs: FloatArray) -> None:
+        super().__init__(mechanism, z)
+        self._rates, self._inputs = rates, inputs
+
+    def rates(self, order: int) -> MotionRates:
+        """Return the derivatives; raise ApartError where they are not known up to an order."""
+        if self._rates is None or self._rates.order < order:
+            raise ApartError
+        return self._rates
+
+    def node(self, node: int, order: int = 0) -> Any:
+        """Return the place of a node, or a derivative of it (1,)."""
+        return self.rates(order).nodes[order, node] if order else super().node(node)
+
+    def turning(self, member: int, order: int) -> Any:
+        """Return omega or alpha of a member (1,)."""
+        return self.rates(order).angular(member)[order - 1]
+
+    def row(self, name: str) -> Any:
+        """Return an input in the file's unit (1,); a position has no time."""
+        names = [a.name for a in self.mechanism.actuators]
+        if name not in names:
+            raise ApartError
+        k = names.index(name)
+        return self.mechanism.value_to_file(k, self._inputs[k : k + 1])
+
+
 class Needs(State):
     """A state of made-up numbers, which notes what formulas ask for."""
 

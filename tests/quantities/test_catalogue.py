@@ -215,3 +215,25 @@ def test_short_names_are_those_of_the_closed_form():
     assert s["time_ratio:S.x"][0] == pytest.approx((180.0 + back) / (180.0 - back), abs=3e-3)
     worst = np.degrees(np.arccos((r + e) / rod))
     assert s["worst_transmission"][0] == pytest.approx(worst, abs=1e-3)
+
+
+def test_results_know_any_quantity_by_its_name():
+    m = gimcli.load(MODELS / "crank_press.yaml")
+    t = gimcli.trace(m, STEPS, derivatives=2, measure=["transmission", "crank_angle.effort"])
+    plain = gimcli.trace(m, STEPS)
+    names = [name for name in t if name not in plain and t[name].dtype.kind == "f"]
+    assert len(names) > 10
+    for name in names:
+        alike(plain[name], t[name])
+    assert plain["C.v"].shape == (STEPS + 1, 2)
+    row = 4
+    p = gimcli.solve(m, {"crank_angle": float(t["crank_angle"][row])})
+    for name in names:
+        if "effort" not in name and not name.endswith(".angle"):
+            assert p[name] == pytest.approx(t[name][row], rel=1e-9, abs=1e-9), name
+    assert p["C.x"] == pytest.approx(p.xy["C"][0])
+    assert p["hypot(C.x - 1, C.y)"] == pytest.approx(np.hypot(*(p.xy["C"] - [1.0, 0.0])))
+    assert p["crank_angle"] == pytest.approx(p.inputs["crank_angle"])
+    for name in ("Q.x", "max(C.x)", "C.jx", "crank_angle.effort"):
+        with pytest.raises(KeyError):
+            p[name]
