@@ -54,14 +54,15 @@ class Extras:
     def _planned(self, texts: Sequence[str], measures: Sequence[str]) -> list[Quantity]:
         """Read the graphs and return their quantities; raise UsageError for an unknown quantity."""
         from gimcli.library.plots import KeptColumns, only_angle
-        from gimcli.library.trace_plots import TraceVocabulary
+        from gimcli.library.vocabulary import Vocabulary
+        from gimcli.quantities.catalogue import catalogue
 
-        vocabulary = TraceVocabulary(self.mechanism, tuple(measures))
+        vocabulary, known = Vocabulary(self.mechanism, specs=tuple(measures)), catalogue(self.mechanism)
         for plan in (p for text in texts for p in vocabulary.plans(text, only_angle(self.mechanism))):
             if plan not in self.plans:
                 self.plans.append(plan)
         self._kept = KeptColumns(self.plans)
-        found = (vocabulary.catalogue.column(name) for plan in self.plans for name in sorted(plan.columns))
+        found = (known.column(name) for plan in self.plans for name in sorted(plan.columns))
         return [item.quantity for item in found if item is not None]
 
     def quantities(self, order: int | None = None) -> list[Quantity]:

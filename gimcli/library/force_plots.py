@@ -1,57 +1,18 @@
-"""The columns of dynamics that --plot may name, and words for groups of them."""
+"""The usual graphs of forces, and which of them show more than a constant."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from gimcli.library.plots import Group, PlannedCurve, PlannedGraph, Vocabulary, amount, plotted
+from gimcli.library.plots import PlannedCurve, PlannedGraph, plotted
 from gimcli.mechanism import Mechanism
 from gimcli.output.graph import ORDINARY
 from gimcli.table import Column
 
-TEXTS = ("status", "friction.state")
-"""Columns without numbers."""
-
-SHAKING = "shaking"
-
 CONSTANT = 1e-9
 """Range of a constant quantity, relative to its largest value."""
-
-
-def force_vocabulary(table: Mapping[str, str], mechanism: Mechanism, more: Iterable[str] = ()) -> Vocabulary:
-    """Return the words for columns of forces, powers and energies with their units; `more` belong to no word [N]."""
-    columns = {name: unit for name, unit in table.items() if name not in TEXTS}
-    words = {word: group for word, group in _words(columns).items() if group.quantities}
-    return Vocabulary({**columns, **dict.fromkeys(more, "N")}, words, mechanism)
-
-
-def _words(columns: Mapping[str, str]) -> dict[str, Group]:
-    pins = [name[:-3] for name in columns if name.endswith(".fx") and name != f"{SHAKING}.fx"]
-    pairs = [name for name in columns if name.endswith(".normal")]
-    reactions = [
-        *(amount(pin, (f"{pin}.fx", f"{pin}.fy"), columns[f"{pin}.fx"]) for pin in pins),
-        *(amount(name[: -len(".normal")], (name,), columns[name]) for name in pairs),
-    ]
-    return {
-        "effort": _ending(columns, "effort"),
-        "reactions": Group("reaction", tuple(reactions)),
-        "power": _beginning(columns, "power"),
-        "energy": _beginning(columns, "energy"),
-        "speed": _ending(columns, "speed"),
-        "acceleration": _ending(columns, "acceleration"),
-    }
-
-
-def _ending(columns: Mapping[str, str], word: str) -> Group:
-    own = [name for name in columns if name.endswith(f".{word}")]
-    return Group(word, tuple(plotted(name, columns[name], name[: -len(word) - 1]) for name in own))
-
-
-def _beginning(columns: Mapping[str, str], word: str) -> Group:
-    own = [name for name in columns if name.startswith(f"{word}.")]
-    return Group(word, tuple(plotted(name, columns[name], name[len(word) + 1 :]) for name in own))
 
 
 def usual_graphs(mechanism: Mechanism) -> list[PlannedGraph]:

@@ -3,32 +3,36 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gimcli.dynamics.force_columns import ForceColumn, columns_of, seen_from_members
 from gimcli.dynamics.force_motion import ForceMotion
 from gimcli.dynamics.force_statistics import ForceAmount, ForceStatistics, ForceSummary, amounts
 from gimcli.dynamics.force_table import force_table
 from gimcli.dynamics.forces import motion_forces
 from gimcli.dynamics.physical import require_action
 from gimcli.library.curve_marks import with_marks
-from gimcli.library.force_plots import force_vocabulary, usual_graphs, varying
+from gimcli.library.force_plots import usual_graphs, varying
 from gimcli.library.force_report import summary_report
 from gimcli.library.inputs import MOST_STEPS, refuse_count, refuse_unmoved
 from gimcli.library.machines import accepted, loaded_machines
 from gimcli.library.plots import KeptColumns, PlannedGraph, drawn, only_angle
 from gimcli.library.result import RowsResult, joined
+from gimcli.library.vocabulary import Vocabulary
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.motion.motion import Motion, stream
 from gimcli.positions.inputs import law_inputs
 from gimcli.positions.options import Options
 from gimcli.progress import Notify, Phases, no_phases
+from gimcli.quantities.catalogue import catalogue
 from gimcli.quantities.graphs import input_or_time, motion_events
+from gimcli.quantities.quantity import Item
+from gimcli.quantities.state import MotionState
+from gimcli.rates.member_angles import LawAngles
 from gimcli.rates.motion_table import events, reachable
 from gimcli.structure.drive_check import explained, require_consistent
 from gimcli.table import Column, Table
@@ -113,19 +117,21 @@ class ForcesAlong:
         chosen = Options.checked("auto", "spectral", tolerance, jit)
         self.steps, self.options = steps, chosen
         with explained(mechanism):
-            self._pieces = stream(mechanism, steps, chosen, notify=notify, progress=progress("forces along the motion"))
+            solve = partial(stream, mechanism, steps, chosen)
+            self._pieces = solve(notify=notify, progress=progress("forces along the motion"))
             self._first: Motion = next(self._pieces)
         first = self._first
         require_consistent(mechanism, first.start, first.inputs[:, 0], first.first_status, tolerance)
         self.found = ForceMotion(mechanism, steps + 1, jit, notify)
         self.statistics = ForceStatistics(self.found.statics, steps)
+        self._angles, self._memory = LawAngles(mechanism, steps, solve), dict[str, Any]()
         self.choose(plot)
 
     def choose(self, texts: Sequence[str]) -> None:
         """Choose the graphs of the picture by texts; raise UsageError for an unknown column."""
         statics = self.found.statics
         self.plans = self._planned(texts) if texts else []
-        self.turned = self._turned(self.plans)
+        self.items = self._items(self.plans) if self.plans else []
         self.kept = KeptColumns(self.plans or usual_graphs(statics.mechanism))
 
     def knows(self, text: str) -> bool:
@@ -146,21 +152,21 @@ class ForcesAlong:
 
     def _planned(self, texts: Sequence[str]) -> list[PlannedGraph]:
         """Return the graphs of texts; raise UsageError for an unknown column."""
-        statics = self.found.statics
-        units = {column.name: column.unit for column in self.head.columns}
-        turned = [name for one in seen_from_members(statics) for name in one.names]
-        vocabulary = force_vocabulary(units, statics.mechanism, turned)
-        plans = [plan for text in texts for plan in vocabulary.plans(text, only_angle(self.found.statics.mechanism))]
-        more = columns_of(motion_forces(self._first.rows(np.arange(1))), self._turned(plans))
-        columns = {column.name: column for column in [*self.head.columns, *more]}
+        mechanism, start = self.found.statics.mechanism, self._first.rows(np.arange(1))
+        vocabulary = Vocabulary(mechanism, {column.name: column.unit for column in self.head.columns})
+        plans = [plan for text in texts for plan in vocabulary.plans(text, only_angle(mechanism))]
+        columns = {
+            column.name: column for column in [*self.head.columns, *_more(MotionState(start), self._items(plans))]
+        }
         for plan in plans:
             drawn(plan, columns, Column("", self.head.columns[0].values))
         return plans
 
-    def _turned(self, plans: Sequence[PlannedGraph]) -> list[ForceColumn]:
-        """Return the forces in the frames of members that graphs show."""
-        wanted = {name for plan in plans for name in plan.columns}
-        return [one for one in seen_from_members(self.found.statics) if not wanted.isdisjoint(one.names)]
+    def _items(self, plans: Sequence[PlannedGraph]) -> list[Item]:
+        """Return the quantities that graphs show beside the columns of the table."""
+        known = catalogue(self.found.statics.mechanism)
+        names = {name for plan in plans for name in plan.columns} - set(self.names)
+        return [item for name in sorted(names) if (item := known.column(name)) is not None]
 
     @property
     def expected(self) -> int | None:
@@ -175,7 +181,8 @@ class ForcesAlong:
             table = force_table(piece, forces, first)
             self.statistics.add(table, piece, forces)
             yield table
-            table = Table((*table.columns, *columns_of(forces, self.turned)))
+            state = MotionState(piece, self._angles, self._memory, forces=forces)
+            table = Table((*table.columns, *_more(state, self.items)))
             self.kept.add(_bounded(table, forces.bounded), self.found.rows)
 
     def result(self, table: Table | None) -> ForcesResult:
@@ -287,6 +294,11 @@ class ForcesResult(RowsResult):
         motion, columns = self._motion, self._kept.columns
         over, marks = input_or_time(self.mechanism, motion.time, motion.inputs), motion_events(motion)
         return [with_marks(drawn(plan, columns, over, marks), over) for plan in plans]
+
+
+def _more(state: MotionState, items: Sequence[Item]) -> list[Column]:
+    """Return the columns of quantities."""
+    return [Column(item.head.name, state.value(*item), item.head.unit) for item in items]
 
 
 def _bounded(table: Table, bounded: NDArray[np.bool_]) -> Table:

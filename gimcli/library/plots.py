@@ -11,11 +11,8 @@ import numpy as np
 from gimcli.errors import UsageError
 from gimcli.language.arrays import ARRAYS
 from gimcli.language.expression import Expression, PartKind
-from gimcli.language.reader import longest
-from gimcli.library.plot_text import HODOGRAPH, POLAR as POLAR_WORD, CurveText, GraphText, graphs_of
 from gimcli.mechanism import FloatArray, IntArray, Mechanism
-from gimcli.output.graph import EQUAL, ORDINARY, POLAR, Axis, Curve, CurveGraph
-from gimcli.quantities.naming import guess
+from gimcli.output.graph import EQUAL, POLAR, Axis, Curve, CurveGraph
 from gimcli.table import Column, Table
 
 LONGEST = 40
@@ -34,7 +31,7 @@ class PlottedQuantity(NamedTuple):
     @property
     def column(self) -> str:
         """The name of the column; "" for an expression."""
-        return _name(self.expression)
+        return name_of(self.expression)
 
     @property
     def columns(self) -> frozenset[str]:
@@ -97,150 +94,9 @@ class PlannedGraph:
         return {name for c in self.curves for q in c if q is not None for name in q.columns}
 
 
-class Vocabulary:
-    """The columns of a command, and the words for groups of them."""
-
-    def __init__(self, columns: Mapping[str, str], words: dict[str, Group], mechanism: Mechanism) -> None:
-        """Take the units of the columns by name."""
-        self.columns, self.words, self.mechanism = columns, words, mechanism
-
-    def unit(self, name: str) -> str | None:
-        """Return the unit of a column; None if there is no such column."""
-        return self.columns.get(name)
-
-    def longest(self, text: str) -> str:
-        """Return the longest name with which a text begins; "" if it begins with none."""
-        return longest(text, lambda name: self.kind(name).what)
-
-    def kind(self, name: str) -> PartKind:
-        """Return what a name stands for: a column, a vector (x and y), or a word for a group."""
-        parts = self.parts(name)
-        if parts:
-            return PartKind("rows", self.unit(parts[0]), len(parts))
-        count = sum(len(group.quantities) for group in self.groups(name))
-        return PartKind("rows" if count else "", "", count + 2)
-
-    def code(self, name: str) -> Sequence[Any]:
-        """Return the name itself."""
-        return (name,)
-
-    def unknown(self, name: str, rest: str) -> UsageError:
-        """Return the error for an unknown name, with a similar one."""
-        near = guess(name, [*self.words, *self.columns])
-        if near.startswith("known:"):
-            shown = [*self.words, *list(self.columns)[:LISTED]]
-            near = f"known: {', '.join(shown)}{', ...' * (len(self.columns) > LISTED)}"
-        return UsageError(f"plot: no quantity or column '{name}'; {near}")
-
-    def across(self) -> tuple[str, str]:
-        """Return name and unit of the only independent input, or of the time."""
-        own = self.mechanism
-        name = own.actuators[own.drivers[0]].name if len(own.drivers) == 1 else "time"
-        return name, self.unit(name) or ""
-
-    def refuse_value(self, actuator: str, value: float) -> None:
-        """Raise UsageError: a graph has all rows."""
-        raise UsageError(f"plot: at({actuator}={value:g}) is one row; a graph has all of them")
-
-    def groups(self, name: str) -> list[Group]:
-        """Return the groups of a word, or the one quantity of WORD:NAME."""
-        if name in self.words:
-            return [self.words[name]]
-        word, colon, label = name.partition(":")
-        own = [q for q in self.words[word].quantities if q.label == label] if colon and word in self.words else []
-        return [Group(self.words[word].title, own)] if own else []
-
-    def parts(self, name: str, *tails: str) -> tuple[str, ...]:
-        """Return a column, or the columns x and y of a vector such as `P.v`, a point, or a reaction; `tails` first."""
-        if not tails and self.unit(name) is not None:
-            return (name,)
-        pairs = ((f"{name}{tail}x", f"{name}{tail}y") for tail in (*tails, "", ".", ".f"))
-        alone = [q.column for group in self.groups(name) for q in group.quantities]
-        return next(
-            (pair for pair in pairs if None not in map(self.unit, pair)), tuple(alone) if len(alone) == 1 else ()
-        )
-
-    def plans(self, text: str, angle: str = "") -> list[PlannedGraph]:
-        """Return the graphs of a text; `angle` is the default angle of polar diagrams."""
-        return [plan for one in graphs_of(text, self) for plan in self._plans(one, angle)]
-
-    def _plans(self, graph: GraphText, angle: str) -> list[PlannedGraph]:
-        if graph.form == HODOGRAPH:
-            return [PlannedGraph(EQUAL, "", tuple(map(self._hodograph, graph.curves)))]
-        if graph.form == POLAR_WORD:
-            return [self._polar(graph, angle)]
-        first, name = graph.curves[0], _name(graph.curves[0].y)
-        if len(graph.curves) == 1 and name and self.unit(name) is None:
-            over = self._abscissa(first)
-            groups = self.groups(name)
-            if groups:
-                return [
-                    PlannedGraph(ORDINARY, g.title, tuple(PlannedCurve(q, over) for q in g.quantities)) for g in groups
-                ]
-        curves = tuple(PlannedCurve(q, self._abscissa(c)) for c in graph.curves for q in self._quantities(c.y))
-        return [PlannedGraph(EQUAL if all(map(_is_path, curves)) else ORDINARY, "", curves)]
-
-    def _abscissa(self, curve: CurveText) -> PlottedQuantity | None:
-        if curve.x is None:
-            return None
-        found = self._quantities(curve.x)
-        if len(found) != 1:
-            raise UsageError(f"plot: '{curve.x.text}' has several columns; name one as the abscissa")
-        return found[0]
-
-    def _quantities(self, given: Expression) -> list[PlottedQuantity]:
-        """Return the quantities of a text: a column, the components of a vector, the members of a group, or one."""
-        name = _name(given)
-        if name:
-            parts = self.parts(name)
-            own = [plotted(column, self.unit(column) or "") for column in parts]
-            return own or [q for group in self.groups(name) for q in group.quantities]
-        code: list[Any] = []
-        for item in given.code:
-            if isinstance(item, str):
-                code += self.parts(item)
-            else:
-                code.append(("hypot", 2) if item == ("hypot of columns", 1) else item)
-        if given.kind.columns > 1:
-            raise UsageError(f"plot: '{given.text}' has several columns; name one of them")
-        return [PlottedQuantity(given.text, Expression(given.text, tuple(code), given.kind))]
-
-    def _hodograph(self, curve: CurveText) -> PlannedCurve:
-        """Return the curve of the tip of a vector; that of a point is its velocity, or its reaction."""
-        name = _name(curve.y)
-        columns = self.parts(name, ".v", ".f") if name else ()
-        if not columns or curve.x is not None:
-            raise UsageError(
-                f"plot 'hodograph:{curve.y.text}': expected a point, or a vector with the columns x and y, such as P.v"
-            )
-        x, y = (plotted(column, self.unit(column) or "") for column in columns)
-        return PlannedCurve(y, x)
-
-    def _polar(self, graph: GraphText, angle: str) -> PlannedGraph:
-        curves = []
-        for one in graph.curves:
-            over = self._abscissa(one) or (plotted(angle, self.unit(angle) or "") if angle else None)
-            if over is None:
-                raise UsageError("plot: a polar diagram needs an angle: write polar:COLUMN/ANGLE")
-            parts = self.parts(_name(one.y)) if _name(one.y) else ()
-            if parts:
-                curves.append(PlannedCurve(amount(f"|{one.y.text}|", parts, self.unit(parts[0]) or ""), over))
-            else:
-                curves += [PlannedCurve(q.magnitude(), over) for q in self._quantities(one.y)]
-        return PlannedGraph(POLAR, "", tuple(curves))
-
-
-def _name(given: Expression) -> str:
+def name_of(given: Expression) -> str:
     """Return the name that is the whole expression; "" for others."""
     return given.code[0] if len(given.code) == 1 and isinstance(given.code[0], str) else ""
-
-
-def _is_path(curve: PlannedCurve) -> bool:
-    """Return whether a curve is one component of a vector over the other."""
-    if curve.x is None or not curve.x.column or not curve.y.column:
-        return False
-    x, y = curve.x.column, curve.y.column
-    return x[:-1] == y[:-1] and x[-1:] + y[-1:] in ("xy", "yx")
 
 
 def only_angle(mechanism: Mechanism) -> str:

@@ -25,12 +25,12 @@ from gimcli.dynamics.simulation_table import (
 )
 from gimcli.dynamics.simulation_types import SIMULATION, Settings, Simulation
 from gimcli.errors import UsageError
-from gimcli.library.force_plots import force_vocabulary
 from gimcli.library.inputs import MOST_STEPS, refuse_choice, refuse_count, refuse_linked
 from gimcli.library.machines import accepted, driven_machines, for_each_machine
 from gimcli.library.places import angles, pairs, places
 from gimcli.library.plots import PlannedGraph, drawn, only_angle
 from gimcli.library.result import ByName, RowsResult
+from gimcli.library.vocabulary import Vocabulary
 from gimcli.mechanism import FRAME, FloatArray, Machine, Mechanism
 from gimcli.output.graph import Axis, Curve, CurveGraph
 from gimcli.positions.dispatch import choose, plain
@@ -190,7 +190,7 @@ def _check_slip(mechanism: Mechanism, slip: float | None) -> None:
 def _planned(mechanism: Mechanism, texts: Sequence[str]) -> list[PlannedGraph]:
     """Return the graphs of texts; raise UsageError for an unknown column."""
     units = {**dict.fromkeys(column_names(mechanism), ""), **reaction_units(mechanism)}
-    vocabulary = force_vocabulary(units, mechanism)
+    vocabulary = Vocabulary(mechanism, units, moves=False)
     return [plan for text in texts for plan in vocabulary.plans(text, only_angle(mechanism))]
 
 

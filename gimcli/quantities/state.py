@@ -180,15 +180,18 @@ class MotionState(State):
 
     def __init__(
         self, motion: Motion, angles: Angles = in_rows, memory: dict[str, Any] | None = None,
-        traced: TracedRates | None = None,
+        traced: TracedRates | None = None, forces: Forces | None = None,
     ) -> None:  # fmt: skip
-        """Take a motion; `traced` computes the derivatives of some points and all members in one call."""
+        """Take a motion; `traced` computes the derivatives of some points and all members in one call.
+
+        `forces` are those of the motion, if they are known.
+        """
         super().__init__(motion.mechanism)
         self.motion, self.angles, self._traced = motion, angles, traced
         self.memory = {} if memory is None else memory
         self._path: PathDerivatives | None = None
         self._rates: MotionRates | None = None
-        self._forces: Forces | None = None
+        self._forces = forces
 
     @property
     def path(self) -> PathDerivatives:

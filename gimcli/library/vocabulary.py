@@ -1,0 +1,236 @@
+"""The quantities that --plot may name, words for groups of them, and the graphs of a text."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from gimcli.connected import grouped
+from gimcli.errors import UsageError
+from gimcli.language.expression import Expression, PartKind
+from gimcli.language.reader import longest
+from gimcli.library.plot_text import HODOGRAPH, POLAR as POLAR_WORD, CurveText, GraphText, graphs_of
+from gimcli.library.plots import Group, PlannedCurve, PlannedGraph, PlottedQuantity, amount, name_of, plotted
+from gimcli.mechanism import Mechanism
+from gimcli.output.graph import EQUAL, ORDINARY, POLAR
+from gimcli.quantities.catalogue import catalogue
+from gimcli.quantities.graphs import MEMBER_QUANTITIES, POINT_QUANTITIES
+from gimcli.quantities.kinds import KINDS
+from gimcli.quantities.naming import guess
+from gimcli.quantities.quantity import Item
+
+LISTED = 12
+"""Number of columns that the message for an unknown name lists."""
+
+TEXTS = ("status", "friction.state")
+"""Columns without numbers."""
+
+ENDS, BEGINS, REACTIONS = ("effort", "speed", "acceleration"), ("power", "energy"), "reactions"
+"""Words for the columns that end, or begin, with them; the word for the magnitudes of all reactions."""
+
+
+class Vocabulary:
+    """The columns of a command and the quantities of its motion, and the words for groups of them."""
+
+    def __init__(
+        self, mechanism: Mechanism, columns: Mapping[str, str] | None = None, specs: Sequence[str] = (),
+        moves: bool = True,
+    ) -> None:  # fmt: skip
+        """Take the units of the columns by name, if there are other ones than quantities, and texts of measures.
+
+        `moves`: whether any quantity of the motion may be plotted, not only the columns.
+        """
+        self.mechanism, self.specs = mechanism, specs
+        self.columns = {name: unit for name, unit in (columns or {"sweeps": ""}).items() if name not in TEXTS}
+        self.catalogue = catalogue(mechanism) if moves else None
+
+    @property
+    def words(self) -> dict[str, Group]:
+        """The words for groups that have a quantity."""
+        known = dict.fromkeys([*ENDS, *BEGINS, REACTIONS, *POINT_QUANTITIES, *MEMBER_QUANTITIES])
+        found = {word: self._word(word) for word in known}
+        return {word: group for word, group in found.items() if group.quantities}
+
+    def _word(self, word: str) -> Group:
+        """Return the group of a word: columns of the command, else of the motion; without quantities if unknown."""
+        names = {**self.columns, **self._forces} if word in (*ENDS, *BEGINS, REACTIONS) else {}
+        if word in ENDS and (own := [name for name in names if name.endswith(f".{word}")]):
+            return Group(word, tuple(plotted(name, names[name], name[: -len(word) - 1]) for name in own))
+        if word in BEGINS:
+            own = [name for name in names if name.startswith(f"{word}.")]
+            return Group(word, tuple(plotted(name, names[name], name[len(word) + 1 :]) for name in own))
+        if word == REACTIONS:
+            pins = [name[:-3] for name in names if name.endswith(".fx") and "@" not in name and name != "shaking.fx"]
+            normal = [name for name in names if name.endswith(".normal")]
+            found = [*(amount(pin, (f"{pin}.fx", f"{pin}.fy"), names[f"{pin}.fx"]) for pin in pins),
+                     *(amount(name[: -len(".normal")], (name,), names[name]) for name in normal)]  # fmt: skip
+            return Group("reaction", tuple(found))
+        if word in POINT_QUANTITIES and self.catalogue is not None:
+            every = tuple(self._magnitude(name, word) for name in self.mechanism.traced)
+            return Group(f"{word} |{POINT_QUANTITIES[word]}|", every)
+        if word in MEMBER_QUANTITIES and self.catalogue is not None:
+            members = {name: f"{name}.{word}" for name in self.catalogue.members}
+            return Group(word, tuple(plotted(own, self.unit(own) or "", name) for name, own in members.items()))
+        return Group(word, ())
+
+    @property
+    def _forces(self) -> dict[str, str]:
+        """The units of the forces of a motion without columns of its own, by name."""
+        if self.catalogue is None or len(self.columns) > 1:
+            return {}
+        return {head.name: head.unit for one in self.catalogue.forces for head in one.heads}
+
+    def unit(self, name: str) -> str | None:
+        """Return the unit of a column; None if there is no such column."""
+        item = None if self.catalogue is None or name in self.columns else self.catalogue.column(name)
+        return self.columns.get(name) if item is None else item.head.unit
+
+    def longest(self, text: str) -> str:
+        """Return the longest name with which a text begins; "" if it begins with none."""
+        return longest(text, lambda name: self.kind(name).what)
+
+    def kind(self, name: str) -> PartKind:
+        """Return what a name stands for: a column, a vector (x and y), or a word for a group."""
+        parts = self.parts(name)
+        if parts:
+            return PartKind("rows", self.unit(parts[0]), len(parts))
+        count = sum(len(group.quantities) for group in self.groups(name))
+        return PartKind("rows" if count else "", "", count + 2)
+
+    def code(self, name: str) -> Sequence[Any]:
+        """Return the name itself."""
+        return (name,)
+
+    def unknown(self, name: str, rest: str) -> UsageError:
+        """Return the error for an unknown name, with a similar one."""
+        if self.catalogue is not None and name.partition(":")[0] in KINDS:
+            return self.catalogue.unknown(rest, rest)
+        words, columns = list(self.words), [*self.columns, *(self.catalogue.columns if self.catalogue else ())]
+        near = guess(name, [*words, *columns])
+        if near.startswith("known:"):
+            near = f"known: {', '.join([*words, *columns[:LISTED]])}{', ...' * (len(columns) > LISTED)}"
+        return UsageError(f"plot: no quantity or column '{name}'; {near}")
+
+    def across(self) -> tuple[str, str]:
+        """Return name and unit of the only independent input, or of the time."""
+        own = self.mechanism
+        name = own.actuators[own.drivers[0]].name if len(own.drivers) == 1 else "time"
+        return name, self.unit(name) or ""
+
+    def refuse_value(self, actuator: str, value: float) -> None:
+        """Raise UsageError: a graph has all rows."""
+        raise UsageError(f"plot: at({actuator}={value:g}) is one row; a graph has all of them")
+
+    def groups(self, name: str) -> list[Group]:
+        """Return the groups of a word or of a measure, or the one quantity of WORD:NAME."""
+        word, colon, label = name.partition(":")
+        if self.catalogue is not None:
+            specs = [spec for spec in self.specs if name in (spec, spec.partition(":")[0])]
+            items = [item for spec in specs for item in self.catalogue.find(spec)]
+            if not items and word in KINDS and not self._word(name).quantities:
+                items = list(self.catalogue.find(name))
+            if items:
+                return _of_measures(items)
+            if word in POINT_QUANTITIES and label in self.catalogue.points:
+                return [Group(self._word(word).title, (self._magnitude(label, word),))]
+        group = self._word(word)
+        own = [q for q in group.quantities if q.label == label or not colon]
+        return [Group(group.title, own)] if own else []
+
+    def parts(self, name: str, *tails: str) -> tuple[str, ...]:
+        """Return a column, or the columns x and y of a vector such as `P.v`, a point, or a reaction; `tails` first."""
+        if not tails and self.unit(name) is not None:
+            return (name,)
+        pairs = [(f"{name}{tail}x", f"{name}{tail}y") for tail in (*tails, "", ".", ".f")]
+        own = [pair for pair in pairs if self.columns.keys() >= set(pair)]  # of the command, before those of the motion
+        own += [pair for pair in pairs if None not in map(self.unit, pair)]
+        alone = [q.column for group in self.groups(name) for q in group.quantities] if not own else []
+        return own[0] if own else tuple(alone) if len(alone) == 1 else ()
+
+    def plans(self, text: str, angle: str = "") -> list[PlannedGraph]:
+        """Return the graphs of a text; `angle` is the default angle of polar diagrams."""
+        return [plan for one in graphs_of(text, self) for plan in self._plans(one, angle)]
+
+    def _plans(self, graph: GraphText, angle: str) -> list[PlannedGraph]:
+        if graph.form == HODOGRAPH:
+            return [PlannedGraph(EQUAL, "", tuple(map(self._hodograph, graph.curves)))]
+        if graph.form == POLAR_WORD:
+            return [self._polar(graph, angle)]
+        first, name = graph.curves[0], name_of(graph.curves[0].y)
+        if len(graph.curves) == 1 and name and self.unit(name) is None:
+            over = self._abscissa(first)
+            groups = self.groups(name)
+            if groups:
+                return [
+                    PlannedGraph(ORDINARY, g.title, tuple(PlannedCurve(q, over) for q in g.quantities)) for g in groups
+                ]
+        curves = tuple(PlannedCurve(q, self._abscissa(c)) for c in graph.curves for q in self._quantities(c.y))
+        return [PlannedGraph(EQUAL if all(map(_is_path, curves)) else ORDINARY, "", curves)]
+
+    def _abscissa(self, curve: CurveText) -> PlottedQuantity | None:
+        if curve.x is None:
+            return None
+        found = self._quantities(curve.x)
+        if len(found) != 1:
+            raise UsageError(f"plot: '{curve.x.text}' has several columns; name one as the abscissa")
+        return found[0]
+
+    def _quantities(self, given: Expression) -> list[PlottedQuantity]:
+        """Return the quantities of a text: a column, the components of a vector, the members of a group, or one."""
+        name = name_of(given)
+        if name:
+            parts = self.parts(name)
+            own = [plotted(column, self.unit(column) or "") for column in parts]
+            return own or [q for group in self.groups(name) for q in group.quantities]
+        code: list[Any] = []
+        for item in given.code:
+            if isinstance(item, str):
+                code += self.parts(item)
+            else:
+                code.append(("hypot", 2) if item == ("hypot of columns", 1) else item)
+        if given.kind.columns > 1:
+            raise UsageError(f"plot: '{given.text}' has several columns; name one of them")
+        return [PlottedQuantity(given.text, Expression(given.text, tuple(code), given.kind))]
+
+    def _hodograph(self, curve: CurveText) -> PlannedCurve:
+        """Return the curve of the tip of a vector; that of a point is its velocity, or its reaction."""
+        name = name_of(curve.y)
+        columns = self.parts(name, ".v", ".f") if name else ()
+        if not columns or curve.x is not None:
+            raise UsageError(
+                f"plot 'hodograph:{curve.y.text}': expected a point, or a vector with the columns x and y, such as P.v"
+            )
+        x, y = (plotted(column, self.unit(column) or "") for column in columns)
+        return PlannedCurve(y, x)
+
+    def _polar(self, graph: GraphText, angle: str) -> PlannedGraph:
+        curves = []
+        for one in graph.curves:
+            over = self._abscissa(one) or (plotted(angle, self.unit(angle) or "") if angle else None)
+            if over is None:
+                raise UsageError("plot: a polar diagram needs an angle: write polar:COLUMN/ANGLE")
+            parts = self.parts(name_of(one.y)) if name_of(one.y) else ()
+            if parts:
+                curves.append(PlannedCurve(amount(f"|{one.y.text}|", parts, self.unit(parts[0]) or ""), over))
+            else:
+                curves += [PlannedCurve(q.magnitude(), over) for q in self._quantities(one.y)]
+        return PlannedGraph(POLAR, "", tuple(curves))
+
+    def _magnitude(self, point: str, word: str) -> PlottedQuantity:
+        columns = [f"{point}.{POINT_QUANTITIES[word]}{axis}" for axis in "xy"]
+        return amount(point, columns, self.unit(columns[0]) or "")
+
+
+def _of_measures(items: Sequence[Item]) -> list[Group]:
+    """Return the graphs of measures; columns with the same graph and unit are together."""
+    heads = (item.head for item in items if item.head.graph)
+    groups = grouped(((h.graph, h.unit), plotted(h.name, h.unit, h.name.partition(":")[2])) for h in heads)
+    return [Group(title, tuple(quantities)) for (title, _), quantities in groups.items()]
+
+
+def _is_path(curve: PlannedCurve) -> bool:
+    """Return whether a curve is one component of a vector over the other."""
+    if curve.x is None or not curve.x.column or not curve.y.column:
+        return False
+    x, y = curve.x.column, curve.y.column
+    return x[:-1] == y[:-1] and x[-1:] + y[-1:] in ("xy", "yx")
