@@ -9,10 +9,12 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gimcli.dynamics.force_table import open_reactions
 from gimcli.dynamics.forces import Forces
 from gimcli.dynamics.integrators import CAREFUL, INTEGRATORS, STEPPED, WITH_DRY_FRICTION
+from gimcli.dynamics.kinematic_history import turning
 from gimcli.dynamics.reducer import free_inputs
 from gimcli.dynamics.simulation import simulate as simulate_times
 from gimcli.dynamics.simulation_table import (
@@ -36,10 +38,13 @@ from gimcli.output.graph import Axis, Curve, CurveGraph
 from gimcli.positions.dispatch import choose, plain
 from gimcli.positions.options import JIT
 from gimcli.progress import Notify, Phases, limited, no_phases
+from gimcli.quantities.catalogue import catalogue
+from gimcli.quantities.state import RatedState, State
+from gimcli.rates.derivatives import MotionRates
 from gimcli.rates.member_angles import counted
 from gimcli.status import Status
 from gimcli.structure.drive_check import explained
-from gimcli.table import per_second
+from gimcli.table import Column, per_second
 
 if TYPE_CHECKING:
     from gimcli.output.animation import Animation
@@ -153,7 +158,8 @@ def simulate(
     if standstills and found.status.word == "ok":
         times = times[: len(found.time)]
     forces, names = None, simulation_table(found, times).names
-    if len(found.time) and (reactions or any(plan.columns - set(names) for plan in plans)):
+    wanted = {name for plan in plans for name in plan.columns} - set(names)
+    if len(found.time) and (reactions or (wanted and not wanted.isdisjoint(reaction_units(mechanism)))):
         progress("reactions")
         forces = find_reactions(found)
     return SimulateResult(found, times, forces, plans)
@@ -190,7 +196,7 @@ def _check_slip(mechanism: Mechanism, slip: float | None) -> None:
 def _planned(mechanism: Mechanism, texts: Sequence[str]) -> list[PlannedGraph]:
     """Return the graphs of texts; raise UsageError for an unknown column."""
     units = {**dict.fromkeys(column_names(mechanism), ""), **reaction_units(mechanism)}
-    vocabulary = Vocabulary(mechanism, units, moves=False)
+    vocabulary = Vocabulary(mechanism, units)
     return [plan for text in texts for plan in vocabulary.plans(text, only_angle(mechanism))]
 
 
@@ -251,6 +257,23 @@ class SimulateResult(RowsResult):
         missing = np.full((len(z), len(self.times) - z.shape[1]), complex(np.nan, np.nan))
         return np.concatenate([z, missing], axis=1)
 
+    def state(self) -> State:
+        """Return the rows that were reached, of which any quantity may be asked by its name."""
+        found, own, course = self.found, self.mechanism, self.found.course()
+        turned = [turning(own, course, k) for k in range(FRAME + 1, len(own.members))]
+        angles = np.stack(turned, axis=1) if turned else np.zeros((2, 0, len(found.time)))
+        rates = MotionRates(own, 2, found.nodes, angles)
+        return RatedState(
+            own, found.nodes[0], rates, found.inputs[0], found.time,
+            lambda member: self.angle[own.members[member].name][: len(found.time)],
+            lambda: self.forces or find_reactions(found),
+        )  # fmt: skip
+
+    def _asked(self, columns: list[NDArray[Any]]) -> Any:
+        """Return one column (rows,), or several (rows, columns); NaN in rows that were not reached."""
+        missing = len(self.times) - len(self.found.time)
+        return super()._asked([np.concatenate([column, np.full(missing, np.nan)]) for column in columns])
+
     @property
     def open(self) -> list[str]:
         """The reactions that are not determined, because of redundant constraints."""
@@ -294,6 +317,9 @@ class SimulateResult(RowsResult):
         if not self._plans:
             return self._usual_graphs()
         columns = {column.name: column for column in self.table().columns}
+        names = {name for plan in self._plans for name in plan.columns} - columns.keys()
+        for item in filter(None, map(catalogue(self.mechanism).column, sorted(names))):
+            columns[item.head.name] = Column(item.head.name, self[item.head.name], item.head.unit)
         events = [(e["kind"], {"time": e["time"], **e["at"]}) for e in self.events if e["time"] <= self.found.end]
         return [drawn(plan, columns, columns["time"], events) for plan in self._plans]
 

@@ -150,12 +150,12 @@ class SolveResult(Result):
 
     def state(self) -> State:
         """Return the position, of which any quantity may be asked by its name; rates if they are determined."""
-        from gimcli.quantities.state import InstantState
+        from gimcli.quantities.state import RatedState
         from gimcli.rates.instant import instant
 
         own, solved = self.position, self.position.status.solved
         moving = self.moving or (instant(self.mechanism, own.inputs, own.z) if solved else None)
-        return InstantState(self.mechanism, self._z, None if moving is None else moving.rates, own.inputs)
+        return RatedState(self.mechanism, self._z, None if moving is None else moving.rates, own.inputs[:, None])
 
     def _asked(self, columns: list[NDArray[Any]]) -> Any:
         """Return the value of a quantity, or the values of several columns (columns,)."""

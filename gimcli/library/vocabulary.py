@@ -33,16 +33,12 @@ class Vocabulary:
     """The columns of a command and the quantities of its motion, and the words for groups of them."""
 
     def __init__(
-        self, mechanism: Mechanism, columns: Mapping[str, str] | None = None, specs: Sequence[str] = (),
-        moves: bool = True,
-    ) -> None:  # fmt: skip
-        """Take the units of the columns by name, if there are other ones than quantities, and texts of measures.
-
-        `moves`: whether any quantity of the motion may be plotted, not only the columns.
-        """
+        self, mechanism: Mechanism, columns: Mapping[str, str] | None = None, specs: Sequence[str] = ()
+    ) -> None:
+        """Take the units of the columns by name, if there are other ones than quantities, and texts of measures."""
         self.mechanism, self.specs = mechanism, specs
         self.columns = {name: unit for name, unit in (columns or {"sweeps": ""}).items() if name not in TEXTS}
-        self.catalogue = catalogue(mechanism) if moves else None
+        self.catalogue = catalogue(mechanism)
 
     @property
     def words(self) -> dict[str, Group]:
@@ -65,10 +61,10 @@ class Vocabulary:
             found = [*(amount(pin, (f"{pin}.fx", f"{pin}.fy"), names[f"{pin}.fx"]) for pin in pins),
                      *(amount(name[: -len(".normal")], (name,), names[name]) for name in normal)]  # fmt: skip
             return Group("reaction", tuple(found))
-        if word in POINT_QUANTITIES and self.catalogue is not None:
+        if word in POINT_QUANTITIES:
             every = tuple(self._magnitude(name, word) for name in self.mechanism.traced)
             return Group(f"{word} |{POINT_QUANTITIES[word]}|", every)
-        if word in MEMBER_QUANTITIES and self.catalogue is not None:
+        if word in MEMBER_QUANTITIES:
             members = {name: f"{name}.{word}" for name in self.catalogue.members}
             return Group(word, tuple(plotted(own, self.unit(own) or "", name) for name, own in members.items()))
         return Group(word, ())
@@ -76,13 +72,13 @@ class Vocabulary:
     @property
     def _forces(self) -> dict[str, str]:
         """The units of the forces of a motion without columns of its own, by name."""
-        if self.catalogue is None or len(self.columns) > 1:
+        if len(self.columns) > 1:
             return {}
         return {head.name: head.unit for one in self.catalogue.forces for head in one.heads}
 
     def unit(self, name: str) -> str | None:
         """Return the unit of a column; None if there is no such column."""
-        item = None if self.catalogue is None or name in self.columns else self.catalogue.column(name)
+        item = None if name in self.columns else self.catalogue.column(name)
         return self.columns.get(name) if item is None else item.head.unit
 
     def longest(self, text: str) -> str:
@@ -103,9 +99,9 @@ class Vocabulary:
 
     def unknown(self, name: str, rest: str) -> UsageError:
         """Return the error for an unknown name, with a similar one."""
-        if self.catalogue is not None and name.partition(":")[0] in KINDS:
+        if name.partition(":")[0] in KINDS:
             return self.catalogue.unknown(rest, rest)
-        words, columns = list(self.words), [*self.columns, *(self.catalogue.columns if self.catalogue else ())]
+        words, columns = list(self.words), [*self.columns, *self.catalogue.columns]
         near = guess(name, [*words, *columns])
         if near.startswith("known:"):
             near = f"known: {', '.join([*words, *columns[:LISTED]])}{', ...' * (len(columns) > LISTED)}"
@@ -124,15 +120,14 @@ class Vocabulary:
     def groups(self, name: str) -> list[Group]:
         """Return the groups of a word or of a measure, or the one quantity of WORD:NAME."""
         word, colon, label = name.partition(":")
-        if self.catalogue is not None:
-            specs = [spec for spec in self.specs if name in (spec, spec.partition(":")[0])]
-            items = [item for spec in specs for item in self.catalogue.find(spec)]
-            if not items and word in KINDS and not self._word(name).quantities:
-                items = list(self.catalogue.find(name))
-            if items:
-                return _of_measures(items)
-            if word in POINT_QUANTITIES and label in self.catalogue.points:
-                return [Group(self._word(word).title, (self._magnitude(label, word),))]
+        specs = [spec for spec in self.specs if name in (spec, spec.partition(":")[0])]
+        items = [item for spec in specs for item in self.catalogue.find(spec)]
+        if not items and word in KINDS and not self._word(name).quantities:
+            items = list(self.catalogue.find(name))
+        if items:
+            return _of_measures(items)
+        if word in POINT_QUANTITIES and label in self.catalogue.points:
+            return [Group(self._word(word).title, (self._magnitude(label, word),))]
         group = self._word(word)
         own = [q for q in group.quantities if q.label == label or not colon]
         return [Group(group.title, own)] if own else []

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Protocol
@@ -264,12 +264,22 @@ class MotionState(State):
         return self.memory[key]
 
 
-class InstantState(Positions):
-    """One position z (nodes, 1), and its derivatives by the time if they are known."""
+class RatedState(Positions):
+    """Positions z (nodes, rows) and their derivatives by the time as far as they are known, of no law."""
 
-    def __init__(self, mechanism: Mechanism, z: ComplexArray, rates: MotionRates | None, inputs: FloatArray) -> None:
+    def __init__(
+        self, mechanism: Mechanism, z: ComplexArray, rates: MotionRates | None, inputs: FloatArray,
+        time: FloatArray | None = None, angles: Callable[[int], FloatArray] | None = None,
+        forces: Callable[[], Forces] | None = None,
+    ) -> None:  # fmt: skip
+        """Take inputs (actuators, rows), the time (rows,) [s], and what counts directions and finds forces if known."""
         super().__init__(mechanism, z)
-        self._rates, self._inputs = rates, inputs
+        self._rates, self._inputs, self._time, self._angles, self._forces = rates, inputs, time, angles, forces
+
+    @property
+    def forces(self) -> Forces:
+        """The forces, if they can be found."""
+        return super().forces if self._forces is None else self._forces()
 
     def rates(self, order: int) -> MotionRates:
         """Return the derivatives; raise ApartError where they are not known up to an order."""
@@ -278,20 +288,25 @@ class InstantState(Positions):
         return self._rates
 
     def node(self, node: int, order: int = 0) -> Any:
-        """Return the place of a node, or a derivative of it (1,)."""
+        """Return the place of a node, or a derivative of it (rows,)."""
         return self.rates(order).nodes[order, node] if order else super().node(node)
 
     def turning(self, member: int, order: int) -> Any:
-        """Return omega or alpha of a member (1,)."""
+        """Return omega or alpha of a member (rows,)."""
         return self.rates(order).angular(member)[order - 1]
 
+    def counted(self, member: int) -> Any:
+        """Return the direction of a member (rows,) in the file's unit."""
+        return super().counted(member) if self._angles is None else self._angles(member)
+
     def row(self, name: str) -> Any:
-        """Return an input in the file's unit (1,); a position has no time."""
+        """Return an input in the file's unit, or the time [s] (rows,); raise ApartError for others."""
         names = [a.name for a in self.mechanism.actuators]
-        if name not in names:
+        if name in names:
+            return self.mechanism.value_to_file(names.index(name), self._inputs[names.index(name)])
+        if name != "time" or self._time is None:
             raise ApartError
-        k = names.index(name)
-        return self.mechanism.value_to_file(k, self._inputs[k : k + 1])
+        return self._time
 
 
 class Needs(State):

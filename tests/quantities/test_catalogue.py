@@ -237,3 +237,22 @@ def test_results_know_any_quantity_by_its_name():
     for name in ("Q.x", "max(C.x)", "C.jx", "crank_angle.effort"):
         with pytest.raises(KeyError):
             p[name]
+
+
+def test_forces_and_simulations_draw_and_know_any_quantity_of_their_motion():
+    m = gimcli.load(MODELS / "crank_press.yaml")
+    found = gimcli.forces(m, STEPS, plot="C.vx, hypot(C.x, C.y), effort, A")
+    t = gimcli.trace(m, STEPS, derivatives=1)
+    speed, far, effort, reaction = found.graphs()
+    alike(speed.curves[0].y, t["C.vx"])
+    alike(far.curves[0].y, np.hypot(t["C.x"], t["C.y"]))
+    assert [curve.name for curve in effort.curves] == ["crank_angle"]
+    assert reaction.curves[0].name == "A.fx", "in this command A is its reaction"
+    pendulum = gimcli.load(MODELS / "double_pendulum.yaml")
+    s = gimcli.simulate(pendulum, 0.5, plot="B.v")
+    z, time = s.xy["B"], s["time"]
+    rate = np.gradient(z, time, axis=0, edge_order=2)
+    assert s["B.v"] == pytest.approx(rate, abs=2e-4 * np.abs(rate).max() + 1e-6)
+    assert s.graphs()[0].curves[0].y == pytest.approx(s["B.vx"])
+    assert "B.vx" not in s
+    assert np.hypot(*s["B.v"].T) == pytest.approx(s["|B.v|"])
