@@ -15,12 +15,12 @@ from gimcli import load
 from gimcli.errors import UsageError
 from gimcli.mechanism import Member
 from gimcli.motion.motion import Motion, stream, trace
-from gimcli.quantities import sweeping_area
+from gimcli.quantities import area as sweeping_area
+from gimcli.quantities.area import swept_area, union_area
 from gimcli.quantities.centre import instant_centre
 from gimcli.quantities.kinds import KINDS, quantities_of
 from gimcli.quantities.record import Record
 from gimcli.quantities.state import MotionState
-from gimcli.quantities.sweeping_area import swept_area, union_area
 from gimcli.rates.path_derivatives import PathDerivatives, input_path
 from gimcli.status import Status
 

@@ -11,7 +11,7 @@ import gimcli
 from gimcli.model.source import read_source
 from gimcli.motion.motion import trace
 from gimcli.quantities.extremes import RateRows, Sought
-from gimcli.quantities.motion_quantities import angular_speed, flatness, rotation, speed, travel
+from gimcli.quantities.motion_summary import angular_speed, flatness, rotation, speed, travel
 from gimcli.quantities.transmission import dyad_joints
 from gimcli.rates.derivatives import rates
 
