@@ -84,8 +84,9 @@ def totals(statics: Statics) -> Iterator[ForceColumn]:
 
 
 def _power(forces: Forces, kind: str) -> FloatArray:
-    own = {"drive": forces.drive_power, **forces.loads.power, "error": forces.power_error}
-    return _only(forces, own[kind])
+    if kind in forces.loads.power:
+        return _only(forces, forces.loads.power[kind])
+    return _only(forces, forces.drive_power if kind == "drive" else forces.power_error)
 
 
 def rotors(statics: Statics) -> Iterator[ForceColumn]:

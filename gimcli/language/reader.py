@@ -18,7 +18,9 @@ NOT, SIGN, POWER = 3, 7, 8
 PRECEDENCE = {
     "or": 1, "and": 2, **dict.fromkeys(COMPARISONS, 4), "+": 5, "-": 5, "**": POWER, "*": 6, "/": 6,
 }  # fmt: skip
-"""Operators between two operands; longer signs before those with which they begin."""
+"""The precedence of operators between two operands."""
+
+OPERATOR = re.compile(r"or\b|and\b|<=|>=|==|!=|<|>|\+|-|\*\*|\*|/")
 
 DIGITS = r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?"
 NUMBER, SIGNED, WORD = re.compile(DIGITS), re.compile(rf"\s*[-+]?{DIGITS}\s*"), re.compile(r"[^\W\d]\w*")
@@ -108,14 +110,20 @@ class ExpressionReader:
         if self.depth > DEEPEST:
             raise ExpressionError(f"nested too deeply: more than {DEEPEST} brackets or signs inside one another")
         found = self._signed()
-        while sign := next((s for s, level in PRECEDENCE.items() if level >= least and self.takes(s)), ""):
+        while (sign := self._operator()) and PRECEDENCE[sign] >= least:
+            self.place += len(sign)
             second = self.operation(SIGN if sign == "**" else PRECEDENCE[sign] + 1)
             found = self._joined(sign, found, second)
         self.depth -= 1
         return found
 
+    def _operator(self) -> str:
+        """Return the operator that comes next; "" if there is none."""
+        found = OPERATOR.match(self.rest())
+        return found[0] if found is not None else ""
+
     def _signed(self) -> PartKind:
-        if not self.names.longest(self.rest()) and self.takes("not"):
+        if self.rest().startswith("not") and not self.names.longest(self.rest()) and self.takes("not"):
             self._expect(self.operation(NOT), "yes")
             return self._applied("not", 1, PartKind("yes"))
         sign = next((s for s in "+-" if self.takes(s)), "")
@@ -286,9 +294,9 @@ class ExpressionReader:
 
     def rest(self) -> str:
         """Return the text that is left, from its first letter on."""
-        while self.place < len(self.text) and self.text[self.place].isspace():
-            self.place += 1
-        return self.text[self.place :]
+        found = self.text[self.place :].lstrip()
+        self.place = len(self.text) - len(found)
+        return found
 
     def _got(self) -> str:
         return f"'{self.rest()}'" if self.rest() else "the end"

@@ -85,8 +85,12 @@ class Extras:
         self.record.add(state)
         return table
 
+    def head(self, row: Motion) -> Table:
+        """Return the table of the first row, with empty quantities."""
+        return motion_table(row, self.quantities(), blank=True)
+
     def apart(self, motion: Motion, angles: Angles = in_rows, order: int | None = None) -> Table:
-        """Return the table of a motion that is no piece of the traced one, such as its first row."""
+        """Return the table of a motion that is no piece of the traced one, such as a part of its rows."""
         state = MotionState(motion, angles, traced=self.traced(self.order if order is None else order))
         return motion_table(motion, self.quantities(order), state=state)
 

@@ -177,7 +177,7 @@ class MotionTrace:
 
     @cached_property
     def _head(self) -> Table:
-        return self.extras.apart(self._first.rows(np.arange(1)))
+        return self.extras.head(self._first.rows(np.arange(1)))
 
     @property
     def expected(self) -> int | None:

@@ -32,16 +32,21 @@ def usual(
 
 
 def motion_table(
-    motion: Motion, quantities: Sequence[Quantity] | None = None, first: int = 0, state: MotionState | None = None
-) -> Table:
+    motion: Motion, quantities: Sequence[Quantity] | None = None, first: int = 0, state: MotionState | None = None,
+    blank: bool = False,
+) -> Table:  # fmt: skip
     """Return one row per step, numbered from `first`: time, inputs, quantities, residual, sweeps, status.
 
     `state` is that of the motion, if it has more than its positions; by default the traced points are the quantities.
+    `blank`: quantities are not computed, only named.
     """
     state = state or MotionState(motion)
     columns = first_columns(motion, first)
     for one in usual(motion.mechanism) if quantities is None else quantities:
-        columns += [Column(h.name, state.value(one, k), h.unit) for k, h in enumerate(one.heads)]
+        nothing = np.full(len(motion.time), np.nan) if blank else None
+        columns += [
+            Column(h.name, state.value(one, k) if nothing is None else nothing, h.unit) for k, h in enumerate(one.heads)
+        ]
     last = Column("residual", motion.residual), Column("sweeps", motion.work.astype(np.int64))
     own = [status_column(part.codes, f"{part.mechanism.as_machine.name}.status") for part in motion.parts]
     return Table((*columns, *last, status_column(motion.codes), *own))
