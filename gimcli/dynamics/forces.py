@@ -9,6 +9,7 @@ class); here for any group.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -61,12 +62,12 @@ class Forces:
         """The mechanism."""
         return self.statics.mechanism
 
-    @property
+    @cached_property
     def good(self) -> BoolArray:
         """Return for every row whether its forces are determined."""
         return np.asarray(np.all(np.isfinite(self.unknowns), axis=0) & np.isfinite(self.loads.support))
 
-    @property
+    @cached_property
     def bounded(self) -> BoolArray:
         """Return for every row whether the estimated relative error of its forces is at most `MOST`."""
         return np.asarray(self.good & (MOST * self.weakest**2 >= POSITION))
@@ -135,7 +136,7 @@ class Forces:
         """The moment [N m] on the frame (rows,) about the first ground node."""
         return np.where(self.good, self.loads.support_moment * self._metre, np.nan)
 
-    @property
+    @cached_property
     def drive_power(self) -> FloatArray:
         """The power [W] of the actuators that follow no others (rows,); the others only transmit power."""
         return np.asarray(sum((self.power(k) for k in self.mechanism.drivers), np.zeros(len(self.course.time))))

@@ -7,6 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
+from gimcli.calculus.dual import Dual
 from gimcli.calculus.series import Series
 from gimcli.canonical import beside
 from gimcli.mechanism import FRAME, HEIGHT, SPAN, ComplexArray, FloatArray, Input, Mechanism, PairRow
@@ -30,6 +31,11 @@ class Course:
     inputs: FloatArray  # (actuators, rows) rad, or length in the normal frame
     nodes: ComplexArray = field(repr=False)  # (3, nodes, rows): position, velocity, acceleration by s, normal frame
     angles: FloatArray | None = field(default=None, repr=False)  # (2, members, rows) omega, alpha; all but the frame
+
+    @cached_property
+    def moving(self) -> list[Dual]:
+        """The places of the nodes with their rates."""
+        return [Dual(place, rate[None]) for place, rate in zip(*self.nodes[:2], strict=True)]
 
     @cached_property
     def series(self) -> list[Series]:
@@ -97,7 +103,8 @@ def reading(mechanism: Mechanism, gauge: Input, course: Course) -> tuple[FloatAr
     """Return value, rate and unit direction of the quantity of a gauge or an actuator (rows,)."""
     z = course.nodes[0]
     with np.errstate(divide="ignore", invalid="ignore"):  # NaN in unsolved rows, and where the ends of a length meet
-        value, rate = measured(mechanism, gauge, course.series).c[:2]
+        found = measured(mechanism, gauge, course.moving)
+        value, rate = found.value, found.slopes[0]
         if gauge.kind == SPAN:
             return value, rate, (z[gauge.nodes[1]] - z[gauge.node]) / value
     unit = unit_of(mechanism, z, gauge.members[0] if gauge.rotary else gauge.guide)
