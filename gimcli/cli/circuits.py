@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from gimcli.cli.arguments import METHOD, MODEL, NONE, Assembly, Json, ModelPath, Out, PngFile, Seconds, Set
-from gimcli.cli.console import how_it_ends, print_table
+from gimcli.cli.console import print_records
 from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
 from gimcli.cli.progress import progress_bar
-from gimcli.library.rounding import at_inputs, intervals
 
 if TYPE_CHECKING:
     from gimcli.library.circuits import CircuitsResult
@@ -51,39 +50,12 @@ def command(
 
 
 def _print(result: CircuitsResult) -> None:
-    from gimcli.assemblies import drawn_configuration
-    from gimcli.library.circuits import curve_label, inputs_at, span, verdict
+    from gimcli.library.circuits import verdict
     from gimcli.structure.rigid_triangles import triangle_hints
 
-    found, mechanism = result.found, result.mechanism
-    drawn = drawn_configuration(found.start)
-    own = next((k for k, _ in found.places[drawn]), None) if drawn is not None else None
-    rows = []
-    for k, strand in enumerate(found.strands):
-        curve = strand.circuit
-        how = how_it_ends(curve.closed, curve.ended, curve.turns)
-        ends = intervals(mechanism, span(found, strand), curve.turns, "\n")
-        there = [
-            f"{i + 1}" + (f" (branch {b + 1})" if len(strand.branches) > 1 else "")
-            for i, at in enumerate(found.places) for j, b in at if j == k
-        ]  # fmt: skip
-        rows.append(
-            (
-                curve_label(found, k) + " *" * (k == own),
-                how,
-                ends,
-                str(len(strand.branches)),
-                ", ".join(there) or "none",
-            )
-        )
-    at = at_inputs(mechanism, inputs_at(found, found.curve.begin()))
-    head = ("circuit", "", "input", "branches", f"configurations at {at}")
-    if rows:
-        print_table(result.headline(), head, rows, right=(3,))
-    else:
-        typer.echo(result.headline())
-    if own is not None:
+    print_records(result.headline(), result.curves)
+    if result.initial is not None:
         typer.echo("*: the circuit of the initial configuration")
-    typer.echo(verdict(found))
-    for hint in triangle_hints(mechanism):
+    typer.echo(verdict(result.found))
+    for hint in triangle_hints(result.mechanism):
         typer.echo(hint)

@@ -12,6 +12,7 @@ import typer
 from gimcli.cli.progress import end_bars, print_above
 
 if TYPE_CHECKING:
+    from gimcli.library.record import Records
     from gimcli.mechanism import Mechanism
     from gimcli.motion.motion import Motion
 
@@ -65,6 +66,16 @@ def print_table(title: str, head: Sequence[str], rows: Iterable[Iterable[str]], 
     typer.echo(drawn.get(), nl=False)
 
 
+def print_records(title: str, records: Records, *names: str, most: int | None = None) -> None:
+    """Print the first rows of a list below its title, with the fields of the given names; of no rows the title only."""
+    head, rows, right = records.cells(*names)
+    if rows:
+        print_table(title, head, rows[:most], right)
+        print_more(len(rows), len(rows) if most is None else most)
+    else:
+        typer.echo(title)
+
+
 def print_aligned(rows: Iterable[Sequence[str]]) -> None:
     """Print rows of texts in aligned columns, without rich."""
     table = list(rows)
@@ -91,12 +102,6 @@ def print_status(motion: Motion) -> None:
     from gimcli.library.unassembled import motion_reason
 
     typer.echo(f"{motion.overall.word}: {motion_reason(motion)}")
-
-
-def how_it_ends(closed: bool, ended: str, turns: float) -> str:
-    """Return whether a circuit is closed, after how many turns, or what ends it."""
-    after = f" after {abs(turns):g} turn{'s' * (abs(turns) != 1)}" if turns else ""
-    return f"closed{after}" if closed else ended
 
 
 def room() -> int:

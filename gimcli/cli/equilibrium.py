@@ -22,13 +22,12 @@ from gimcli.cli.arguments import (
     Tolerance,
     pairs,
 )
-from gimcli.cli.console import print_more, print_table
+from gimcli.cli.console import print_records
 from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
 from gimcli.cli.progress import progress_bar
-from gimcli.library.rounding import at_inputs, greatest, input_value, number
+from gimcli.library.rounding import at_inputs, number
 
 if TYPE_CHECKING:
-    from gimcli.dynamics.equilibria import Equilibrium
     from gimcli.library.equilibrium import EquilibriumResult
 
 HELP = (
@@ -92,25 +91,10 @@ def command(
 
 
 def _print(result: EquilibriumResult) -> None:
-    from gimcli.table import labelled
-
     mechanism, found = result.mechanism, result.found
-    if found.found:
-        head = [
-            "",
-            *(labelled(a.name, mechanism.unit_of(a)) for a in mechanism.actuators),
-            "potential [J]",
-            "stability",
-            *_heads(result),
-        ]
-        rows = [_row(result, k, one) for k, one in enumerate(found.found[:SHOWN])]
-        numbers = (0, *range(1, 2 + len(mechanism.actuators)), *range(3 + len(mechanism.actuators), len(head)))
-        print_table(result.headline(), head, rows, numbers)
-        print_more(len(found.found), SHOWN)
-        if any(one.pushes for one in found.found):
-            typer.echo("up, down: greatest effort on the path to the next equilibrium (-: the input reaches a limit)")
-    else:
-        typer.echo(result.headline())
+    print_records(result.headline(), result.records, most=SHOWN)
+    if any(one.pushes for one in found.found):
+        typer.echo("up, down: greatest effort on the path to the next equilibrium (-: the input reaches a limit)")
     for name, value in result.holding.items():
         unit = result.unit(found.released[result.released.index(name)])
         where = at_inputs(mechanism, result.inputs(found.start_inputs))
@@ -126,35 +110,6 @@ def _print(result: EquilibriumResult) -> None:
             typer.echo(
                 f"equilibrium {k + 1}: {one.status.word}: remaining force {one.residual:.1e} of its contributions"
             )
-
-
-def _heads(result: EquilibriumResult) -> list[str]:
-    if len(result.found.released) > 1:
-        return ["unstable directions"]
-    main = result.found.released[0]
-    actuator, unit = result.mechanism.actuators[main], result.unit(main)
-    stiffness = "N m/rad" if actuator.rotary else "N/m"
-    heads = [f"stiffness [{stiffness}]"]
-    if any(one.pushes for one in result.found.found):
-        heads += [f"up [{unit}]", "barrier [J]", f"down [{unit}]", "barrier [J]"]
-    return heads
-
-
-def _row(result: EquilibriumResult, k: int, one: Equilibrium) -> list[str]:
-    mechanism, found = result.mechanism, result.found
-    inputs = result.inputs(one.inputs)
-    energy = greatest(other.potential for other in found.found)
-    word = one.stability + {2: " (double root)", 0: " (one of a continuum)"}.get(one.multiplicity, "")
-    row = [str(k + 1), *(input_value(mechanism, n, v) for n, v in inputs.items()), number(one.potential, energy), word]
-    if len(found.released) > 1:
-        return [*row, str(one.negative)]
-    row.append("-" if one.stiffness is None else number(float(one.stiffness[0, 0])))
-    if any(other.pushes for other in found.found):
-        for sense in (1, -1):
-            push = next((p for p in one.pushes if p.sense == sense), None)
-            effort = "" if push is None else "-" if push.effort is None else number(push.effort)
-            row += [effort, "" if push is None else number(push.barrier, energy)]
-    return row
 
 
 def remarks(result: EquilibriumResult) -> list[str]:

@@ -21,6 +21,7 @@ from gimcli.cli.arguments import (
     Tolerance,
     pairs,
 )
+from gimcli.cli.console import print_more, print_records, print_table
 from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
 
 if TYPE_CHECKING:
@@ -36,6 +37,11 @@ EXAMPLES = (
     "gim modes double_pendulum -o shapes.html",
 )
 SHOWN = 12
+SEEN = (
+    "number", "kind", "frequency", "omega", "period", "damping_ratio", "damped_omega", "decay", "modal_mass",
+    "modal_stiffness",
+)  # fmt: skip
+"""Fields of the table of modes."""
 """Greatest number of modes whose shapes are printed."""
 
 MODES = "Modes"
@@ -86,7 +92,7 @@ def _print(result: ModesResult) -> None:
     if not result.complete:
         typer.echo(result.reason)
         return
-    _print_modes(result)
+    print_records("", result.records, *SEEN)
     _print_shapes(result)
     typer.echo(f"equilibrium: the remaining efforts are {result.unbalance:.1e} of the forces that act")
     if result.left_out:
@@ -94,28 +100,7 @@ def _print(result: ModesResult) -> None:
         typer.echo(f"dry friction of {names} is left out: it would hold small motions, the modes are those without it")
 
 
-def _print_modes(result: ModesResult) -> None:
-    import math
-
-    from gimcli.cli.console import print_table
-    from gimcli.library.rounding import number
-
-    damped = any(mode.decay for mode in result.modes)
-    head = ["mode", "kind", "frequency [Hz]", "omega [rad/s]", "period [s]"]
-    head += ["damping ratio", "damped [rad/s]", "decay [1/s]"] * damped
-    head += ["modal mass", "modal stiffness"]
-    rows = []
-    for k, mode in enumerate(result.modes, start=1):
-        row = [str(k), mode.kind, number(mode.omega / (2 * math.pi)), number(mode.omega), number(mode.period)]
-        if damped:
-            row += [number(mode.damping_ratio), number(mode.damped), number(mode.decay)]
-        mass, stiffness = ("kg m^2", "N m/rad") if result.turns(k - 1) else ("kg", "N/m")
-        rows.append([*row, f"{number(mode.mass)} {mass}", f"{number(mode.stiffness, result.rough(k - 1))} {stiffness}"])
-    print_table("", head, rows, range(2, len(head)))
-
-
 def _print_shapes(result: ModesResult) -> None:
-    from gimcli.cli.console import print_more, print_table
     from gimcli.table import labelled
 
     shapes = result.shapes[:SHOWN]

@@ -26,7 +26,7 @@ from gimcli.cli.arguments import (
     StrategyOption,
     Tolerance,
 )
-from gimcli.cli.console import how_it_ends, note, print_more, print_status
+from gimcli.cli.console import note, print_more, print_status
 from gimcli.cli.measures import (
     QUANTITIES,
     MeasureOption,
@@ -38,7 +38,7 @@ from gimcli.cli.measures import (
 )
 from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
 from gimcli.cli.progress import progress_bar
-from gimcli.library.rounding import at_inputs, input_value, interval, intervals
+from gimcli.library.rounding import at_inputs, how_it_ends, input_value, interval, intervals
 from gimcli.status import CHANGE, TANGENCY
 
 if TYPE_CHECKING:

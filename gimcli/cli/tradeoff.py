@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from gimcli.cli.arguments import METHOD, MODEL, NONE, Assembly, Jit, JitOption, Json, ModelPath, Out, Png, Set, Steps
-from gimcli.cli.console import note, print_status, print_table
+from gimcli.cli.console import note, print_records, print_status
 from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
 from gimcli.cli.progress import progress_bar
 from gimcli.errors import UsageError
-from gimcli.library.rounding import number
 
 if TYPE_CHECKING:
-    from gimcli.comparison.tradeoff import Entry
     from gimcli.library.tradeoff import TradeoffResult
 
 HELP = (
@@ -24,6 +21,11 @@ HELP = (
     " MODEL.tradeoff.csv and .png."
 )
 EXAMPLES = ("gim tradeoff platform_3rrr --tolerances 1e-3,1e-6,1e-9 -o results/",)
+SEEN = (
+    "method", "unknowns", "tolerance", "iterations", "operations", "fixed", "seconds", "spread", "error", "solved",
+    "reason",
+)  # fmt: skip
+"""Fields of the table of methods."""
 
 
 @with_picture_options
@@ -83,23 +85,13 @@ def _tolerances(text: str) -> list[float]:
 def _print(result: TradeoffResult) -> None:
     from gimcli.comparison.tradeoff import advise
 
-    head = (
-        "method", "unknowns", "tolerance", "iterations", "operations", "call [µs]", "position [µs]", "spread",
-        "true error", "solved", "",
-    )  # fmt: skip
-    found, rows, last = result.found, [], ""
-    for e in found.entries:
-        name = e.method.label if e.method.name != last else ""
-        rows.append(_row(e, name))
-        last = e.method.name
-    if rows:
-        print_table(result.headline(), head, rows, range(2, 10))
+    found = result.found
+    print_records(result.headline(), result.records, *SEEN)
+    if found.entries:
         typer.echo(
             "iterations: of all systems, sweeps for gim; call: its fixed part, to which each position adds its time"
         )
         typer.echo("*: efficient: no other entry that solves all positions is both faster and more accurate")
-    else:
-        typer.echo(result.headline())
     if found.unrefined:
         typer.echo(
             f"{found.unrefined} positions are not compared: they are too near to a singular position to determine a"
@@ -109,20 +101,3 @@ def _print(result: TradeoffResult) -> None:
         print_status(found.motion)
     for advice in advise(found):
         typer.echo(advice.text)
-
-
-def _row(e: Entry, name: str) -> tuple[str, ...]:
-    unknowns = " + ".join(map(str, e.unknowns))
-    if not e.solved:
-        return (name, unknowns, number(e.tolerance), *["-"] * 6, f"{e.solved}/{e.rows}", e.reason)
-    remark = e.reason + ("*" if e.efficient else "")
-    return (
-        name, unknowns, number(e.tolerance), f"{e.work:.2f}", f"{e.operations:.0f}",
-        _micro(e.fixed.seconds), _micro(e.time.seconds), f"{e.time.spread / e.time.seconds:.0%}", f"{e.error:.1e}",
-        f"{e.solved}/{e.rows}", remark,
-    )  # fmt: skip
-
-
-def _micro(seconds: float) -> str:
-    """Return a time in µs to three digits; "-" if it was not measured."""
-    return f"{1e6 * seconds:#.3g}".rstrip(".") if math.isfinite(seconds) else "-"

@@ -12,7 +12,6 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
 
 import numpy as np
 
@@ -30,7 +29,6 @@ from gimcli.positions.options import Options
 from gimcli.progress import Notify, Progress, no_progress
 from gimcli.status import Status
 from gimcli.structure.drive_check import require_consistent
-from gimcli.table import Column, Table
 
 EQUAL_WORK = 1.15
 """Operations that differ by less than this factor count as equal; the more accurate tolerance is then recommended."""
@@ -52,12 +50,6 @@ SHARE = 0.08
 
 TOLERANCES = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-14)
 DIGITS = (3, 6, 9, 12)
-RECORD = (
-    "method", "tolerance", "unknowns", "iteration_operations", "iterations", "most_iterations", "paper_operations",
-    "operations", "seconds", "error", "solved", "positions", "efficient", "reason", "spread", "fixed", "call",
-)  # fmt: skip
-"""Columns of the table and keys of the report for one method at one tolerance."""
-UNITS = {"seconds": "s", "spread": "s", "fixed": "s", "call": "s"}
 
 
 @dataclass(frozen=True)
@@ -95,16 +87,6 @@ class Entry:
     def compared_error(self) -> float:
         """True error for the comparison with other entries; not less than rounding."""
         return max(self.error, ROUNDING)
-
-    @property
-    def record(self) -> dict[str, Any]:
-        """Values of the entry by the names in `RECORD`."""
-        values = (
-            self.method.name, self.tolerance, list(self.unknowns), list(self.iterations), self.work, self.most,
-            self.paper, self.operations, self.time.seconds, self.error, self.solved, self.rows, self.efficient,
-            self.reason, self.time.spread, self.fixed.seconds, self.call,
-        )  # fmt: skip
-        return dict(zip(RECORD, values, strict=True))
 
     @property
     def drawable(self) -> bool:
@@ -349,17 +331,3 @@ def _tolerance(entries: Sequence[Entry], digits: int) -> Entry:
 
 def _most_accurate(entries: Sequence[Entry]) -> Entry | None:
     return min(entries, key=lambda e: (e.compared_error, e.time.seconds), default=None)
-
-
-def tradeoff_table(found: Tradeoff) -> Table:
-    """Return a table with one row for each method and tolerance."""
-    records = [entry.record for entry in found.entries]
-    columns = [Column(name, np.array([_cell(r[name]) for r in records]), UNITS.get(name, "")) for name in RECORD]
-    return Table(tuple(columns))
-
-
-def _cell(value: Any) -> Any:
-    """Return a value in the form for the table."""
-    if isinstance(value, list):
-        return "+".join(f"{part:.0f}" for part in value)
-    return int(value) if isinstance(value, bool) else value

@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gimcli.branching.enumeration import Circuits, EnumerationConstants, Strand, circuits as all_circuits
+from gimcli.assemblies import drawn_configuration
+from gimcli.branching.enumeration import CircuitBranch, Circuits, EnumerationConstants, Strand, circuits as all_circuits
 from gimcli.continuation.curve import LONGEST
 from gimcli.library.inputs import in_file_units, interval_of, refuse_count, refuse_linked
 from gimcli.library.machines import driven_machines, for_each_machine
-from gimcli.library.places import coordinates, input_columns
+from gimcli.library.places import coordinates
+from gimcli.library.record import InputsField, Records, RowField
 from gimcli.library.result import Result
-from gimcli.library.rounding import at_inputs, intervals
+from gimcli.library.rounding import at_inputs, how_it_ends, intervals
 from gimcli.mechanism import Mechanism
 from gimcli.progress import WORK, Phases, limited, no_phases
 from gimcli.structure.drive_check import explained
-from gimcli.table import Column, Table
+from gimcli.table import Table
 
 if TYPE_CHECKING:
     from gimcli.output.animation import Animation
@@ -88,18 +91,51 @@ class CircuitsResult(Result):
         """Return the result in one line."""
         return f"{self.mechanism.name}: {self.found.count} circuit{'s' * (self.found.count != 1)}"
 
+    @cached_property
+    def initial(self) -> int | None:
+        """The index of the curve of the initial configuration; None if it is on none."""
+        drawn = drawn_configuration(self.found.start)
+        return next((k for k, _ in self.found.places[drawn]), None) if drawn is not None else None
+
+    @cached_property
+    def curves(self) -> Records:
+        """The curves of the circuits, one row each."""
+        found, strands, labels = self.found, self.found.strands, self._labels
+        ways, spans = [s.circuit for s in strands], [span(found, s) for s in strands]
+        ranges = [intervals(self.mechanism, s, c.turns, "\n") for s, c in zip(spans, ways, strict=True)]
+        at = at_inputs(self.mechanism, inputs_at(found, found.curve.begin()))
+        return Records(
+            RowField("curve", labels),
+            RowField("circuit", [s.number + 1 for s in strands]),
+            RowField("closed", [c.closed for c in ways]),
+            RowField("ended", [c.ended for c in ways]),
+            RowField("turns", [abs(c.turns) for c in ways]),
+            RowField("interval", spans),
+            RowField("branches", [[self._ends(branch) for branch in s.branches] for s in strands]),
+            RowField("shown", lambda: [f"{one}{' *' * (k == self.initial)}" for k, one in enumerate(labels)],
+                     head="circuit", key=False),
+            RowField("how", [how_it_ends(c.closed, c.ended, c.turns) for c in ways], head="", key=False),
+            RowField("range", ranges, head="input", key=False),
+            RowField("count", [len(s.branches) for s in strands], int, head="branches", key=False),
+            RowField("there", [self._there(k) for k in range(len(strands))], head=f"configurations at {at}", key=False),
+        )  # fmt: skip
+
+    def _ends(self, branch: CircuitBranch) -> dict[str, dict[str, float]]:
+        return {"from": inputs_at(self.found, branch.start), "to": inputs_at(self.found, branch.end)}
+
+    def _there(self, curve: int) -> str:
+        """Return the configurations on a curve, as text."""
+        several = len(self.found.strands[curve].branches) > 1
+        there = ((i, b) for i, at in enumerate(self.found.places) for k, b in at if k == curve)
+        return ", ".join(f"{i + 1}{f' (branch {b + 1})' * several}" for i, b in there) or "none"
+
+    @property
+    def _labels(self) -> list[str]:
+        return [curve_label(self.found, k) for k in range(len(self.found.strands))]
+
     def report(self) -> dict[str, Any]:
         """Return the report that --json prints."""
         found, mechanism = self.found, self.mechanism
-        curves = [
-            {
-                "curve": curve_label(found, k), "circuit": s.number + 1, "closed": s.circuit.closed,
-                "ended": s.circuit.ended,
-                "turns": abs(s.circuit.turns), "interval": span(found, s),
-                "branches": [{"from": inputs_at(found, b.start), "to": inputs_at(found, b.end)} for b in s.branches],
-            }
-            for k, s in enumerate(found.strands)
-        ]  # fmt: skip
         listed = [
             {
                 "circuit": found.strands[at[0][0]].number + 1 if at else None,
@@ -111,40 +147,31 @@ class CircuitsResult(Result):
         return {
             "circuits": found.count, "status": self.outcome, "complete": found.complete, "samples": len(found.sampled),
             "spacing": spacing(found)[0], "lost": found.lost,
-            "curves": curves, "at": inputs_at(found, found.curve.begin()), "configurations": listed,
+            "curves": self.curves.report(), "at": inputs_at(found, found.curve.begin()), "configurations": listed,
         }  # fmt: skip
 
     def table(self) -> Table:
         """Return one row for each branch: curve, circuit, and the ends of the interval of every input."""
         found = self.found
         rows = [(curve_label(found, k), s.number + 1, b) for k, s in enumerate(found.strands) for b in s.branches]
-        columns = [
-            Column("curve", np.array([row[0] for row in rows], dtype=str)),
-            Column("circuit", np.array([row[1] for row in rows], dtype=np.int64)),
-        ]
-        for end in ("from", "to"):
-            values = [inputs_at(found, b.start if end == "from" else b.end) for _, _, b in rows]
-            columns += input_columns(self.mechanism, values, f".{end}")
-        return Table(tuple(columns))
+        return Records(
+            RowField("curve", [curve for curve, _, _ in rows], str),
+            RowField("circuit", [circuit for _, circuit, _ in rows], int),
+            InputsField(self.mechanism, "from", [inputs_at(found, b.start) for _, _, b in rows], ".from"),
+            InputsField(self.mechanism, "to", [inputs_at(found, b.end) for _, _, b in rows], ".to"),
+        ).table()
 
     def picture(self) -> Content | None:
         """Return the paths of one point on all circuits and a graph over the input; None if there is no circuit."""
         from gimcli.library.circuits_picture import circuits_picture
 
-        found = self.found
-        if not found.strands:
-            return None
-        labels = [curve_label(found, k) for k in range(len(found.strands))]
-        title = f"{self.mechanism.name}: {found.count} circuit{'s' * (found.count != 1)}"
-        return circuits_picture(found, labels, title)
+        return circuits_picture(self.found, self._labels, self.headline()) if self.found.strands else None
 
     def geometry(self) -> Geometry | None:
         """Return the paths of the traced points on all circuits and a position, in true size; None without circuits."""
         from gimcli.library.circuits_picture import circuits_geometry
 
-        found = self.found
-        labels = [curve_label(found, k) for k in range(len(found.strands))]
-        return circuits_geometry(found, labels) if found.strands else None
+        return circuits_geometry(self.found, self._labels) if self.found.strands else None
 
     def animation(self) -> Animation | None:
         """Return the circuits, one clip for each curve; None if there is no circuit."""

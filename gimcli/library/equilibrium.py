@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gimcli.dynamic_data import DrivingEffort
-from gimcli.dynamics.equilibria import Equilibria, Equilibrium, Push
+from gimcli.dynamics.equilibria import Equilibria, Push
 from gimcli.dynamics.equilibria_balance import StaticBalance
 from gimcli.dynamics.equilibria_circuit import circuit_equilibria, released_circuit
 from gimcli.dynamics.equilibria_search import released_search
@@ -19,9 +19,10 @@ from gimcli.errors import UsageError
 from gimcli.library.assembled import assembly_of
 from gimcli.library.inputs import in_file_units, inputs_of, refuse_count, refuse_linked
 from gimcli.library.machines import for_each_machine, released_machines
-from gimcli.library.places import coordinates, input_columns, node_columns
+from gimcli.library.record import InputsField, NodesField, Records, RowField
 from gimcli.library.released import released_inputs
 from gimcli.library.result import Result
+from gimcli.library.rounding import greatest
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.positions.options import Options
 from gimcli.progress import Phases, limited, no_phases
@@ -42,6 +43,10 @@ SAMPLES = 65
 
 SENSES = {1: "up", -1: "down"}
 """Words for the sense in which an input is pushed, as in the names of columns."""
+
+
+MULTIPLE = {2: " (double root)", 0: " (one of a continuum)"}
+"""What the terminal adds to the stability of a multiplicity."""
 
 
 @for_each_machine(released_machines)
@@ -159,7 +164,7 @@ class EquilibriumResult(Result):
     @property
     def equilibria(self) -> list[dict[str, Any]]:
         """The equilibria: inputs, potential, stability, stiffness, pushes over the next one, coordinates of nodes."""
-        return [self._one(k, one) for k, one in enumerate(self.found.found)]
+        return self.records.report()
 
     def inputs(self, values: FloatArray) -> dict[str, float]:
         """Return inputs (actuators,) in the file's units."""
@@ -200,16 +205,44 @@ class EquilibriumResult(Result):
             "gain": found.gain, "winds": found.winds,
         }  # fmt: skip
 
-    def _one(self, number: int, one: Equilibrium) -> dict[str, Any]:
-        z = self.mechanism.to_file(one.z)
-        return {
-            "number": number + 1, "inputs": self.inputs(one.inputs), "potential": one.potential,
-            "stability": one.stability, "negative": one.negative, "multiplicity": one.multiplicity,
-            "stiffness": None if one.stiffness is None else one.stiffness.tolist(), "residual": one.residual,
-            "status": one.status.word, "assembly": self.assemblies[number][0],
-            "pushes": [self._push(push) for push in one.pushes],
-            "nodes": coordinates(dict(zip(self.mechanism.nodes, z, strict=True))),
-        }  # fmt: skip
+    @cached_property
+    def records(self) -> Records:
+        """The equilibria, one row each."""
+        found, mechanism = self.found.found, self.mechanism
+        energy, single = greatest(one.potential for one in found), len(self.found.released) == 1
+        words = [one.stability + MULTIPLE.get(one.multiplicity, "") for one in found]
+        matrices = [None if one.stiffness is None else one.stiffness.tolist() for one in found]
+        return Records(
+            RowField("number", range(1, len(found) + 1), int, head=""),
+            InputsField(mechanism, "inputs", [self.inputs(one.inputs) for one in found]),
+            RowField("potential", [one.potential for one in found], float, "J", head="potential", size=energy),
+            RowField("stability", [one.stability for one in found], str, head="stability", text=words),
+            RowField("negative", [one.negative for one in found], int, head=None if single else "unstable directions"),
+            RowField("multiplicity", [one.multiplicity for one in found], int),
+            RowField("stiffness", matrices),
+            *(self._of_one_input(energy) if single else ()),
+            RowField("residual", [one.residual for one in found], float),
+            RowField("status", [one.status.word for one in found], str),
+            RowField("assembly", lambda: [own for own, _ in self.assemblies]),
+            RowField("pushes", [[self._push(push) for push in one.pushes] for one in found]),
+            NodesField(mechanism, [one.z for one in found]),
+        )  # fmt: skip
+
+    def _of_one_input(self, energy: float) -> Iterator[RowField]:
+        """Yield the fields of one released input: its stiffness, and what pushes it over the next equilibrium."""
+        found, main = self.found.found, self.found.released[0]
+        actuator, pushed = self.mechanism.actuators[main], any(one.pushes for one in found)
+        stiffness = [math.nan if one.stiffness is None else float(one.stiffness[0, 0]) for one in found]
+        unit = "N m/rad" if actuator.rotary else "N/m"
+        yield RowField("stiffness", stiffness, float, unit, head="stiffness", key=False)
+        for sense, word in SENSES.items():
+            own = [next((p for p in one.pushes if p.sense == sense), None) for one in found]
+            efforts = [p and (math.nan if p.effort is None else p.effort) for p in own]
+            at = [p and self.inputs(p.inputs)[actuator.name] for p in own]
+            barriers, heads = [p and p.barrier for p in own], (word, "barrier") if pushed else (None, None)
+            yield RowField(f"{word}.effort", efforts, float, self.unit(main), head=heads[0], key=False)
+            yield RowField(f"{word}.at", at, float, self.mechanism.unit_of(actuator), key=False)
+            yield RowField(f"{word}.barrier", barriers, float, "J", head=heads[1], size=energy, key=False)
 
     def _push(self, push: Push) -> dict[str, Any]:
         return {
@@ -219,38 +252,7 @@ class EquilibriumResult(Result):
 
     def table(self) -> Table:
         """Return one row for each equilibrium: inputs, potential, stability, stiffness, pushes, coordinates."""
-        found = self.found.found
-        columns = [
-            Column("number", np.arange(1, len(found) + 1)),
-            *input_columns(self.mechanism, [self.inputs(one.inputs) for one in found]),
-            Column("potential", np.array([one.potential for one in found], dtype=float), "J"),
-            Column("stability", np.array([one.stability for one in found], dtype=str)),
-            Column("negative", np.array([one.negative for one in found], dtype=np.int64)),
-            Column("multiplicity", np.array([one.multiplicity for one in found], dtype=np.int64)),
-            *(self._pushes() if len(self.found.released) == 1 else ()),
-            Column("residual", np.array([one.residual for one in found], dtype=float)),
-            Column("status", np.array([one.status.word for one in found], dtype=str)),
-            *node_columns(self.mechanism, [one.z for one in found]),
-        ]
-        return Table(tuple(columns))
-
-    def _pushes(self) -> list[Column]:
-        """Return the columns of one released input: its stiffness, and what pushes it over the next equilibrium."""
-        found, main = self.found.found, self.found.released[0]
-        unit, actuator = self.unit(main), self.mechanism.actuators[main]
-        stiffness = [math.nan if one.stiffness is None else float(one.stiffness[0, 0]) for one in found]
-        columns = [Column("stiffness", np.array(stiffness, dtype=float), "N m/rad" if actuator.rotary else "N/m")]
-        for sense, word in SENSES.items():
-            own = [next((p for p in one.pushes if p.sense == sense), None) for one in found]
-            efforts = [math.nan if p is None or p.effort is None else p.effort for p in own]
-            places = [math.nan if p is None else self.inputs(p.inputs)[actuator.name] for p in own]
-            barriers = [math.nan if p is None else p.barrier for p in own]
-            columns += [
-                Column(f"{word}.effort", np.array(efforts, dtype=float), unit),
-                Column(f"{word}.at", np.array(places, dtype=float), self.mechanism.unit_of(actuator)),
-                Column(f"{word}.barrier", np.array(barriers, dtype=float), "J"),
-            ]
-        return columns
+        return self.records.table()
 
     def curve(self) -> Table | None:
         """Return inputs, potential [J] and holding effort along the circuit; None with several released inputs."""

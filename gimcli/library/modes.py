@@ -6,6 +6,7 @@ import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,6 +21,7 @@ from gimcli.errors import GimError, UsageError
 from gimcli.library.inputs import in_file_units, inputs_of
 from gimcli.library.machines import for_each_machine, released_machines
 from gimcli.library.mode_shapes import ModeShape, mode_shape
+from gimcli.library.record import Records, RowField
 from gimcli.library.released import released_inputs
 from gimcli.library.result import Result
 from gimcli.library.rounding import number, titled
@@ -29,7 +31,7 @@ from gimcli.motion.solve import solve as solve_position
 from gimcli.positions.options import Options
 from gimcli.status import Status
 from gimcli.structure.drive_check import explained, require_consistent
-from gimcli.table import Column, Table
+from gimcli.table import Table
 
 if TYPE_CHECKING:
     from gimcli.output.animation import Animation
@@ -235,42 +237,51 @@ class ModesResult(Result):
 
     # -- tables ---------------------------------------------------------------------------------------
 
+    @cached_property
+    def records(self) -> Records:
+        """The modes, one row each."""
+        found, shapes, numbers = self.modes, self.shapes, range(1, len(self.modes) + 1)
+        units = [("kg m^2", "N m/rad") if self.turns(k - 1) else ("kg", "N/m") for k in numbers]
+        masses = [f"{number(m.mass)} {unit}" for m, (unit, _) in zip(found, units, strict=True)]
+        stiff = [f"{number(found[k].stiffness, self.rough(k))} {unit}" for k, (_, unit) in enumerate(units)]
+        damping = ("damping ratio", "damped", "decay") if any(m.decay for m in found) else (None, None, None)
+        return Records(
+            RowField("mode", numbers, int, key=False),
+            RowField("number", numbers, head="mode", key=False),
+            RowField("kind", [m.kind for m in found], str, head="kind"),
+            RowField("omega", [m.omega for m in found], float, "rad/s", head="omega"),
+            RowField("frequency", [m.omega / (2 * math.pi) for m in found], float, "Hz", head="frequency"),
+            RowField("period", [m.period for m in found], float, "s", head="period"),
+            RowField("damping_ratio", [m.damping_ratio for m in found], float, head=damping[0]),
+            RowField("damped_omega", [m.damped for m in found], float, "rad/s", head=damping[1]),
+            RowField("decay", [m.decay for m in found], float, "1/s", head=damping[2]),
+            RowField("modal_mass", [m.mass for m in found], float, head="modal mass", text=masses),
+            RowField("modal_stiffness", [m.stiffness for m in found], float, head="modal stiffness", text=stiff),
+            RowField("modal_damping", [m.damping for m in found], float),
+            RowField("scale", [shape.scale for shape in shapes], str),
+            RowField("shape", [shape.report() for shape in shapes]),
+            *self._shape_fields(),
+        )
+
+    def _shape_fields(self) -> Iterator[RowField]:
+        """Yield the participations: real parts, and imaginary parts if a shape has phases."""
+        phases = any(shape.has_phases for shape in self.shapes)
+        for k, (name, unit) in enumerate(self.shapes[0].columns if self.shapes else ()):
+            values = np.array([shape.values[k] for shape in self.shapes])
+            yield RowField(name, values.real.copy(), float, unit, key=False)
+            if phases:
+                yield RowField(f"{name}.imaginary", values.imag.copy(), float, unit, key=False)
+
     def table(self) -> Table:
         """Return one row for each mode: frequencies, damping, modal mass and stiffness, and its shape."""
-        found = self.modes
-        quantities = (
-            ("omega", "rad/s", [m.omega for m in found]), ("frequency", "Hz", [m.omega / (2 * math.pi) for m in found]),
-            ("period", "s", [m.period for m in found]), ("damping_ratio", "", [m.damping_ratio for m in found]),
-            ("damped_omega", "rad/s", [m.damped for m in found]), ("decay", "1/s", [m.decay for m in found]),
-            ("modal_mass", "", [m.mass for m in found]), ("modal_stiffness", "", [m.stiffness for m in found]),
-            ("modal_damping", "", [m.damping for m in found]),
-        )  # fmt: skip
-        head = (
-            Column("mode", np.arange(1, len(found) + 1)),
-            Column("kind", np.array([m.kind for m in found], dtype=str)),
-        )
-        scale = Column("scale", np.array([shape.scale for shape in self.shapes], dtype=str))
-        numbers = [Column(name, np.array(values, dtype=float), unit) for name, unit, values in quantities]
-        return Table((*head, *numbers, scale, *self._shape_columns()))
-
-    def _shape_columns(self) -> list[Column]:
-        """Return the participations: real parts, and imaginary parts if a shape has phases."""
-        if not self.shapes:
-            return []
-        columns = []
-        for k, (name, unit) in enumerate(self.shapes[0].columns):
-            values = np.array([shape.values[k] for shape in self.shapes])
-            columns.append(Column(name, values.real.copy(), unit))
-            if any(shape.has_phases for shape in self.shapes):
-                columns.append(Column(f"{name}.imaginary", values.imag.copy(), unit))
-        return columns
+        return self.records.table()
 
     def report(self) -> dict[str, Any]:
         """Return the report that --json prints."""
         found = self.found
         report: dict[str, Any] = {
             "status": self.status, "inputs": self.inputs, "released": list(self.released), "time": self.time,
-            "unbalance": self.unbalance, "modes": [self._mode(k) for k in range(len(self.modes))],
+            "unbalance": self.unbalance, "modes": self.records.report(),
             "left_out": list(self.left_out),
         }  # fmt: skip
         if found is not None:
@@ -279,15 +290,6 @@ class ModesResult(Result):
                 "M": found.mass.tolist(), "K": found.stiffness.tolist(), "C": found.damping.tolist(),
             }  # fmt: skip
         return report if self.complete else {**report, "reason": self.reason}
-
-    def _mode(self, k: int) -> dict[str, Any]:
-        mode, shape = self.modes[k], self.shapes[k]
-        return {
-            "kind": mode.kind, "omega": mode.omega, "frequency": mode.omega / (2 * math.pi), "period": mode.period,
-            "damping_ratio": mode.damping_ratio, "damped_omega": mode.damped, "decay": mode.decay,
-            "modal_mass": mode.mass, "modal_stiffness": mode.stiffness, "modal_damping": mode.damping,
-            "scale": shape.scale, "shape": shape.report(),
-        }  # fmt: skip
 
     # -- pictures -------------------------------------------------------------------------------------
 

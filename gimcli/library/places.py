@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,6 @@ from gimcli.library.result import ByName
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
 from gimcli.motion.coupler_points import carried_point
 from gimcli.rates.member_angles import direction
-from gimcli.table import Column, xy_columns
 
 
 def places(mechanism: Mechanism, z: ComplexArray, shape: Callable[[ComplexArray], Any]) -> ByName:
@@ -42,17 +41,3 @@ def by_member(mechanism: Mechanism, find: Callable[[int], Any]) -> ByName:
     """Return values of the moving members by name; `find` is given the index of a member."""
     members = {m.name: k for k, m in enumerate(mechanism.members) if k != FRAME}
     return ByName(tuple(members), lambda name: find(members[name]))
-
-
-def input_columns(mechanism: Mechanism, listed: Sequence[Mapping[str, float]], tail: str = "") -> list[Column]:
-    """Return the columns of the inputs of listed positions, in the file's units; `tail` ends their names."""
-    return [
-        Column(a.name + tail, np.array([inputs[a.name] for inputs in listed], dtype=float), mechanism.unit_of(a))
-        for a in mechanism.actuators
-    ]
-
-
-def node_columns(mechanism: Mechanism, listed: Sequence[ComplexArray]) -> list[Column]:
-    """Return the columns of the coordinates of the nodes in listed positions (nodes,), normal frame."""
-    z = np.array([mechanism.to_file(one) for one in listed]).reshape(len(listed), len(mechanism.nodes))
-    return [c for k, n in enumerate(mechanism.nodes) for c in xy_columns(f"{n}.", z[:, k], mechanism.length_unit)]

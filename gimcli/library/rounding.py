@@ -74,6 +74,12 @@ def intervals(mechanism: Mechanism, spans: Mapping[str, Sequence[float]], turns:
     return between.join(f"{name}: {interval(mechanism, name, low, high, turns)}" for name, (low, high) in named)
 
 
+def how_it_ends(closed: bool, ended: str, turns: float) -> str:
+    """Return whether a circuit is closed, after how many turns, or what ends it."""
+    after = f" after {abs(turns):g} turn{'s' * (abs(turns) != 1)}" if turns else ""
+    return f"closed{after}" if closed else ended
+
+
 def _independent(mechanism: Mechanism, names: Iterable[str]) -> list[str]:
     """Return the names without those of actuators that follow others."""
     followers = {mechanism.actuators[coupling.follower].name for coupling in mechanism.couplings}

@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
-
-import numpy as np
 
 from gimcli.branching.singular_positions import Found, Survey, first_turn, survey
 from gimcli.branching.singularities import STATIONARY, BranchRates, rates
 from gimcli.library.inputs import in_file_units, interval_of, refuse_linked
 from gimcli.library.machines import driven_machines, for_each_machine
-from gimcli.library.places import coordinates, input_columns, node_columns
+from gimcli.library.record import InputsField, NodesField, Records, RowField
 from gimcli.library.result import Result
 from gimcli.library.rounding import at_inputs, intervals
 from gimcli.mechanism import Mechanism
 from gimcli.progress import Phases, no_phases
 from gimcli.structure.drive_check import explained
-from gimcli.table import Column, Table
+from gimcli.table import Table
 
 if TYPE_CHECKING:
     from gimcli.continuation.circuit import Circuit
@@ -29,6 +28,13 @@ CURVES = 6
 
 ZERO = 1e-14
 """An input below this value, in rad or in lengths of the normal frame, is shown as 0."""
+
+
+MEMBERS = 3
+"""Most members whose rates are compared in the terminal."""
+
+ALIKE = 1e-6
+"""Relative differences between branches below this are rounding: tangents are accurate to half the digits or better."""
 
 
 @for_each_machine(driven_machines)
@@ -75,7 +81,7 @@ class SingularitiesResult(Result):
     @property
     def events(self) -> list[dict[str, Any]]:
         """The singular positions: kind, inputs, branches, tangents, coordinates of the nodes."""
-        return list(self.report()["singularities"])
+        return self.records.report()
 
     def inputs(self, one: Found) -> dict[str, float]:
         """Return the inputs at a singular position in the file's units."""
@@ -98,38 +104,37 @@ class SingularitiesResult(Result):
         text = ", ".join(f"{n} {kind} position{'s' * (n != 1)}" for n, kind in counts if n)
         return f"{self.mechanism.name}: {text or 'no singular position'}"
 
+    @cached_property
+    def records(self) -> Records:
+        """The singular positions, one row each."""
+        found, curve = self.found.found, self.found.curve
+        kinds = [f"{one.what.kind}{' (' + one.what.end + ')' if one.what.end else ''}" for one in found]
+        tangents = [self.tangents(one) for one in found]
+        texts = [_compared(own, one.what.loose) for own, one in zip(tangents, found, strict=True)]
+        return Records(
+            RowField("number", range(1, len(found) + 1), int, head="", key=False),
+            RowField("kind", [one.what.kind for one in found], str, head="kind", text=kinds),
+            InputsField(self.mechanism, "at", [self.inputs(one) for one in found]),
+            RowField("end", [one.what.end or None for one in found]),
+            RowField("about", [list(one.what.about) for one in found], list, head="members"),
+            RowField("freer", [one.what.loose for one in found]),
+            RowField("branches", [[k + 1 for k in one.circuits] for one in found], list, head="branch"),
+            RowField("tangents", [[{"inputs": t.inputs, "members": t.members} for t in own] for own in tangents]),
+            RowField("rates", texts, head="relative rates on each branch" if any(texts) else None, key=False),
+            NodesField(self.mechanism, [curve.nodes(one.what.p) for one in found]),
+        )
+
     def report(self) -> dict[str, Any]:
         """Return the report that --json prints."""
-        found, mechanism = self.found, self.mechanism
-        listed = []
-        for one in found.found:
-            z = mechanism.to_file(found.curve.nodes(one.what.p))
-            listed.append(
-                {
-                    "kind": one.what.kind, "at": self.inputs(one), "end": one.what.end or None,
-                    "about": list(one.what.about), "freer": one.what.loose, "branches": [k + 1 for k in one.circuits],
-                    "tangents": [{"inputs": t.inputs, "members": t.members} for t in self.tangents(one)],
-                     "nodes": coordinates(dict(zip(mechanism.nodes, z, strict=True))),
-                }
-            )  # fmt: skip
         circuits = [
             {"branch": k + 1, "closed": c.closed, "ended": c.ended, "turns": abs(c.turns), "interval": self.interval(r)}
-            for k, (c, r) in enumerate(zip(found.branches.circuits, found.reach, strict=True))
+            for k, (c, r) in enumerate(zip(self.found.branches.circuits, self.found.reach, strict=True))
         ]
-        return {"circuits": circuits, "singularities": listed, "complete": found.complete}
+        return {"circuits": circuits, "singularities": self.records.report(), "complete": self.found.complete}
 
     def table(self) -> Table:
         """Return one row for each singular position: kind, inputs, coordinates of the nodes, members, branches."""
-        found = self.found.found
-        branches = [" ".join(str(b + 1) for b in one.circuits) for one in found]
-        columns = [
-            Column("kind", np.array([one.what.kind for one in found], dtype=str)),
-            *input_columns(self.mechanism, [self.inputs(one) for one in found]),
-            *node_columns(self.mechanism, [self.found.curve.nodes(one.what.p) for one in found]),
-            Column("about", np.array([" ".join(one.what.about) for one in found], dtype=str)),
-            Column("branches", np.array(branches, dtype=str)),
-        ]
-        return Table(tuple(columns))
+        return self.records.table("kind", "at", "nodes", "about", "branches")
 
     def picture(self) -> Content:
         """Return the numbered positions and the curves of the traced points."""
@@ -175,3 +180,19 @@ class SingularitiesResult(Result):
         words = f"{', '.join(one.what.about)} stationary" if kind == STATIONARY else kind
         text = f"{words} at {at_inputs(self.mechanism, self.inputs(one))}"
         return SingularPlace(part_of(circuit, number, one.what), kind, text, one.what.p)
+
+
+def _compared(tangents: list[BranchRates], loose: bool) -> str:
+    """Return, for every branch, the members whose rates differ most between branches."""
+    free = ["more than one freedom in this position"] * loose
+    if not tangents:
+        return "".join(free)
+    names = list(tangents[0].members)
+    spread = {n: max(t.members[n] for t in tangents) - min(t.members[n] for t in tangents) for n in names}
+    least = ALIKE * max(spread.values(), default=0.0)
+    chosen = [n for n in sorted(names, key=lambda n: -spread[n])[:MEMBERS] if spread[n] > least] or names[:MEMBERS]
+    lines = [
+        ("with the input at rest: " if t.rests else "") + ", ".join(f"{n} {t.members[n]:+.6g}" for n in chosen)
+        for t in tangents
+    ]
+    return "\n".join(lines + free)

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from gimcli.comparison.timing import TIMING, Clock
-from gimcli.comparison.tradeoff import STEPS, TOLERANCES, Tradeoff, advise, tradeoff as compare, tradeoff_table
+from gimcli.comparison.tradeoff import STEPS, TOLERANCES, Tradeoff, advise, tradeoff as compare
 from gimcli.connected import grouped
 from gimcli.errors import UsageError
 from gimcli.library.inputs import MOST_STEPS, refuse_choice, refuse_count, refuse_linked, refuse_unmoved
 from gimcli.library.machines import driven_machines, for_each_machine
+from gimcli.library.record import Records, RowField
 from gimcli.library.result import Result
 from gimcli.mechanism import Mechanism
 from gimcli.positions.options import JIT
@@ -104,12 +107,44 @@ class TradeoffResult(Result):
         return {
             "steps": self.steps, "solved": found.motion.solved, "status": found.motion.overall.word,
             "compiled": found.compiled, "untold": found.unrefined,
-            "entries": [e.record for e in found.entries], "advice": advice,
+            "entries": self.records.report(), "advice": advice,
         }  # fmt: skip
+
+    @cached_property
+    def records(self) -> Records:
+        """The methods and tolerances, one row each."""
+        found = self.found.entries
+        names = [e.method.name for e in found]
+        labels = [e.method.label * (name != last) for e, name, last in zip(found, names, ["", *names], strict=False)]
+        unknowns = [" + ".join(map(str, e.unknowns)) for e in found]
+        solved = [f"{e.solved}/{e.rows}" for e in found]
+        remarks = [e.reason + "*" * (e.efficient and e.solved > 0) for e in found]
+        spreads = [f"{e.time.spread / e.time.seconds:.0%}" if e.solved else "-" for e in found]
+        return Records(
+            RowField("method", names, str, head="method", text=labels),
+            RowField("tolerance", [e.tolerance for e in found], float, head="tolerance"),
+            RowField("unknowns", [list(e.unknowns) for e in found], head="unknowns", text=unknowns),
+            RowField("unknowns", [_sum(e.unknowns) for e in found], str, key=False),
+            RowField("iteration_operations", [list(e.iterations) for e in found]),
+            RowField("iteration_operations", [_sum(e.iterations) for e in found], str, key=False),
+            RowField("iterations", [e.work for e in found], float, head="iterations", text=_formatted(".2f")),
+            RowField("most_iterations", [e.most for e in found], float),
+            RowField("paper_operations", [e.paper for e in found], float),
+            RowField("operations", [e.operations for e in found], float, head="operations", text=_formatted(".0f")),
+            RowField("seconds", [e.time.seconds for e in found], float, "s", head="position [µs]", text=_micro),
+            RowField("error", [e.error for e in found], float, head="true error", text=_formatted(".1e")),
+            RowField("solved", [e.solved for e in found], int, head="solved", text=solved),
+            RowField("positions", [e.rows for e in found], int),
+            RowField("efficient", [e.efficient for e in found], int),
+            RowField("reason", [e.reason for e in found], str, head="", text=remarks),
+            RowField("spread", [e.time.spread for e in found], float, "s", head="spread", text=spreads),
+            RowField("fixed", [e.fixed.seconds for e in found], float, "s", head="call [µs]", text=_micro),
+            RowField("call", [e.call for e in found], float, "s"),
+        )
 
     def table(self) -> Table:
         """Return one row for each method and tolerance."""
-        return tradeoff_table(self.found)
+        return self.records.table()
 
     def picture(self) -> Content | None:
         """Return the graph of the error over the time; None if there is nothing to draw."""
@@ -125,3 +160,17 @@ class TradeoffResult(Result):
         title = f"{found.mechanism.name}: error and time, {how}"
         arrays = {name: np.array(points) for name, points in curves.items()}
         return tradeoff_sheet(arrays, front, title, self.steps)
+
+
+def _sum(parts: Sequence[float]) -> str:
+    return "+".join(f"{part:.0f}" for part in parts)
+
+
+def _formatted(form: str) -> Callable[[float], str]:
+    """Return a function that formats a number; "-" if it was not measured."""
+    return lambda value: format(value, form) if math.isfinite(value) else "-"
+
+
+def _micro(seconds: float) -> str:
+    """Return a time in µs to three digits; "-" if it was not measured."""
+    return f"{1e6 * seconds:#.3g}".rstrip(".") if math.isfinite(seconds) else "-"

@@ -20,7 +20,7 @@ from gimcli import load
 from gimcli.comparison import timing as clocks
 from gimcli.comparison.methods import METHODS, MotionMethod, Outcome
 from gimcli.comparison.timing import Measured, Timing
-from gimcli.comparison.tradeoff import Entry, Tradeoff, advise, mark_efficient, tradeoff, tradeoff_table
+from gimcli.comparison.tradeoff import Entry, Tradeoff, advise, mark_efficient, tradeoff
 from gimcli.errors import StructureError
 from gimcli.motion.motion import trace
 from gimcli.output.figure import canvas_of
@@ -124,7 +124,7 @@ def test_a_method_that_does_not_converge_or_has_no_sequence_has_an_entry_with_th
     (entry,) = of(found, "refused")
     assert entry.reason == "no sequence moves nodes A, B twice each"
     assert len(of(found, "auto")) == 2
-    assert len(tradeoff_table(found)) == 3
+    assert len(found.entries) == 3
 
 
 def entry(number, seconds, error, solved=10, tolerance=1e-6, spread=0.0, work=1.0):
