@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
 
-from gimcli.cli.console import print_more, print_table, print_turns, room
+from gimcli.cli.console import print_records, print_turns, room
 from gimcli.cli.progress import end_bars, progress_bar
-from gimcli.library.rounding import length, titled
+from gimcli.library.rounding import titled
 
 if TYPE_CHECKING:
     from gimcli.cli.outputs import Outputs
@@ -45,32 +44,26 @@ def _print(png: Path | None, result: ConfigurationsResult) -> None:
     from gimcli.library.configurations import verdict
     from gimcli.status import Status
     from gimcli.structure.rigid_triangles import triangle_hints
-    from gimcli.table import labelled
 
     end_bars()
-    found, drawn, places, mechanism = result.found, result.drawn, result.places, result.mechanism
+    found, mechanism = result.found, result.mechanism
     typer.echo(titled(mechanism, result.inputs))
     typer.echo(verdict(found))
-    if not len(found) and found.limited:
-        return
     if not len(found):
         from gimcli.library.unassembled import reason
 
-        typer.echo(reason(mechanism, Status.NOT_ASSEMBLED, found.inputs, tried=("all",)))
+        if not found.limited:
+            typer.echo(reason(mechanism, Status.NOT_ASSEMBLED, found.inputs, tried=("all",)))
         return
     fit = max(1, min(COLUMNS, (room() - BESIDE) // EACH))
-    shown = [n for n in mechanism.traced if n in places][:fit]
-    names = [labelled(f"{n}.{axis}", mechanism.length_unit) for n in shown for axis in "xy"]
-    head = ["", "signs", "residual", "proved radius", *names]
-    rows = []
-    for k in range(min(len(found), ROWS)):
-        radius = f"{found.radius[k]:.0e}" if math.isfinite(found.radius[k]) else "multiple"
-        z = [length(mechanism, part) for n in shown for part in (places[n][k].real, places[n][k].imag)]
-        rows.append((f"{k + 1}{' *' if k == drawn else ''}", found.signs[k], f"{found.residual[k]:.0e}", radius, *z))
-    print_table("", head, rows, right=(0, 2, 3, *range(4, len(head))))
-    print_more(len(found), ROWS, "--json and -o write all")
+    shown = [n for n in mechanism.traced if n in result.places][:fit]
+    names = (f"{n}.{axis}" for n in shown for axis in "xy")
+    print_records(
+        "", result.records, "number", "assembly", "residual", "radius", *names, most=ROWS,
+        where="--json and -o write all",
+    )  # fmt: skip
     print_turns(mechanism)
-    if drawn is not None:
+    if result.drawn is not None:
         typer.echo("*: the initial configuration, moved to these inputs")
     for hint in triangle_hints(mechanism):
         typer.echo(hint)

@@ -66,12 +66,14 @@ def print_table(title: str, head: Sequence[str], rows: Iterable[Iterable[str]], 
     typer.echo(drawn.get(), nl=False)
 
 
-def print_records(title: str, records: Records, *names: str, most: int | None = None) -> None:
+def print_records(
+    title: str, records: Records, *names: str, most: int | None = None, where: str = "--json lists all"
+) -> None:
     """Print the first rows of a list below its title, with the fields of the given names; of no rows the title only."""
     head, rows, right = records.cells(*names)
     if rows:
         print_table(title, head, rows[:most], right)
-        print_more(len(rows), len(rows) if most is None else most)
+        print_more(len(rows), len(rows) if most is None else most, where)
     else:
         typer.echo(title)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -12,6 +13,7 @@ from gimcli.assemblies import Configurations, all_configurations, drawn_configur
 from gimcli.library.inputs import in_file_units, inputs_of, refuse_linked
 from gimcli.library.machines import for_each_machine
 from gimcli.library.places import angles, coordinates, pairs, places
+from gimcli.library.record import Records, RowField
 from gimcli.library.result import ByName, Result
 from gimcli.library.rounding import titled
 from gimcli.mechanism import Mechanism
@@ -121,26 +123,39 @@ class ConfigurationsResult(Result):
         """Return the result in one line."""
         return f"{titled(self.mechanism, self.inputs)}: {verdict(self.found)}"
 
+    @cached_property
+    def records(self) -> Records:
+        """The configurations, one row each."""
+        found, mechanism, numbers = self.found, self.mechanism, range(len(self.found))
+        numbered = [f"{k + 1}{' *' * (k == self.drawn)}" for k in numbers]
+        radius = [f"{one:.0e}" if math.isfinite(one) else "multiple" for one in found.radius]
+        unit, size = mechanism.length_unit, mechanism.size * mechanism.scale
+        return Records(
+            RowField("number", numbers, int, head="", text=numbered, key=False),
+            RowField("residual", found.residual.tolist(), float, head="residual", text="{:.0e}".format),
+            RowField("nodes", [self._at(mechanism.nodes, k) for k in numbers]),
+            RowField("points", [self._at([p.name for p in mechanism.points], k) for k in numbers]),
+            RowField("assembly", self.signs, head="signs"),
+            RowField("radius", found.radius.tolist(), float, head="proved radius", text=radius),
+            RowField("drawn", [k == self.drawn for k in numbers]),
+            *(
+                RowField(f"{name}.{axis}", values, float, unit, head=f"{name}.{axis}", size=size, key=False)
+                for name, z in self.places.items()
+                for axis, values in (("x", z.real), ("y", z.imag))
+            ),
+        )
+
+    def _at(self, names: Iterable[str], k: int) -> dict[str, list[float]]:
+        return coordinates({name: self.places[name][k] for name in names})
+
     def report(self) -> dict[str, Any]:
         """Return the report that --json prints."""
-        found, mechanism = self.found, self.mechanism
-        points = [p.name for p in mechanism.points]
-
-        def of(names: Iterable[str], k: int) -> dict[str, list[float]]:
-            return coordinates({name: self.places[name][k] for name in names})
-
+        found = self.found
         return {
             "status": self.outcome,
             "complete": found.complete,
             "bound": found.bound,
-            "configurations": [
-                {
-                    "residual": float(found.residual[k]), "nodes": of(mechanism.nodes, k),
-                    "points": of(points, k), "assembly": self.signs[k], "radius": float(found.radius[k]),
-                    "drawn": k == self.drawn,
-                }
-                for k in range(len(found))
-            ],
+            "configurations": self.records.report(),
             "level": found.level,
             "verdict": verdict(found),
             "unaccounted": found.missing,
