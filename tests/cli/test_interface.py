@@ -31,12 +31,23 @@ def test_event_kinds():
     assert simulated == set(kinds["simulate"])
 
 
-def test_every_command_has_its_options():
+def commands():
+    """Return the commands by name."""
     group = get_command(app)
-    commands = {name: group.get_command(None, name) for name in group.list_commands(None)}
-    found = {n: sorted(o for p in c.params for o in [*p.opts, *p.secondary_opts]) for n, c in commands.items()}
+    return {name: group.get_command(None, name) for name in group.list_commands(None)}
+
+
+def test_every_command_has_its_options():
+    found = {n: sorted(o for p in c.params for o in [*p.opts, *p.secondary_opts]) for n, c in commands().items()}
     for name, options in KNOWN["options"].items():
         assert set(options) <= set(found[name]), name
+
+
+def test_every_option_has_its_default():
+    for name, command in commands().items():
+        found = {p.opts[0] + " (file)" * (p.hidden and p.opts[0] == "--png"): p.default for p in command.params}
+        shown = {option: str(getattr(default, "value", default)) for option, default in found.items()}
+        assert KNOWN["defaults"].get(name, {}).items() <= shown.items(), name
 
 
 def test_every_key_of_a_file_is_still_accepted():
