@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
 from gimcli.assemblies import drawn_configuration
 from gimcli.branching.enumeration import CircuitBranch, Circuits, EnumerationConstants, Strand, circuits as all_circuits
 from gimcli.continuation.curve import LONGEST
-from gimcli.library.inputs import in_file_units, interval_of, refuse_count, refuse_linked
+from gimcli.library.inputs import Range, in_file_units, interval_of, refuse_linked
 from gimcli.library.machines import driven_machines, for_each_machine
 from gimcli.library.places import coordinates
 from gimcli.library.record import InputsField, Records, RowField
@@ -35,8 +35,9 @@ LEAST, USUAL, MOST = 4, 72, 100_000
 
 @for_each_machine(driven_machines)
 def circuits(
-    mechanism: Mechanism, *, samples: int = USUAL, progress: Phases = no_phases, seconds: float | None = None
-) -> CircuitsResult:
+    mechanism: Mechanism, *, samples: Annotated[int, Range(LEAST, MOST)] = USUAL, progress: Phases = no_phases,
+    seconds: float | None = None,
+) -> CircuitsResult:  # fmt: skip
     """Find the circuits of a mechanism: the configurations that are connected without disassembly.
 
     All configurations at `samples` values of the input are listed, and each is followed along its circuit.
@@ -57,7 +58,6 @@ def circuits(
         StructureError: the mechanism has no actuator, or is not fully driven or over-driven.
     """
     refuse_linked(mechanism, "circuits")
-    refuse_count("samples", samples, LEAST, MOST)
     constants = EnumerationConstants(samples=samples)
     with explained(mechanism), limited(WORK * max(1.0, samples / USUAL), seconds) as limit:
         found = all_circuits(mechanism, constants, progress("configurations and their circuits"))

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from gimcli.errors import ModelError, StructureError, UnassembledError, UsageError
-from gimcli.library.inputs import refuse_choice
+from gimcli.library.inputs import OneOf
 from gimcli.library.rounding import titled
 from gimcli.mechanism import ComplexArray, Mechanism
 
@@ -81,7 +81,7 @@ def convert(mechanism: Mechanism, to: str = MODEL_FILE) -> Conversion:
         UnassembledError: the mechanism cannot be assembled at the start of its laws.
         ModelError: the format cannot express a part on which the motion depends.
     """
-    refuse_choice("to", to, targets())
+    OneOf(targets()).refuse("to", to)
     if to == MODEL_FILE:
         return _model_file(mechanism)
     from gimcli.exchange.pose import DrawnPose

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,7 @@ from gimcli.dynamics.equilibria_circuit import circuit_equilibria, released_circ
 from gimcli.dynamics.equilibria_search import released_search
 from gimcli.errors import UsageError
 from gimcli.library.assembled import assembly_of
-from gimcli.library.inputs import in_file_units, inputs_of, refuse_count, refuse_linked
+from gimcli.library.inputs import Range, Seed, in_file_units, inputs_of, refuse_linked
 from gimcli.library.machines import for_each_machine, released_machines
 from gimcli.library.record import InputsField, NodesField, Records, RowField
 from gimcli.library.released import released_inputs
@@ -52,8 +52,8 @@ MULTIPLE = {2: " (double root)", 0: " (one of a continuum)"}
 @for_each_machine(released_machines)
 def equilibrium(
     mechanism: Mechanism, free: str | Sequence[str] = (), at: Mapping[str, float | str] | None = None, *,
-    time: float = 0.0, starts: int = 24, seed: int = 0, tolerance: float = 1e-10, progress: Phases = no_phases,
-    seconds: float | None = None,
+    time: float = 0.0, starts: Annotated[int, Range(1, MOST_STARTS)] = 24, seed: Seed = 0, tolerance: float = 1e-10,
+    progress: Phases = no_phases, seconds: float | None = None,
 ) -> EquilibriumResult:  # fmt: skip
     """Find the positions in which weight, springs, loads and constant efforts balance.
 
@@ -85,8 +85,6 @@ def equilibrium(
         UnassembledError: the start position cannot be assembled.
     """
     refuse_linked(mechanism, "equilibrium")
-    refuse_count("starts", starts, 1, MOST_STARTS)
-    refuse_count("seed", seed, 0, 2**63)
     if not math.isfinite(time):
         raise UsageError(f"time: expected a finite number, got {time}")
     allowed = Options.checked("auto", "spectral", tolerance, "off").tolerance

@@ -8,7 +8,7 @@ from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -28,7 +28,7 @@ from gimcli.fitting.undetermined import undetermined
 from gimcli.library.fit_check import FittedDesign, GoalChecker, TargetChecker
 from gimcli.library.fit_result import FitCounts, FitResult, GoalResult
 from gimcli.library.fit_targets import FittedTask, columns_of, input_range, task_of
-from gimcli.library.inputs import refuse_count, refuse_unmoved
+from gimcli.library.inputs import Range, Seed, refuse_unmoved
 from gimcli.library.machines import accepted, driven_machines, for_each_machine
 from gimcli.mechanism import BoolArray, FloatArray, Machine, Mechanism
 from gimcli.progress import Notify, Phases, Progress, WorkLimit, no_phases
@@ -67,9 +67,9 @@ def _machine(mechanism: Mechanism, given: dict[str, Any]) -> list[Machine]:
 @for_each_machine(_machine)
 def fit(
     mechanism: Mechanism, vary: Mapping[str, tuple[float, float]],
-    through: Path | str | Mapping[str, Sequence[float]] | Sequence[Sequence[float]] | None = None, *,
-    timing: str = "", point: str = "", output: str = "", goal: str = "", where: str | Sequence[str] = (),
-    any_order: bool = False, starts: int = STARTS, seed: int = 0, notify: Notify | None = None,
+    through: Path | str | Mapping[str, Sequence[float]] | Sequence[Sequence[float]] | None = None, *, timing: str = "",
+    point: str = "", output: str = "", goal: str = "", where: str | Sequence[str] = (), any_order: bool = False,
+    starts: Annotated[int, Range(1, MOST_STARTS)] = STARTS, seed: Seed = 0, notify: Notify | None = None,
     progress: Phases = no_phases, seconds: float | None = None,
 ) -> FitResult:  # fmt: skip
     """Find dimensions for which a point, a member or an output passes targets, or for which a goal is least.
@@ -110,8 +110,6 @@ def fit(
 
     if mechanism.couplings:
         raise StructureError(f"{mechanism.name} has inputs that follow others: `fit` cannot vary it; `gim sweep` can")
-    refuse_count("seed", seed, 0, 2**63)
-    refuse_count("starts", starts, 1, MOST_STARTS)
     refuse_unmoved(mechanism, "add an actuator")
     lower, upper = _bounds(vary)
     task = None if goal else task_of(mechanism, columns_of(through), timing, point, output, any_order)

@@ -12,7 +12,7 @@ import numpy as np
 from gimcli.errors import UsageError
 from gimcli.families.position_state import position_items
 from gimcli.fitting.targets import FREE, GIVEN, STEP, TIMINGS, TURN, FitRange, Targets
-from gimcli.library.inputs import near, refuse_choice
+from gimcli.library.inputs import OneOf, near
 from gimcli.library.number_columns import number_columns
 from gimcli.mechanism import FRAME, FloatArray, Mechanism
 from gimcli.quantities.quantity import Item
@@ -78,7 +78,7 @@ def task_of(
         raise UsageError(f"through: the columns input and {actuator} are the same; remove one")
     given = own.pop("input", own.pop(actuator, None))
     timing = timing or (FREE if given is None else GIVEN)
-    refuse_choice("timing", timing, TIMINGS)
+    OneOf(TIMINGS).refuse("timing", timing)
     if (timing == FREE) != (given is None):
         raise UsageError(
             f"timing {timing}: the targets have "

@@ -18,7 +18,7 @@ from gimcli.dynamics.physical import require_action
 from gimcli.library.curve_marks import with_marks
 from gimcli.library.force_plots import usual_graphs, varying
 from gimcli.library.force_report import summary_report
-from gimcli.library.inputs import MOST_STEPS, refuse_count, refuse_unmoved
+from gimcli.library.inputs import Jit, Steps, checked, refuse_unmoved
 from gimcli.library.machines import accepted, loaded_machines
 from gimcli.library.plots import KeptColumns, PlannedGraph, drawn, only_angle
 from gimcli.library.result import RowsResult, joined
@@ -57,7 +57,7 @@ FORCES = ("N", "N m", "W")
 
 
 def forces(
-    mechanism: Mechanism, steps: int = 360, *, tolerance: float = 1e-10, jit: str = "auto",
+    mechanism: Mechanism, steps: Steps = 360, *, tolerance: float = 1e-10, jit: Jit = "auto",
     plot: str | Sequence[str] = (), notify: Notify | None = None, progress: Phases = no_phases,
 ) -> ForcesResult | MachineForces:  # fmt: skip
     """Find driving efforts, reactions and shaking force along the actuators' laws (inverse dynamics).
@@ -87,8 +87,9 @@ def forces(
     return found.result(joined(found.tables()))
 
 
+@checked
 def forces_along(
-    mechanism: Mechanism, steps: int, tolerance: float, jit: str, plot: str | Sequence[str], notify: Notify | None,
+    mechanism: Mechanism, steps: Steps, tolerance: float, jit: Jit, plot: str | Sequence[str], notify: Notify | None,
     progress: Phases,
 ) -> ForcesAlong | ForcesBeside:  # fmt: skip
     """Begin to find forces with the arguments of `forces`; the tables can be written piece by piece."""
@@ -113,7 +114,6 @@ class ForcesAlong:
         self, mechanism: Mechanism, steps: int, tolerance: float, jit: str, plot: Sequence[str],
         notify: Notify | None, progress: Phases,
     ) -> None:  # fmt: skip
-        refuse_count("steps", steps, 1, MOST_STEPS)
         chosen = Options.checked("auto", "spectral", tolerance, jit)
         self.steps, self.options = steps, chosen
         with explained(mechanism):

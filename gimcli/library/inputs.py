@@ -3,26 +3,87 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from functools import cache, wraps
+from inspect import signature
+from types import SimpleNamespace
+from typing import Annotated, Any, ParamSpec, TypeVar, get_origin, get_type_hints
 
 import numpy as np
 
 from gimcli.errors import StructureError, UsageError
 from gimcli.mechanism import MOST_TURNS, SPAN, FloatArray, Mechanism
+from gimcli.positions.options import JIT
 
 MOST_STEPS = 10_000_000
 
-
-def refuse_count(argument: str, value: int, least: int, most: int) -> None:
-    """Raise UsageError if the value is not a whole number from `least` to `most`."""
-    if isinstance(value, bool) or not isinstance(value, int | np.integer) or not least <= value <= most:
-        raise UsageError(f"{argument}: expected a whole number from {least} to {most}, got {value}")
+P = ParamSpec("P")
+R = TypeVar("R")
 
 
-def refuse_choice(argument: str, value: str, known: Iterable[str]) -> None:
-    """Raise UsageError if a word is not one of the known words."""
-    if value not in known:
-        raise UsageError(f"{argument}: expected one of {', '.join(known)}, got '{value}'")
+@dataclass(frozen=True)
+class Range:
+    """Whole numbers from `least` to `most`, in the annotation of an argument."""
+
+    least: int
+    most: int
+
+    def refuse(self, argument: str, value: int) -> None:
+        """Raise UsageError if the value is not a whole number of the range."""
+        if isinstance(value, bool) or not isinstance(value, int | np.integer) or not self.least <= value <= self.most:
+            raise UsageError(f"{argument}: expected a whole number from {self.least} to {self.most}, got {value}")
+
+
+@dataclass(frozen=True)
+class OneOf:
+    """The words that an argument may have, in its annotation."""
+
+    known: Iterable[str]
+
+    def refuse(self, argument: str, value: str) -> None:
+        """Raise UsageError if a word is not one of the known words."""
+        if value not in self.known:
+            raise UsageError(f"{argument}: expected one of {', '.join(self.known)}, got '{value}'")
+
+
+Steps = Annotated[int, Range(1, MOST_STEPS)]
+Seed = Annotated[int, Range(0, 2**63)]
+Jit = Annotated[str, OneOf(JIT)]
+
+
+def hints_of(verb: Callable[..., Any]) -> dict[str, Any]:
+    """Return the types of a verb's arguments by name; the result may have a type that is not imported."""
+    own = {name: text for name, text in verb.__annotations__.items() if name != "return"}
+    return get_type_hints(SimpleNamespace(__annotations__=own), verb.__globals__, include_extras=True)
+
+
+@cache
+def limits(verb: Callable[..., Any]) -> dict[str, Range | OneOf]:
+    """Return the ranges and words of a verb's arguments by name, from their annotations."""
+    own = SimpleNamespace(
+        __annotations__={name: text for name, text in verb.__annotations__.items() if name != "return"}
+    )
+    hints = get_type_hints(own, verb.__globals__, include_extras=True)
+    return {name: hint.__metadata__[0] for name, hint in hints.items() if get_origin(hint) is Annotated}
+
+
+def checked(verb: Callable[P, R]) -> Callable[P, R]:
+    """Refuse arguments outside the ranges and words of a verb's annotations (decorator)."""
+
+    @wraps(verb)
+    def decorated(*args: P.args, **kwargs: P.kwargs) -> R:
+        refuse_given(verb, signature(verb).bind(*args, **kwargs).arguments)
+        return verb(*args, **kwargs)
+
+    return decorated
+
+
+def refuse_given(verb: Callable[..., Any], given: Mapping[str, Any]) -> None:
+    """Raise UsageError for arguments of a verb outside the ranges and words of their annotations."""
+    for name, limit in limits(verb).items():
+        if given.get(name) is not None:
+            limit.refuse(name, given[name])
 
 
 def inputs_of(

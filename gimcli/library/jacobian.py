@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from gimcli.errors import UnassembledError, UsageError
-from gimcli.library.inputs import refuse_choice
+from gimcli.library.inputs import OneOf
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.structure.constraint_jacobian import RANK, constraint_jacobian, dependent, full_pivoting
 from gimcli.structure.mobility import assembled
@@ -83,7 +83,7 @@ def jacobian_matrix(mechanism: Mechanism, coordinates: str = NATURAL) -> Jacobia
         UsageError: unknown coordinates, or inputs that follow others, which only natural coordinates have.
         UnassembledError: no assembled position was found near the drawn one.
     """
-    refuse_choice("coordinates", coordinates, COORDINATES)
+    OneOf(COORDINATES).refuse("coordinates", coordinates)
     if coordinates != NATURAL and mechanism.couplings:
         names = ", ".join(mechanism.actuators[coupling.follower].name for coupling in mechanism.couplings)
         raise UsageError(f"coordinates: {names} follow other inputs; only natural coordinates have such equations")

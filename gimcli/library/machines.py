@@ -13,7 +13,7 @@ from typing import Any, ParamSpec, TypeVar, cast
 import numpy as np
 
 from gimcli.errors import GimError
-from gimcli.library.inputs import inputs_of
+from gimcli.library.inputs import inputs_of, refuse_given
 from gimcli.library.released import names_of, released_inputs
 from gimcli.library.result import Result, joined
 from gimcli.mechanism import Machine, Mechanism
@@ -110,6 +110,7 @@ def for_each_machine(
         @wraps(verb)
         def decorated(*args: P.args, **kwargs: P.kwargs) -> R:
             given: dict[str, Any] = dict(signature(verb).bind(*args, **kwargs).arguments)
+            refuse_given(verb, given)
             mechanism = given.pop("mechanism")
             if len(mechanism.machines) == 1:
                 return verb(*args, **kwargs)

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cached_property
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
 from gimcli.errors import UnassembledError
-from gimcli.library.inputs import refuse_choice
+from gimcli.library.inputs import OneOf, checked
 from gimcli.library.jacobian import COORDINATES, NATURAL, JacobianMatrix, jacobian_matrix
 from gimcli.library.result import Result
 from gimcli.mechanism import Mechanism
@@ -21,7 +21,8 @@ REGULAR = "regular"
 """The kind of an initial configuration that is not singular."""
 
 
-def mobility(mechanism: Mechanism, *, coordinates: str = NATURAL) -> MobilityResult:
+@checked
+def mobility(mechanism: Mechanism, *, coordinates: Annotated[str, OneOf(COORDINATES)] = NATURAL) -> MobilityResult:
     """Find mobility, redundant constraints and undriven nodes at the assembled position nearest to the drawn one.
 
     Args:
@@ -36,7 +37,6 @@ def mobility(mechanism: Mechanism, *, coordinates: str = NATURAL) -> MobilityRes
         UsageError: unknown coordinates.
         UnassembledError: no assembled position was found near the drawn one.
     """
-    refuse_choice("coordinates", coordinates, COORDINATES)
     parts = {one.name: MobilityResult(mechanism, *_of_machine(mechanism, one.mechanism)) for one in mechanism.machines}
     start = next((part.start for part in parts.values() if part.start != REGULAR), REGULAR)
     return MobilityResult(mechanism, of_machines([part.found for part in parts.values()]), start, parts, coordinates)

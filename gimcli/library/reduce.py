@@ -11,12 +11,11 @@ from gimcli.dynamics.flywheel import Flywheel, flywheel
 from gimcli.dynamics.physical import require_masses
 from gimcli.dynamics.reduction import Reduction, chosen_input, reduce_to_input, reduction_table
 from gimcli.errors import UsageError
-from gimcli.library.inputs import MOST_STEPS, refuse_choice, refuse_count, refuse_unmoved
+from gimcli.library.inputs import Jit, Steps, refuse_unmoved
 from gimcli.library.machines import driven_machines, for_each_machine, loaded_machines
 from gimcli.library.result import RowsResult
 from gimcli.mechanism import Machine, Mechanism
 from gimcli.positions.dispatch import choose
-from gimcli.positions.options import JIT
 from gimcli.progress import Notify, Phases, no_phases
 from gimcli.status import Status
 from gimcli.structure.drive_check import explained
@@ -31,8 +30,8 @@ WORK = 6e-4
 
 @for_each_machine(lambda mechanism, given: _reduced(mechanism, given.get("input", "")))
 def reduce(
-    mechanism: Mechanism, input: str = "", steps: int = 360, *, fluctuation: float | None = None,
-    rpm: float | None = None, jit: str = "auto", notify: Notify | None = None, progress: Phases = no_phases,
+    mechanism: Mechanism, input: str = "", steps: Steps = 360, *, fluctuation: float | None = None,
+    rpm: float | None = None, jit: Jit = "auto", notify: Notify | None = None, progress: Phases = no_phases,
 ) -> ReduceResult:  # fmt: skip
     """Find the equivalent one-degree-of-freedom model: inertia, torque and potential reduced to one input.
 
@@ -57,8 +56,6 @@ def reduce(
     """
     if (fluctuation is None) != (rpm is None):
         raise UsageError("a flywheel needs both fluctuation and rpm")
-    refuse_choice("jit", jit, JIT)
-    refuse_count("steps", steps, 1, MOST_STEPS)
     require_masses(mechanism)
     refuse_unmoved(mechanism, "add an actuator")
     actuator = chosen_input(mechanism, input)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from gimcli.families.family import Family
 from gimcli.families.motion_sensitivity import MotionNumber, motion_number
 from gimcli.families.position_state import PositionState, position_items
 from gimcli.families.tolerances import DEVIATIONS, SampledSpread, drawn, sampled_spread
-from gimcli.library.inputs import MOST_STEPS, inputs_of, refuse_choice, refuse_count, refuse_linked
+from gimcli.library.inputs import MOST_STEPS, Jit, OneOf, Range, Seed, Steps, inputs_of, refuse_linked
 from gimcli.library.machines import accepted, driven_machines, for_each_machine
 from gimcli.library.sensitivity_result import SensitivityResult
 from gimcli.mechanism import FloatArray, Machine, Mechanism
@@ -28,7 +28,7 @@ from gimcli.motion.motion import Motion, trace
 from gimcli.motion.solve import solve
 from gimcli.positions.dispatch import choose
 from gimcli.positions.newton import Run
-from gimcli.positions.options import JIT, Options
+from gimcli.positions.options import Options
 from gimcli.progress import Notify, Phases, no_phases
 from gimcli.quantities.catalogue import catalogue
 from gimcli.quantities.quantity import Item
@@ -80,9 +80,10 @@ def _texts(given: str | Sequence[str]) -> list[str]:
 @for_each_machine(_machines, _own)
 def sensitivity(
     mechanism: Mechanism, of: str | Sequence[str] = (), *, by: str | Sequence[str] = (),
-    at: Mapping[str, float | str] | None = None, steps: int = 72, samples: int | None = None, seed: int = 0,
-    distribution: str = "normal", jit: str = "auto", notify: Notify | None = None, progress: Phases = no_phases,
-    **inputs: float,
+    at: Mapping[str, float | str] | None = None, steps: Steps = 72,
+    samples: Annotated[int | None, Range(0, MOST_STEPS)] = None, seed: Seed = 0,
+    distribution: Annotated[str, OneOf(DEVIATIONS)] = "normal", jit: Jit = "auto", notify: Notify | None = None,
+    progress: Phases = no_phases, **inputs: float,
 ) -> SensitivityResult:  # fmt: skip
     """Find the derivatives of positions by the dimensions, for example `sensitivity(m, "P", motor=30)`.
 
@@ -117,11 +118,6 @@ def sensitivity(
         StructureError: the mechanism is not fully driven, over-driven or contradictory.
     """
     refuse_linked(mechanism, "sensitivity")
-    refuse_choice("jit", jit, JIT)
-    refuse_choice("distribution", distribution, DEVIATIONS)
-    refuse_count("steps", steps, 1, MOST_STEPS)
-    refuse_count("seed", seed, 0, 2**63)
-    refuse_count("samples", SAMPLES if samples is None else samples, 0, MOST_STEPS)
     whole = bool(mechanism.drivers) and not at and not inputs
     with explained(mechanism):
         make_plan(mechanism)

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,7 +27,7 @@ from gimcli.dynamics.simulation_table import (
 )
 from gimcli.dynamics.simulation_types import SIMULATION, Settings, Simulation
 from gimcli.errors import UsageError
-from gimcli.library.inputs import MOST_STEPS, refuse_choice, refuse_count, refuse_linked
+from gimcli.library.inputs import MOST_STEPS, Jit, OneOf, Range, refuse_linked
 from gimcli.library.machines import accepted, driven_machines, for_each_machine
 from gimcli.library.places import angles, pairs, places
 from gimcli.library.plots import PlannedGraph, drawn, only_angle
@@ -36,7 +36,6 @@ from gimcli.library.vocabulary import Vocabulary
 from gimcli.mechanism import FRAME, FloatArray, Machine, Mechanism
 from gimcli.output.graph import Axis, Curve, CurveGraph
 from gimcli.positions.dispatch import choose, plain
-from gimcli.positions.options import JIT
 from gimcli.progress import Notify, Phases, limited, no_phases
 from gimcli.quantities.catalogue import catalogue
 from gimcli.quantities.state import RatedState, State
@@ -85,9 +84,9 @@ def _texts(plot: str | Sequence[str]) -> list[str]:
 
 @for_each_machine(_machines, _own)
 def simulate(
-    mechanism: Mechanism, time: float = 5.0, *, dt: float | None = None, integrator: str = "",
-    rtol: float = 1e-9, step: float | None = None, slip: float | None = None, standstills: int = 0,
-    reactions: bool = False, plot: str | Sequence[str] = (), jit: str = "auto", notify: Notify | None = None,
+    mechanism: Mechanism, time: float = 5.0, *, dt: float | None = None, integrator: str = "", rtol: float = 1e-9,
+    step: float | None = None, slip: float | None = None, standstills: Annotated[int, Range(0, MOST_STEPS)] = 0,
+    reactions: bool = False, plot: str | Sequence[str] = (), jit: Jit = "auto", notify: Notify | None = None,
     progress: Phases = no_phases, method: str = "", seconds: float | None = None,
 ) -> SimulateResult:  # fmt: skip
     """Simulate the motion of the free inputs (`free: true` in the model) under the forces that act (forward dynamics).
@@ -129,14 +128,12 @@ def simulate(
         raise UsageError(f"rtol: expected a number from 1e-14 to 1e-2, got {rtol:g}")
     integrator = method or integrator
     if integrator:
-        refuse_choice("integrator", integrator, INTEGRATORS)
+        OneOf(INTEGRATORS).refuse("integrator", integrator)
         if INTEGRATORS[integrator].over_input:
             refuse_linked(mechanism, f"simulate --integrator {integrator}")
     if any(friction.mu for friction in mechanism.dynamics.frictions):
         refuse_linked(mechanism, "simulate with dry friction")
     _check_slip(mechanism, slip)
-    refuse_choice("jit", jit, JIT)
-    refuse_count("standstills", standstills, 0, MOST_STEPS)
     plans = _planned(mechanism, _texts(plot)) if _texts(plot) else []
     turns = time * max((abs(r.speed) / math.tau for r in mechanism.dynamics.releases if r.free), default=0.0)
     if turns > SIMULATION.work:

@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gimcli.errors import UsageError
-from gimcli.library.inputs import in_file_units, inputs_of, refuse_choice, refuse_count
+from gimcli.library.inputs import Jit, OneOf, Seed, checked, in_file_units, inputs_of
 from gimcli.library.places import angles, coordinates, places
 from gimcli.library.result import ByName, Result
 from gimcli.library.rounding import titled
@@ -38,10 +38,12 @@ EXACT = 1e-9
 """Largest length error of a position, relative to the size, that is written into a model file."""
 
 
+@checked
 def solve(
     mechanism: Mechanism, at: Mapping[str, float | str] | None = None, *, method: str = "auto",
-    strategy: str = "spectral", tolerance: float = 1e-10, start: str = "drawn", seed: int = 0, history: bool = False,
-    velocities: bool = False, jit: str = "auto", sequence: str = "", **inputs: float,
+    strategy: str = "spectral", tolerance: float = 1e-10, start: Annotated[str, OneOf(STARTS)] = "drawn",
+    seed: Seed = 0, history: bool = False, velocities: bool = False, jit: Jit = "auto", sequence: str = "",
+    **inputs: float,
 ) -> SolveResult:  # fmt: skip
     """Solve one position, for example `solve(m, motor=45)`.
 
@@ -68,8 +70,6 @@ def solve(
         UsageError: an unknown name or an invalid argument.
         StructureError: the mechanism is not fully driven, over-driven or contradictory.
     """
-    refuse_count("seed", seed, 0, 2**63)
-    refuse_choice("start", start, STARTS)
     if history and method != "gim":
         raise UsageError("history, the error after every sweep, needs method gim (--method gim)")
     chosen = Options.checked(method, strategy, tolerance, jit, sequence, seed if start == "random" else None)

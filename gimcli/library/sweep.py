@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,11 +17,12 @@ from gimcli.families.column_names import ColumnNames
 from gimcli.families.design_table import design_table, listed_designs
 from gimcli.families.family import ONE, kernel_name, mode_of
 from gimcli.families.quantity_text import texts_of
+from gimcli.families.sampling import POINTS
 from gimcli.families.sweep_job import SweepJob, chunk_size, default_keep
 from gimcli.families.sweep_run import SweepRun
 from gimcli.families.variation import MOST_VALUES, varied
 from gimcli.library.grid import contents_hash, model_hash
-from gimcli.library.inputs import MOST_STEPS, refuse_count, refuse_linked, refuse_unmoved
+from gimcli.library.inputs import OneOf, Range, Seed, Steps, checked, refuse_linked, refuse_unmoved
 from gimcli.library.machines import accepted, driven_machines
 from gimcli.library.result import RowsResult, joined
 from gimcli.library.sweep_tables import SweepTables
@@ -102,19 +103,17 @@ def sweep(
     return result
 
 
+@checked
 def swept(
-    mechanism: Mechanism, vary: Vary, *, steps: int, samples: int | None = None, points: str = "random",
-    seed: int = 0, keep: str | Sequence[str] = (), where: str = "", goal: str = "", best: int = 0, rows: bool = False,
-    tolerance: float = 1e-10, workers: int = 1, scheduler: str = "", folder: Path | str | None = None,
+    mechanism: Mechanism, vary: Vary, *, steps: Steps = 72,
+    samples: Annotated[int | None, Range(1, MOST_VALUES)] = None, points: Annotated[str, OneOf(POINTS)] = "random",
+    seed: Seed = 0, keep: str | Sequence[str] = (), where: str = "", goal: str = "",
+    best: Annotated[int, Range(0, MOST_VALUES)] = 0, rows: bool = False, tolerance: float = 1e-10,
+    workers: Annotated[int, Range(1, MOST_WORKERS)] = 1, scheduler: str = "", folder: Path | str | None = None,
     resume: bool = False, notify: Notify | None = None, progress: Phases = no_phases,
 ) -> SweepUnderWay:  # fmt: skip
     """Begin a sweep with the arguments of `sweep`; its tables can be written chunk by chunk."""
     refuse_linked(mechanism, "sweep")
-    refuse_count("steps", steps, 1, MOST_STEPS)
-    refuse_count("best", best, 0, MOST_VALUES)
-    refuse_count("workers", workers, 1, MOST_WORKERS)
-    if samples is not None:
-        refuse_count("samples", samples, 1, MOST_VALUES)
     if scheduler and workers > 1:
         raise UsageError("workers are processes on this machine, scheduler uses those of a cluster: remove one of them")
     if resume and folder is None:

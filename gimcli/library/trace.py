@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from functools import cached_property, partial
 from itertools import chain
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import numpy as np
 
 from gimcli.errors import UsageError
 from gimcli.library.extras import Extras
-from gimcli.library.inputs import MOST_STEPS, refuse_choice, refuse_count, refuse_unmoved
+from gimcli.library.inputs import MOST_STEPS, Jit, OneOf, Range, Steps, checked, refuse_unmoved
 from gimcli.library.point_ranges import PointRanges
 from gimcli.library.result import joined
 from gimcli.library.trace_result import TraceResult
@@ -90,18 +90,17 @@ def trace(
     return cast("TraceResult", found.result(joined(found.tables())))
 
 
+@checked
 def traced(
-    mechanism: Mechanism, steps: int, *, derivatives: int = 0, measure: str | Sequence[str] = (),
-    plot: str | Sequence[str] = (), at_limit: str = "stop", circuit: bool = False, branch: int = 1,
-    all_branches: bool = False, method: str = "auto", strategy: str = "spectral", tolerance: float = 1e-10,
-    jit: str = "auto", sequence: str = "", notify: Notify | None = None, progress: Phases = no_phases,
+    mechanism: Mechanism, steps: Steps = 360, *, derivatives: Annotated[int, Range(0, 3)] = 0,
+    measure: str | Sequence[str] = (), plot: str | Sequence[str] = (),
+    at_limit: Annotated[str, OneOf(AT_LIMIT)] = "stop", circuit: bool = False,
+    branch: Annotated[int, Range(1, MOST_STEPS)] = 1, all_branches: bool = False,
+    method: str = "auto", strategy: str = "spectral", tolerance: float = 1e-10,
+    jit: Jit = "auto", sequence: str = "", notify: Notify | None = None, progress: Phases = no_phases,
     keep: bool = False,
 ) -> MotionTrace | CircuitTrace | MachineTables:  # fmt: skip
     """Begin a trace with the arguments of `trace`; its tables can be written piece by piece. `keep` keeps all rows."""
-    refuse_count("steps", steps, 1, MOST_STEPS)
-    refuse_count("derivatives", derivatives, 0, 3)
-    refuse_count("branch", branch, 1, MOST_STEPS)
-    refuse_choice("at_limit", at_limit, AT_LIMIT)
     chosen = Options.checked(method, strategy, tolerance, jit, sequence)
     specs = [measure] if isinstance(measure, str) else list(measure)
     extras = partial(Extras, mechanism, specs, plot, derivatives)

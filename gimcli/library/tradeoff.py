@@ -14,12 +14,11 @@ from gimcli.comparison.timing import TIMING, Clock
 from gimcli.comparison.tradeoff import STEPS, TOLERANCES, Tradeoff, advise, tradeoff as compare
 from gimcli.connected import grouped
 from gimcli.errors import UsageError
-from gimcli.library.inputs import MOST_STEPS, refuse_choice, refuse_count, refuse_linked, refuse_unmoved
+from gimcli.library.inputs import Jit, Steps, refuse_linked, refuse_unmoved
 from gimcli.library.machines import driven_machines, for_each_machine
 from gimcli.library.record import Records, RowField
 from gimcli.library.result import Result
 from gimcli.mechanism import Mechanism
-from gimcli.positions.options import JIT
 from gimcli.progress import Notify, Phases, no_phases
 from gimcli.structure.drive_check import explained
 from gimcli.table import Table
@@ -32,8 +31,8 @@ FINEST, COARSEST = 1e-14, 1.0
 
 @for_each_machine(driven_machines)
 def tradeoff(
-    mechanism: Mechanism, steps: int = STEPS, *, tolerances: Sequence[float] = (), seconds: float = 10.0,
-    jit: str = "auto", notify: Notify | None = None, progress: Phases = no_phases, clock: Clock = TIMING.clock,
+    mechanism: Mechanism, steps: Steps = STEPS, *, tolerances: Sequence[float] = (), seconds: float = 10.0,
+    jit: Jit = "auto", notify: Notify | None = None, progress: Phases = no_phases, clock: Clock = TIMING.clock,
 ) -> TradeoffResult:  # fmt: skip
     """Compare time and true error of all methods at several tolerances, on the motion along the actuators' laws.
 
@@ -55,10 +54,8 @@ def tradeoff(
         StructureError: the mechanism has no actuator, or is not fully driven or over-driven.
     """
     refuse_linked(mechanism, "tradeoff")
-    refuse_choice("jit", jit, JIT)
     if not seconds >= 1.0:
         raise UsageError(f"seconds: expected a number of at least 1, got {seconds:g}")
-    refuse_count("steps", steps, 1, MOST_STEPS)
     for value in tolerances:
         if not FINEST <= value < COARSEST:
             raise UsageError(f"tolerances: expected numbers from 1e-14 to below 1, got {value:g}")

@@ -6,15 +6,14 @@ import math
 from collections.abc import Mapping
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from gimcli.errors import StructureError, UsageError
 from gimcli.library.grid import Grid, Kept, solve_grid
-from gimcli.library.inputs import MOST_STEPS, near, refuse_choice, refuse_count, refuse_linked, refuse_unmoved
+from gimcli.library.inputs import MOST_STEPS, Jit, Range, checked, near, refuse_linked, refuse_unmoved
 from gimcli.library.result import Result
 from gimcli.mechanism import FRAME, ComplexArray, Mechanism
 from gimcli.motion.coupler_points import carried_point
-from gimcli.positions.options import JIT
 from gimcli.progress import WORK, Notify, Phases, limited, no_phases
 from gimcli.reach.boundary import Workspace, survey, task_of
 from gimcli.reach.reach import Reach, reach
@@ -30,10 +29,11 @@ if TYPE_CHECKING:
     from gimcli.output.picture import Content
 
 
+@checked
 def workspace(
     mechanism: Mechanism, point: str = "", *, orientation: Mapping[str, float] | None = None, all: bool = False,
-    grid: int = 0, jit: str = "auto", keep: Path | str | None = None, resume: bool = False,
-    notify: Notify | None = None, progress: Phases = no_phases, seconds: float | None = None,
+    grid: Annotated[int, Range(0, MOST_STEPS)] = 0, jit: Jit = "auto", keep: Path | str | None = None,
+    resume: bool = False, notify: Notify | None = None, progress: Phases = no_phases, seconds: float | None = None,
 ) -> WorkspaceResult:  # fmt: skip
     """Find the region that a node or point can reach, or its paths if one input moves it.
 
@@ -61,13 +61,11 @@ def workspace(
         StructureError: the mechanism has no actuator, or is not fully driven or over-driven.
         UnassembledError: no assembled position within the ranges of the laws was found.
     """
-    refuse_choice("jit", jit, JIT)
     refuse_linked(mechanism, "workspace")
     if mechanism.couplings:
         raise StructureError(
             f"{mechanism.name} has inputs that follow others: `gim trace` and `gim circuits` give the paths of points"
         )
-    refuse_count("grid", grid, 0, MOST_STEPS)
     name = _point(mechanism, point)
     mechanism = _machine_of(mechanism, name)
     held = _held(mechanism, orientation or {})
