@@ -140,6 +140,11 @@ SequenceText = Annotated[
     ),
 ]  # fmt: skip
 
+SHARED = {
+    "at": At, "jit": JitOption, "seconds": Seconds, "steps": Steps, "strategy": StrategyOption, "tolerance": Tolerance,
+}  # fmt: skip
+"""Options that have the same form in all commands, by the names of the arguments of verbs."""
+
 
 def pairs(given: list[str], option: str = "--at", form: str = "ACTUATOR=VALUE") -> dict[str, str]:
     """Return the values of --at by the names of the actuators, or those of another option of this kind."""

@@ -30,14 +30,13 @@ def solve_all(
     outputs: Outputs, at: dict[str, str], tolerance: float, changes: list[str], seconds: float | None
 ) -> None:
     """Find every configuration, print and write it; exit with 5 if there is none."""
-    from gimcli.cli.outputs import by_machine
     from gimcli.library.configurations import ConfigurationsResult, configurations
 
     mechanism = outputs.loaded(changes=changes, every=True)
     found = configurations(mechanism, at, tolerance=tolerance, progress=progress_bar, seconds=seconds)
     pictures = outputs.files.of("picture")
     shown = pictures[0] if pictures and isinstance(found, ConfigurationsResult) else None
-    outputs.finish(found, by_machine(partial(_print, shown)))
+    outputs.finish(found, partial(_print, shown))
 
 
 def _print(png: Path | None, result: ConfigurationsResult) -> None:

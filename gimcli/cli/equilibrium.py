@@ -2,33 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
-
 import typer
 
-from gimcli.cli.arguments import (
-    INPUTS,
-    METHOD,
-    MODEL,
-    NONE,
-    Assembly,
-    At,
-    Json,
-    ModelPath,
-    Out,
-    PngFile,
-    Seconds,
-    Set,
-    Tolerance,
-    pairs,
-)
+from gimcli.cli.arguments import INPUTS, METHOD
 from gimcli.cli.console import print_records
-from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
-from gimcli.cli.progress import progress_bar
+from gimcli.cli.from_verb import from_verb
+from gimcli.library.equilibrium import EquilibriumResult
 from gimcli.library.rounding import at_inputs, number
-
-if TYPE_CHECKING:
-    from gimcli.library.equilibrium import EquilibriumResult
 
 HELP = (
     "Inputs with `free: true`, or named by --free, are released, the others are held at --at. With one released input"
@@ -40,54 +20,6 @@ EXAMPLES = (
     "gim equilibrium balanced_lamp --set lamp=0.7",
 )
 SHOWN = 40
-
-
-@with_picture_options
-def command(
-    model: ModelPath = MODEL,
-    changes: Set = NONE,
-    free: Annotated[
-        list[str],
-        typer.Option(
-            "--free", metavar="ACTUATOR", help="Input that is released; repeatable, or with commas.",
-            rich_help_panel=INPUTS,
-        ),
-    ] = NONE,
-    at: At = NONE,
-    time: Annotated[
-        float, typer.Option("--time", metavar="T", help="Time of tables over the time [s].", rich_help_panel=INPUTS)
-    ] = 0.0,
-    assembly: Assembly = "",
-    starts: Annotated[
-        int,
-        typer.Option(
-            "--starts", metavar="N", min=1, max=100_000,
-            help="Several released inputs: starts in a row that find nothing new before the end.",
-            rich_help_panel=METHOD,
-        ),
-    ] = 24,
-    seed: Annotated[
-        int, typer.Option("--seed", metavar="N", min=0, help="Seed of the random starts.", rich_help_panel=METHOD)
-    ] = 0,
-    tolerance: Tolerance = 1e-10,
-    seconds: Seconds = None,
-    out: Out = NONE,
-    png: PngFile = None,
-    as_json: Json = False,
-    drawing: Drawing = NO_OPTIONS,
-) -> None:  # fmt: skip
-    """Find the equilibria."""
-    from gimcli.cli.outputs import Outputs, by_machine
-    from gimcli.library.equilibrium import EquilibriumResult, equilibrium
-
-    outputs = Outputs(EquilibriumResult, model, out, png=png, as_json=as_json, drawing=drawing)
-    inputs = pairs(at)
-    mechanism = outputs.loaded(assembly, inputs, tolerance, changes=changes)
-    found = equilibrium(
-        mechanism, free, inputs, time=time, starts=starts, seed=seed, tolerance=tolerance, progress=progress_bar,
-        seconds=seconds,
-    )  # fmt: skip
-    outputs.finish(found, by_machine(_print))
 
 
 def _print(result: EquilibriumResult) -> None:
@@ -135,3 +67,17 @@ def remarks(result: EquilibriumResult) -> list[str]:
         (found.history is not None and not found.closed, f"the circuit is not closed: {found.ended}"),
     )
     return [*lines, *(text for holds, text in further if holds)]
+
+
+OPTIONS = {
+    "free": typer.Option(
+        "--free", metavar="ACTUATOR", help="Input that is released; repeatable, or with commas.", rich_help_panel=INPUTS
+    ),
+    "time": typer.Option("--time", metavar="T", rich_help_panel=INPUTS),
+    "starts": typer.Option(
+        "--starts", metavar="N", rich_help_panel=METHOD,
+        help="Several released inputs: starts in a row that find nothing new before the end.",
+    ),
+    "seed": typer.Option("--seed", metavar="N", rich_help_panel=METHOD),
+}  # fmt: skip
+command = from_verb("equilibrium", _print, OPTIONS)

@@ -88,7 +88,7 @@ def command(
         return
     if time is not None:
         raise UsageError("--time is the time of the loads in one position: add --at ACTUATOR=VALUE")
-    from gimcli.cli.outputs import Outputs, by_machine
+    from gimcli.cli.outputs import Outputs
     from gimcli.library.forces import ForcesResult, forces_along
 
     outputs = Outputs(ForcesResult, model, out, writes=True, picture=png, as_json=as_json, drawing=drawing)
@@ -96,7 +96,7 @@ def command(
     mechanism = outputs.loaded(assembly, tolerance=tolerance, changes=changes)
     note_doubtful_loading(mechanism)
     found = outputs.stream(forces_along(mechanism, steps, tolerance, jit.value, plot, note, progress_bar))
-    outputs.show(found, by_machine(partial(_print, full)))
+    outputs.show(found, partial(_print, full))
 
 
 def _refuse_motion(steps: int, plot: list[str], full: bool) -> None:
@@ -112,13 +112,13 @@ def _hold(
 ) -> None:  # fmt: skip
     """Find the forces of one position at rest."""
     from gimcli.cli.holding import print_holding
-    from gimcli.cli.outputs import Outputs, by_machine
+    from gimcli.cli.outputs import Outputs
     from gimcli.library.holding_forces import HoldingResult, holding_forces
 
     outputs, inputs = Outputs(HoldingResult, model, out, as_json=as_json, drawing=drawing), pairs(at)
     mechanism = outputs.loaded(assembly, inputs, tolerance, changes=changes)
     found = holding_forces(mechanism, inputs, time=time, tolerance=tolerance, jit=jit.value)
-    outputs.finish(found, by_machine(print_holding))
+    outputs.finish(found, print_holding)
 
 
 def _print(full: bool, result: ForcesResult) -> None:

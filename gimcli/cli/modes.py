@@ -2,30 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+import cmath
+import math
 
 import typer
 
-from gimcli.cli.arguments import (
-    INPUTS,
-    MODEL,
-    NONE,
-    Assembly,
-    At,
-    CsvFile,
-    Json,
-    ModelPath,
-    Out,
-    PngFile,
-    Set,
-    Tolerance,
-    pairs,
-)
-from gimcli.cli.console import print_more, print_records, print_table
-from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
-
-if TYPE_CHECKING:
-    from gimcli.library.modes import ModesResult
+from gimcli.cli.arguments import INPUTS
+from gimcli.cli.console import note_doubtful_loading, print_more, print_records, print_table
+from gimcli.cli.from_verb import from_verb
+from gimcli.library.modes import ModesResult
+from gimcli.library.rounding import number
+from gimcli.table import labelled
 
 HELP = (
     "Inputs with `free: true`, or named by --free, are released, the others are held at --at. The position must be an"
@@ -47,46 +34,6 @@ SEEN = (
 MODES = "Modes"
 
 
-@with_picture_options
-def command(
-    model: ModelPath = MODEL,
-    changes: Set = NONE,
-    free: Annotated[
-        list[str],
-        typer.Option(
-            "--free", metavar="ACTUATOR", help="Input that is released; repeatable, or with commas.",
-            rich_help_panel=INPUTS,
-        ),
-    ] = NONE,
-    at: At = NONE,
-    time: Annotated[
-        float, typer.Option("--time", metavar="T", help="Time of tables over the time [s].", rich_help_panel=INPUTS)
-    ] = 0.0,
-    settle: Annotated[
-        bool,
-        typer.Option("--settle", help="Follow the forces to an equilibrium first.", rich_help_panel=INPUTS),
-    ] = False,
-    assembly: Assembly = "",
-    tolerance: Tolerance = 1e-10,
-    out: Out = NONE,
-    csv: CsvFile = None,
-    png: PngFile = None,
-    as_json: Json = False,
-    drawing: Drawing = NO_OPTIONS,
-) -> None:  # fmt: skip
-    """Find the modes."""
-    from gimcli.cli.console import note_doubtful_loading
-    from gimcli.cli.outputs import Outputs, by_machine
-    from gimcli.library.modes import ModesResult, modes
-
-    outputs = Outputs(ModesResult, model, out, csv=csv, png=png, as_json=as_json, drawing=drawing)
-    inputs = pairs(at)
-    mechanism = outputs.loaded(assembly, inputs, tolerance, changes=changes)
-    note_doubtful_loading(mechanism)
-    found = modes(mechanism, free, inputs, time=time, settle=settle, tolerance=tolerance)
-    outputs.finish(found, by_machine(_print))
-
-
 def _print(result: ModesResult) -> None:
     typer.echo(result.headline())
     if not result.complete:
@@ -101,8 +48,6 @@ def _print(result: ModesResult) -> None:
 
 
 def _print_shapes(result: ModesResult) -> None:
-    from gimcli.table import labelled
-
     shapes = result.shapes[:SHOWN]
     head = ["shape", *(f"mode {k}" for k in range(1, len(shapes) + 1))]
     rows = [
@@ -115,11 +60,16 @@ def _print_shapes(result: ModesResult) -> None:
 
 def _participation(value: complex) -> str:
     """Return a participation, of a shape with phases with its angle."""
-    import cmath
-    import math
-
-    from gimcli.library.rounding import number
-
     if abs(value.imag) <= 1e-9 * abs(value):
         return number(value.real, 1.0)
     return f"{number(abs(value), 1.0)} at {math.degrees(cmath.phase(value)):.1f} deg"
+
+
+OPTIONS = {
+    "free": typer.Option(
+        "--free", metavar="ACTUATOR", help="Input that is released; repeatable, or with commas.", rich_help_panel=INPUTS
+    ),
+    "time": typer.Option("--time", metavar="T", rich_help_panel=INPUTS),
+    "settle": typer.Option("--settle", help="Follow the forces to an equilibrium first.", rich_help_panel=INPUTS),
+}
+command = from_verb("modes", _print, OPTIONS, files="csv png", loaded=(note_doubtful_loading,))

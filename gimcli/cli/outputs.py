@@ -186,19 +186,22 @@ class Outputs:
             progress_bar(DRAWING)
         self.written = write_contents(result.contents(paths), self.options)
 
-    def finish(self, found: Found, printed: Callable[[Found], None]) -> None:
+    def finish(self, found: Result, printed: Callable[[Any], None]) -> None:
         """Write the files of a result, and show it."""
         self.write(found)
         self.show(found, printed)
 
-    def show(self, found: Found, printed: Callable[[Found], None]) -> None:
-        """Print the report, or its JSON object; exit with 5 if a part is missing."""
+    def show(self, found: Result, printed: Callable[[Any], None]) -> None:
+        """Print the report, of each independent machine, or its JSON object; exit with 5 if a part is missing."""
         if self.as_json:
             print_json({**found.report(), **self.report()})
         else:
             end_bars()
             with redirect_stdout(sys.stderr) if self.files.stdout else nullcontext():
-                printed(found)
+                for name, one in found.by_machine().items():
+                    if name:
+                        typer.echo(f"{name}:")
+                    printed(one)
                 if found.limited:
                     typer.echo(f"{found.outcome}: {Status.WORK_LIMIT.text}")
                 print_written(self.written)
@@ -213,18 +216,6 @@ class Outputs:
             if name:
                 first[name] = str(path)
         return {**first, "files": [str(path) for path in self.written]}
-
-
-def by_machine(show: Callable[[Any], None]) -> Callable[[Any], None]:
-    """Return a function that prints a result with `show`, or that of each independent machine below its name."""
-
-    def shown(found: Any) -> None:
-        for name, one in getattr(found, "each", {"": found}).items():
-            if name:
-                typer.echo(f"{name}:")
-            show(one)
-
-    return shown
 
 
 def _named(path: Path | None, contents: tuple[str, ...], option: str) -> list[str]:

@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated
 
+import numpy as np
 import typer
 
-from gimcli.cli.arguments import INPUTS, MODEL, NONE, Assembly, Jit, JitOption, Json, ModelPath, Out, Png, Set, Steps
-from gimcli.cli.console import note, note_doubtful_loading, print_table
-from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
-from gimcli.cli.progress import progress_bar
+from gimcli.canonical import first_greatest
+from gimcli.cli.arguments import INPUTS
+from gimcli.cli.console import note_doubtful_loading, print_table
+from gimcli.cli.from_verb import from_verb
+from gimcli.dynamics.flywheel import Flywheel
+from gimcli.library.reduce import ReduceResult
 from gimcli.library.rounding import greatest, input_value, number
-
-if TYPE_CHECKING:
-    from gimcli.dynamics.flywheel import Flywheel
-    from gimcli.library.reduce import ReduceResult
+from gimcli.table import labelled
 
 HELP = (
     "Reduced inertia J, torque tau of weight, loads and springs, potential energy V and their exact derivatives over"
@@ -29,44 +28,6 @@ EXAMPLES = (
 FLYWHEEL = "Flywheel"
 
 
-@with_picture_options
-def command(
-    model: ModelPath = MODEL,
-    changes: Set = NONE,
-    steps: Steps = 360,
-    assembly: Assembly = "",
-    name: Annotated[
-        str,
-        typer.Option(
-            "--input", metavar="ACTUATOR", help="Input that remains; default: the first.", rich_help_panel=INPUTS
-        ),
-    ] = "",
-    fluctuation: Annotated[
-        float | None,
-        typer.Option("--fluctuation", metavar="C", help="Coefficient of speed fluctuation.", rich_help_panel=FLYWHEEL),
-    ] = None,
-    rpm: Annotated[
-        float | None, typer.Option("--rpm", metavar="N", help="Mean speed [1/min].", rich_help_panel=FLYWHEEL)
-    ] = None,
-    jit: JitOption = Jit.AUTO,
-    out: Out = NONE,
-    png: Png = True,
-    as_json: Json = False,
-    drawing: Drawing = NO_OPTIONS,
-) -> None:
-    """Reduce a mechanism to one input."""
-    from gimcli.cli.outputs import Outputs, by_machine
-    from gimcli.library.reduce import ReduceResult, reduce
-
-    outputs = Outputs(ReduceResult, model, out, writes=True, picture=png, as_json=as_json, drawing=drawing)
-    mechanism = outputs.loaded(assembly, changes=changes)
-    note_doubtful_loading(mechanism)
-    found = reduce(
-        mechanism, name, steps, fluctuation=fluctuation, rpm=rpm, jit=jit.value, notify=note, progress=progress_bar
-    )
-    outputs.finish(found, by_machine(_print))
-
-
 def _print(found: ReduceResult) -> None:
     _print_extremes(found)
     typer.echo(found.headline())
@@ -77,11 +38,6 @@ def _print(found: ReduceResult) -> None:
 
 
 def _print_extremes(found: ReduceResult) -> None:
-    import numpy as np
-
-    from gimcli.canonical import first_greatest
-    from gimcli.table import labelled
-
     table, name = found.table(), found.report()["input"]
     q, rows = table.floats("q"), []
     for column in table.columns[1:-1]:
@@ -107,3 +63,15 @@ def _print_wheel(wheel: Flywheel) -> None:
         f"{what} for a fluctuation of {wheel.fluctuation:g} at {number(rpm)} rev/min ({without}); driving torque"
         f" {number(wheel.torque, wheel.work)} N m, largest change of the work {number(wheel.work)} J"
     )
+
+
+OPTIONS = {
+    "input": typer.Option(
+        "--input", metavar="ACTUATOR", help="Input that remains; default: the first.", rich_help_panel=INPUTS
+    ),
+    "fluctuation": typer.Option(
+        "--fluctuation", metavar="C", help="Coefficient of speed fluctuation.", rich_help_panel=FLYWHEEL
+    ),
+    "rpm": typer.Option("--rpm", metavar="N", help="Mean speed [1/min].", rich_help_panel=FLYWHEEL),
+}
+command = from_verb("reduce", _print, OPTIONS, writes=True, loaded=(note_doubtful_loading,))

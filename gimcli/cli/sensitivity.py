@@ -2,31 +2,18 @@
 
 from __future__ import annotations
 
-from enum import StrEnum
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Any
 
+import numpy as np
 import typer
 
-from gimcli.cli.arguments import (
-    INPUTS,
-    MODEL,
-    NONE,
-    Assembly,
-    At,
-    Jit,
-    JitOption,
-    Json,
-    ModelPath,
-    Out,
-    Png,
-    Set,
-    Steps,
-    pairs,
-)
-from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
-
-if TYPE_CHECKING:
-    from gimcli.library.sensitivity_result import SensitivityResult
+from gimcli.canonical import first_greatest
+from gimcli.cli.arguments import INPUTS
+from gimcli.cli.console import print_table
+from gimcli.cli.from_verb import from_verb
+from gimcli.library.rounding import at_inputs, number
+from gimcli.library.sensitivity_result import SensitivityResult
+from gimcli.table import labelled
 
 HELP = (
     "Exact derivatives of points, angles and transmission angles by the numbers of the model file, at one position"
@@ -43,81 +30,11 @@ DIMENSIONS = 12
 """Largest number of dimensions of a quantity that are printed."""
 
 
-class Distribution(StrEnum):
-    """Distributions of a dimension within its tolerance."""
-
-    NORMAL = "normal"
-    UNIFORM = "uniform"
-
-
-@with_picture_options
-def command(
-    model: ModelPath = MODEL,
-    changes: Set = NONE,
-    of: Annotated[
-        list[str],
-        typer.Option(
-            "--of", metavar="QUANTITY", rich_help_panel=INPUTS,
-            help='P, P.x, member, transmission, angle:A/B; of a motion also numbers as in `gim sweep --keep`, such as'
-            ' "max(P.y)"; repeatable. Default: the traced points.',
-        ),
-    ] = NONE,
-    by: Annotated[
-        list[str],
-        typer.Option(
-            "--by", metavar="NAME,NAME", rich_help_panel=INPUTS,
-            help="Dimensions or actuators; repeatable. Default: all numbers of the file that move a node.",
-        ),
-    ] = NONE,
-    at: At = NONE,
-    assembly: Assembly = "",
-    steps: Steps = 72,
-    samples: Annotated[
-        int | None,
-        typer.Option(
-            "--samples", metavar="N", min=0, max=10_000_000, rich_help_panel=TOLERANCES,
-            help="Random designs within the tolerances (default 10000; 0: none).",
-        ),
-    ] = None,
-    seed: Annotated[
-        int, typer.Option("--seed", metavar="N", min=0, help="Seed of the random designs.", rich_help_panel=TOLERANCES)
-    ] = 0,
-    distribution: Annotated[
-        Distribution,
-        typer.Option(
-            "--distribution", metavar="NAME", rich_help_panel=TOLERANCES, show_default=False,
-            help="normal (default; the tolerance is 3 standard deviations) or uniform.",
-        ),
-    ] = Distribution.NORMAL,
-    jit: JitOption = Jit.AUTO,
-    out: Out = NONE,
-    png: Png = True,
-    as_json: Json = False,
-    drawing: Drawing = NO_OPTIONS,
-) -> None:  # fmt: skip
-    """Find sensitivities."""
-    from gimcli.cli.console import note
-    from gimcli.cli.outputs import Outputs, by_machine
-    from gimcli.cli.progress import progress_bar
-    from gimcli.library.sensitivity import sensitivity
-    from gimcli.library.sensitivity_result import SensitivityResult
-
-    inputs = pairs(at)
-    outputs = Outputs(SensitivityResult, model, out, writes=True, picture=png, as_json=as_json, drawing=drawing)
-    found = sensitivity(
-        outputs.loaded(assembly, inputs, changes=changes), of, by=_names(by), at=inputs, steps=steps, samples=samples,
-        seed=seed, distribution=distribution.value, jit=jit.value, notify=note, progress=progress_bar,
-    )  # fmt: skip
-    outputs.finish(found, by_machine(_print))
-
-
 def _names(given: list[str]) -> list[str]:
     return [name.strip() for text in given for name in text.split(",") if name.strip()]
 
 
 def _print(found: SensitivityResult) -> None:
-    from gimcli.cli.console import print_table
-
     typer.echo(found.headline())
     if found.reason:
         typer.echo(found.reason)
@@ -139,10 +56,6 @@ def _print(found: SensitivityResult) -> None:
 
 
 def _title(found: SensitivityResult, k: int) -> str:
-    import numpy as np
-
-    from gimcli.library.rounding import number
-
     unit = "" if found.units[k] == "unit" else f" {found.units[k]}"
     value = found.value[found.names[k]]
     if not found.by_rows:
@@ -161,8 +74,6 @@ def _head(found: SensitivityResult) -> tuple[str, ...]:
 
 def _rows(found: SensitivityResult, k: int, derivatives: dict[str, Any]) -> list[tuple[str, ...]]:
     """Return the dimensions of a quantity, the one with the largest effect first."""
-    import numpy as np
-
     rows = []
     for n in np.argsort(-found.effects[k], kind="stable").tolist():
         one, own = found.dimensions[n], derivatives[found.dimensions[n].name]
@@ -174,8 +85,6 @@ def _rows(found: SensitivityResult, k: int, derivatives: dict[str, Any]) -> list
 
 
 def _where(found: SensitivityResult, own: dict[str, Any]) -> str:
-    from gimcli.library.rounding import at_inputs
-
     return at_inputs(found.mechanism, own.get("at", {}))
 
 
@@ -185,10 +94,6 @@ def _short(value: float | None) -> str:
 
 def _print_spread(found: SensitivityResult, report: dict[str, Any]) -> None:
     """Print the spread of each quantity; of a motion where the first-order standard deviation is largest."""
-    from gimcli.canonical import first_greatest
-    from gimcli.cli.console import print_table
-    from gimcli.table import labelled
-
     head = ["quantity", "worst case", "RSS", "sd, first order"]
     sampled, spread = found.sampled, found.spread
     if spread is None:
@@ -213,3 +118,26 @@ def _print_spread(found: SensitivityResult, report: dict[str, Any]) -> None:
             f"{sampled.samples} random designs, {found.distribution} distribution, seed {found.seed};"
             f" {int(sampled.samples - sampled.solved.min())} without a position; ±: standard error"
         )
+
+
+OPTIONS = {
+    "of": typer.Option(
+        "--of", metavar="QUANTITY", rich_help_panel=INPUTS,
+        help='P, P.x, member, transmission, angle:A/B; of a motion also numbers as in `gim sweep --keep`, such as'
+        ' "max(P.y)"; repeatable. Default: the traced points.',
+    ),
+    "by": typer.Option(
+        "--by", metavar="NAME,NAME", rich_help_panel=INPUTS,
+        help="Dimensions or actuators; repeatable. Default: all numbers of the file that move a node.",
+    ),
+    "samples": typer.Option(
+        "--samples", metavar="N", rich_help_panel=TOLERANCES,
+        help="Random designs within the tolerances (default 10000; 0: none).",
+    ),
+    "seed": typer.Option("--seed", metavar="N", rich_help_panel=TOLERANCES),
+    "distribution": typer.Option(
+        "--distribution", metavar="NAME", rich_help_panel=TOLERANCES, show_default=False,
+        help="normal (default; the tolerance is 3 standard deviations) or uniform.",
+    ),
+}  # fmt: skip
+command = from_verb("sensitivity", _print, OPTIONS, writes=True, read={"by": _names})

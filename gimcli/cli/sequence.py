@@ -2,33 +2,15 @@
 
 from __future__ import annotations
 
-from functools import partial
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
-from gimcli.cli.arguments import (
-    MODEL,
-    NONE,
-    OUTPUT,
-    Assembly,
-    At,
-    Json,
-    ModelPath,
-    Out,
-    PngFile,
-    Set,
-    Strategy,
-    StrategyOption,
-    Tolerance,
-    pairs,
-)
+from gimcli.cli.arguments import OUTPUT
 from gimcli.cli.console import print_table
-from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
-
-if TYPE_CHECKING:
-    from gimcli.gim.report import SequenceGroupReport
-    from gimcli.library.sequence import SequenceResult
+from gimcli.cli.from_verb import from_verb
+from gimcli.gim.report import SequenceGroupReport
+from gimcli.library.sequence import SequenceResult
 
 HELP = (
     "Groups in order of solution; for each step of the Geometrical-Iterative Method the node that is moved, about"
@@ -37,34 +19,7 @@ HELP = (
 EXAMPLES = ("gim sequence double_butterfly --explain",)
 
 
-@with_picture_options
-def command(
-    model: ModelPath = MODEL,
-    changes: Set = NONE,
-    at: At = NONE,
-    assembly: Assembly = "",
-    strategy: StrategyOption = Strategy.SPECTRAL,
-    tolerance: Tolerance = 1e-10,
-    explain: Annotated[
-        bool, typer.Option("--explain", help="Name the rule that placed each step.", rich_help_panel=OUTPUT)
-    ] = False,
-    out: Out = NONE,
-    png: PngFile = None,
-    as_json: Json = False,
-    drawing: Drawing = NO_OPTIONS,
-) -> None:
-    """Find and print the sequence."""
-    from gimcli.cli.outputs import Outputs, by_machine
-    from gimcli.library.sequence import SequenceResult, sequence
-
-    inputs = pairs(at)
-    outputs = Outputs(SequenceResult, model, out, png=png, as_json=as_json, drawing=drawing)
-    mechanism = outputs.loaded(assembly, inputs, tolerance, changes=changes)
-    found = sequence(mechanism, inputs, strategy=strategy.value, tolerance=tolerance)
-    outputs.finish(found, by_machine(partial(_print, explain)))
-
-
-def _print(explain: bool, found: SequenceResult) -> None:
+def _print(found: SequenceResult, explain: bool) -> None:
     typer.echo(found.headline())
     for number, group in enumerate(found.groups, start=1):
         _print_group(number, group, explain)
@@ -87,3 +42,9 @@ def _print_group(number: int, group: SequenceGroupReport, explain: bool) -> None
         for k, s in enumerate(group.steps, start=1):
             typer.echo(f"   {k}. {s.reason}")
     typer.echo("")
+
+
+EXPLAIN = Annotated[
+    bool, typer.Option("--explain", help="Name the rule that placed each step.", rich_help_panel=OUTPUT)
+]
+command = from_verb("sequence", _print, extra={"explain": EXPLAIN})

@@ -2,34 +2,22 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Any
 
 import typer
 
-from gimcli.cli.arguments import (
-    INPUTS,
-    MODEL,
-    NONE,
-    OUTPUT,
-    Assembly,
-    Jit,
-    JitOption,
-    Json,
-    ModelPath,
-    Out,
-    Png,
-    Seconds,
-    Set,
-)
-from gimcli.cli.console import note, note_doubtful_loading, print_more, print_table
-from gimcli.cli.measures import PlotsOnly, refuse_unseen
-from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
-from gimcli.cli.progress import end_bars, progress_bar
+from gimcli.cli.arguments import INPUTS, OUTPUT
+from gimcli.cli.console import note_doubtful_loading, print_more, print_table
+from gimcli.cli.force_tables import print_open
+from gimcli.cli.from_verb import from_verb
+from gimcli.cli.measures import PLOT_HELP
+from gimcli.cli.progress import end_bars
 from gimcli.dynamics.integrators import INTEGRATORS, STEPPED, USUAL, WITH_DRY_FRICTION
+from gimcli.dynamics.simulation_table import column_names
 from gimcli.library.rounding import greatest, input_value, number
-
-if TYPE_CHECKING:
-    from gimcli.library.simulate import SimulateResult
+from gimcli.library.simulate import SimulateResult
+from gimcli.mechanism import Mechanism
+from gimcli.output import refuse_repeated
 
 HELP = (
     "Inputs with `free: true` move under weight, loads, springs, friction and driving efforts; the other inputs follow"
@@ -52,81 +40,7 @@ def _registered(name: str) -> str:
     return name
 
 
-@with_picture_options
-def command(
-    model: ModelPath = MODEL,
-    changes: Set = NONE,
-    assembly: Assembly = "",
-    time: Annotated[
-        float, typer.Option("--time", "-t", metavar="S", help="Seconds of motion.", rich_help_panel=INPUTS)
-    ] = 5.0,
-    until: Annotated[
-        int,
-        typer.Option(
-            "--standstills", metavar="K", min=0, help="Stop at the K-th standstill of a free input; 0: never.",
-            rich_help_panel=INPUTS,
-        ),
-    ] = 0,
-    integrator: Annotated[
-        str,
-        typer.Option(
-            "--integrator", metavar="NAME", callback=_registered, rich_help_panel=INTEGRATION,
-            help=f"{', '.join(INTEGRATORS)}; default: {USUAL}, with dry friction {WITH_DRY_FRICTION}.",
-        ),
-    ] = "",
-    method: Annotated[str, typer.Option("--method", callback=_registered, hidden=True)] = "",
-    rtol: Annotated[
-        float,
-        typer.Option("--rtol", metavar="T", help="Relative tolerance of inputs and speeds.",
-                     rich_help_panel=INTEGRATION),
-    ] = 1e-9,
-    step: Annotated[
-        float | None,
-        typer.Option("--step", metavar="S", help=f"Step of {STEPPED}; default: 0.001.", rich_help_panel=INTEGRATION),
-    ] = None,
-    slip: Annotated[
-        float | None,
-        typer.Option(
-            "--slip", metavar="V", rich_help_panel=INTEGRATION,
-            help="Slip speed below which dry friction grows smoothly [rad/s]; default: 1e-6 rad / --time.",
-        ),
-    ] = None,
-    seconds: Seconds = None,
-    jit: JitOption = Jit.AUTO,
-    dt: Annotated[
-        float | None,
-        typer.Option("--dt", metavar="S", help="Seconds between rows; default: --time / 200.", rich_help_panel=OUTPUT),
-    ] = None,
-    reactions: Annotated[
-        bool, typer.Option("--reactions", help="Add the reactions in all pairs.", rich_help_panel=OUTPUT)
-    ] = False,
-    plot: PlotsOnly = NONE,
-    out: Out = NONE,
-    png: Png = True,
-    as_json: Json = False,
-    drawing: Drawing = NO_OPTIONS,
-) -> None:  # fmt: skip
-    """Simulate."""
-    from gimcli.cli.outputs import Outputs, by_machine
-    from gimcli.dynamics.simulation_table import column_names
-    from gimcli.library.simulate import SimulateResult, simulate
-    from gimcli.output import refuse_repeated
-
-    outputs = Outputs(SimulateResult, model, out, writes=True, picture=png, as_json=as_json, drawing=drawing)
-    refuse_unseen(plot, outputs.draws)
-    mechanism = outputs.loaded(assembly, changes=changes)
-    refuse_repeated(column_names(mechanism))
-    note_doubtful_loading(mechanism)
-    found = simulate(
-        mechanism, time, dt=dt, integrator=method or integrator, rtol=rtol, step=step, slip=slip, standstills=until,
-        reactions=reactions, plot=plot, jit=jit.value, notify=note, progress=progress_bar, seconds=seconds,
-    )  # fmt: skip
-    outputs.finish(found, by_machine(_print))
-
-
 def _print(result: SimulateResult) -> None:
-    from gimcli.cli.force_tables import print_open
-
     end_bars()
     found = result.found
     _print_events(result)
@@ -164,3 +78,38 @@ def _print_events(result: SimulateResult) -> None:
     head = ("event", "time [s]", *names, *(f"{n}.speed" for n in names))
     print_table("", head, rows, range(1, len(head)))
     print_more(len(events), EVENTS)
+
+
+def _refuse_repeated(mechanism: Mechanism) -> None:
+    """Refuse names of columns that are the same."""
+    refuse_repeated(column_names(mechanism))
+
+
+OPTIONS = {
+    "time": typer.Option("--time", "-t", metavar="S", help="Seconds of motion.", rich_help_panel=INPUTS),
+    "standstills": typer.Option(
+        "--standstills", metavar="K", rich_help_panel=INPUTS,
+        help="Stop at the K-th standstill of a free input; 0: never.",
+    ),
+    "integrator": typer.Option(
+        "--integrator", metavar="NAME", callback=_registered, rich_help_panel=INTEGRATION,
+        help=f"{', '.join(INTEGRATORS)}; default: {USUAL}, with dry friction {WITH_DRY_FRICTION}.",
+    ),
+    "method": typer.Option("--method", callback=_registered, hidden=True),
+    "rtol": typer.Option(
+        "--rtol", metavar="T", help="Relative tolerance of inputs and speeds.", rich_help_panel=INTEGRATION
+    ),
+    "step": typer.Option(
+        "--step", metavar="S", help=f"Step of {STEPPED}; default: 0.001.", rich_help_panel=INTEGRATION
+    ),
+    "slip": typer.Option(
+        "--slip", metavar="V", rich_help_panel=INTEGRATION,
+        help="Slip speed below which dry friction grows smoothly [rad/s]; default: 1e-6 rad / --time.",
+    ),
+    "dt": typer.Option(
+        "--dt", metavar="S", help="Seconds between rows; default: --time / 200.", rich_help_panel=OUTPUT
+    ),
+    "reactions": typer.Option("--reactions", rich_help_panel=OUTPUT),
+    "plot": typer.Option("--plot", metavar="GRAPH,...", rich_help_panel=OUTPUT, help=PLOT_HELP),
+}  # fmt: skip
+command = from_verb("simulate", _print, OPTIONS, writes=True, loaded=(_refuse_repeated, note_doubtful_loading))

@@ -119,7 +119,7 @@ def command(
     """Trace a motion."""
     if "help" in measure:
         print_measures()
-    from gimcli.cli.outputs import Outputs, by_machine
+    from gimcli.cli.outputs import Outputs
     from gimcli.library.trace import MotionTraceResult, traced
 
     outputs = Outputs(MotionTraceResult, model, out, writes=True, picture=png, as_json=as_json, drawing=drawing)
@@ -131,7 +131,7 @@ def command(
         tolerance=tolerance, jit=jit.value, sequence=sequence, notify=note, progress=progress_bar,
     )  # fmt: skip
     found: Any = outputs.stream(cast(Any, begun))
-    outputs.show(found, _print if isinstance(found, MotionTraceResult) else by_machine(_print_circuits))
+    outputs.show(found, _print if isinstance(found, MotionTraceResult) else _print_circuits)
 
 
 def _print(found: MotionTraceResult) -> None:

@@ -65,6 +65,10 @@ class MachinesResult(Result):
         """The events of all machines, each with the name of its machine."""
         return [{**event, "machine": name} for name, one in self.each.items() for event in one.events]
 
+    def by_machine(self) -> dict[str, Result]:
+        """Return the results by the names of their machines."""
+        return dict(self.each)
+
     def headline(self) -> str:
         """Return the result in one line."""
         own = (f"{name}: {one.headline().partition(': ')[2]}" for name, one in self.each.items())

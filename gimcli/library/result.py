@@ -56,6 +56,10 @@ class Result(Mapping[str, NDArray[Any]]):
         """The status word of the search: "ok" or "work-limit"."""
         return (Status.WORK_LIMIT if self.limited else Status.OK).word
 
+    def by_machine(self) -> dict[str, Result]:
+        """Return the results that are shown, by the names of their machines; of one machine the name is empty."""
+        return {"": self}
+
     @abstractmethod
     def report(self) -> dict[str, Any]:
         """Return the report that the command prints with --json, without the names of files."""
