@@ -129,4 +129,4 @@ def _start(mechanism: Mechanism) -> ComplexArray:
         return mechanism.drawn
     if found.position.status.value or not np.all(np.isfinite(found.position.z)):
         raise UnassembledError(f"{titled(mechanism, found.inputs)}: no position to convert: {found.reason}")
-    return found.position.z
+    return np.asarray(found.position.z)

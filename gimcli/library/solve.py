@@ -40,12 +40,11 @@ EXACT = 1e-9
 
 @checked
 def solve(
-    mechanism: Mechanism, at: Mapping[str, float | str] | None = None, *, method: str = "auto",
-    strategy: str = "spectral", tolerance: float = 1e-10, start: Annotated[str, OneOf(STARTS)] = "drawn",
-    seed: Seed = 0, history: bool = False, velocities: bool = False, jit: Jit = "auto", sequence: str = "",
-    **inputs: float,
-) -> SolveResult:  # fmt: skip
-    """Solve one position, for example `solve(m, motor=45)`.
+    mechanism: Mechanism, at: Mapping[str, Any] | None = None, *, method: str = "auto", strategy: str = "spectral",
+    tolerance: float = 1e-10, start: Annotated[str, OneOf(STARTS)] = "drawn", seed: Seed = 0, history: bool = False,
+    velocities: bool = False, jit: Jit = "auto", sequence: str = "", **inputs: Any,
+) -> Any:  # fmt: skip
+    """Solve one position, for example `solve(m, motor=45)`, or one for each value of arrays of inputs.
 
     Args:
         mechanism: from `load` or `loads`.
@@ -60,11 +59,13 @@ def solve(
         jit: "auto" compiles the kernels where this saves time; "on", "off". The numbers are the same.
         sequence: with method "gim": the moves of one sweep, such as "A>B O4>B": FROM>TO imposes a distance,
             ARM^VERTEX>TO an angle. By default the best sequence is searched.
-        inputs: inputs by name, in the file's units. Inputs that are not given have the value at the start of their law.
+        inputs: inputs by name, in the file's units, or arrays (rows,) of them. Inputs that are not given have the value
+            at the start of their law.
 
     Returns:
         A SolveResult; `.status` is "ok" if the position is solved, otherwise coordinates and angles are NaN; of several
-        machines those of machines that are not solved.
+        machines those of machines that are not solved. With arrays a SolvedPositions: `.status`, `.xy[name]` (rows, 2),
+        `.angle[member]` and all columns have one row for each value; each is solved by itself, by method "auto".
 
     Raises:
         UsageError: an unknown name or an invalid argument.
@@ -72,6 +73,13 @@ def solve(
     """
     if history and method != "gim":
         raise UsageError("history, the error after every sweep, needs method gim (--method gim)")
+    given = {**(at if isinstance(at, Mapping) else {}), **inputs}
+    if any(np.ndim(value) for value in given.values()):
+        if (method, start, history, velocities, sequence) != ("auto", "drawn", False, False, ""):
+            raise UsageError("arrays of inputs are solved by method auto: remove method, start, history, velocities")
+        from gimcli.library.solved_positions import solved_positions
+
+        return solved_positions(mechanism, given, tolerance)
     chosen = Options.checked(method, strategy, tolerance, jit, sequence, seed if start == "random" else None)
     values = inputs_of(mechanism, at, inputs)
     with explained(mechanism):

@@ -24,7 +24,7 @@ ARGUMENTS = {
     "modes": [(), {"angle": -1.5707963267948966}],
 }  # fmt: skip
 OPTIONS = {"fit": {"starts": 200}, "tradeoff": {"tolerances": [1e-4]}}
-OTHERS = {"Mechanism", "assembled", "convert", "load", "loads", "shipped_models"}
+OTHERS = {"evaluator", "Mechanism", "assembled", "convert", "load", "loads", "shipped_models"}
 """Public names that give no result with numbers."""
 
 

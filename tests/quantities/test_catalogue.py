@@ -256,3 +256,24 @@ def test_forces_and_simulations_draw_and_know_any_quantity_of_their_motion():
     assert s.graphs()[0].curves[0].y == pytest.approx(s["B.vx"])
     assert "B.vx" not in s
     assert np.hypot(*s["B.v"].T) == pytest.approx(s["|B.v|"])
+
+
+def test_positions_at_arrays_of_inputs_are_those_of_each_input():
+    m = gimcli.load(MODELS / "slider_crank.yaml")
+    u = [10.0, 200.0, 75.0]
+    p = gimcli.solve(m, motor=u)
+    each = [gimcli.solve(m, motor=value) for value in u]
+    assert p.status.tolist() == ["ok"] * 3
+    name = m.traced[0]
+    assert p.xy[name] == pytest.approx(np.array([one.xy[name] for one in each]))
+    for quantity in (f"{name}.x", "rod.angle", f"distance:{name}/{m.nodes[0]}", "motor"):
+        assert p[quantity] == pytest.approx(np.array([one[quantity] for one in each])), quantity
+    pair = gimcli.solve(gimcli.load(MODELS / "five_bar.yaml"), {"motor_1": [100, 110], "motor_2": 60})
+    assert pair["motor_2"].tolist() == pytest.approx([60.0, 60.0])
+    bad = gimcli.solve(m.with_({"rod": 0.9}), motor=[0.0, 270.0])
+    assert bad.status[1] != "ok"
+    assert np.isnan(bad[f"{name}.x"][1])
+    with pytest.raises(UsageError, match="equal length"):
+        gimcli.solve(gimcli.load(MODELS / "five_bar.yaml"), {"motor_1": [100, 110], "motor_2": [1, 2, 3]})
+    with pytest.raises(UsageError, match="method auto"):
+        gimcli.solve(m, motor=u, method="gim")

@@ -1,0 +1,93 @@
+"""Positions at arrays of inputs, each solved by itself from the initial coordinates."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from gimcli.errors import UsageError
+from gimcli.families.designs import Designs
+from gimcli.families.family import Family
+from gimcli.library.inputs import inputs_of
+from gimcli.library.places import angles, pairs, places
+from gimcli.library.result import ByName, RowsResult
+from gimcli.mechanism import FRAME, FloatArray, Mechanism
+from gimcli.quantities.coordinates import MemberTurning, PointVector
+from gimcli.quantities.state import RatedState
+from gimcli.status import Status
+from gimcli.structure.drive_check import explained
+from gimcli.table import Column, Table
+
+
+def solved_positions(mechanism: Mechanism, at: Mapping[str, Any], tolerance: float) -> SolvedPositions:
+    """Return the positions at inputs of which some are arrays (rows,); the others are the same in all rows."""
+    try:
+        given = np.broadcast_arrays(*(np.asarray(values, dtype=np.float64) for values in at.values()))
+    except ValueError:
+        raise UsageError("at: expected numbers, and arrays of equal length") from None
+    if given[0].ndim != 1:
+        raise UsageError(f"at: expected arrays with one axis, got {given[0].ndim}")
+    rows = [inputs_of(mechanism, dict(zip(at, row, strict=True)), {}) for row in np.stack(given, axis=1).tolist()]
+    inputs = np.array(rows).reshape(len(rows), -1)
+    with explained(mechanism):
+        found = Family(mechanism, [], tolerance).solve(np.empty((len(rows), 0)), inputs=inputs[:, :, None])
+    return SolvedPositions(mechanism, found, inputs.T)
+
+
+class SolvedPositions(RowsResult):
+    """Positions: `status` (rows,), `xy[name]` (rows, 2), `angle[member]` (rows,), and the columns by name.
+
+    A row that is not solved has a status word other than "ok", and NaN.
+    """
+
+    KIND = "solve"
+
+    def __init__(self, mechanism: Mechanism, found: Designs, inputs: FloatArray) -> None:
+        self.mechanism, self._found, self._inputs = mechanism, found, inputs
+        self._table = None
+
+    def state(self) -> RatedState:
+        """Return the positions, of which any quantity of positions may be asked by its name."""
+        return RatedState(self.mechanism, self._z, None, self._inputs)
+
+    @property
+    def _z(self) -> Any:
+        return self._found.z[:, :, 0].T
+
+    @property
+    def complete(self) -> bool:
+        """Whether all positions are solved."""
+        return bool(self._found.good.all())
+
+    @cached_property
+    def xy(self) -> ByName:
+        """Coordinates (rows, 2) of nodes and points in the file's length unit."""
+        return places(self.mechanism, self._z, pairs)
+
+    @cached_property
+    def angle(self) -> ByName:
+        """Directions (rows,) of the members, from their first node to their second, -180 to 180 degrees."""
+        return angles(self.mechanism, self._z, np.asarray)
+
+    def table(self) -> Table:
+        """Return one row for each position: inputs, coordinates of nodes and points, directions, residual, status."""
+        own, state = self.mechanism, self.state()
+        names = [*own.nodes, *(p.name for p in own.points)]
+        asked = [*(PointVector(own, name, 0) for name in names)]
+        members = [MemberTurning(own, k, 0) for k in range(FRAME + 1, len(own.members))]
+        columns = [Column(a.name, state.row(a.name), own.unit_of(a)) for a in own.actuators]
+        for one in (*asked, *members):
+            columns += [Column(h.name, np.asarray(state.value(one, k)), h.unit) for k, h in enumerate(one.heads)]
+        words = np.array([status.word for status in Status])[self._found.codes[:, 0]]
+        return Table((*columns, Column("residual", self._found.residual[:, 0]), Column("status", words)))
+
+    def headline(self) -> str:
+        """Return the result in one line."""
+        return f"{self.mechanism.name}: {int(self._found.good.sum())} of {len(self._found.codes)} positions solved"
+
+    def report(self) -> dict[str, Any]:
+        """Return the number of positions, and of those that are solved."""
+        return {"positions": len(self._found.codes), "solved": int(self._found.good.sum())}
