@@ -57,8 +57,8 @@ def _motion(mechanism: Mechanism, report: dict[str, Any]) -> Iterator[Row]:
         yield "transmission", "/".join(one["parts"]), "worst angle", repr(one["worst"]), one["unit"], at(one["at"])
     for one in report["peaks"]:
         yield "greatest", one["name"], one["quantity"], repr(one["greatest"]), one["unit"], at(one["at"])
-    if report["drawing"] is not None:
-        for node, away in report["drawing"]["nodes"].items():
+    for one in report.get("machines", [report]):
+        for node, away in (one["drawing"] or {"nodes": {}})["nodes"].items():
             yield "initial coordinates", node, "distance", repr(away), _unit(mechanism.length_unit), ""
 
 

@@ -182,7 +182,21 @@ class Result(Mapping[str, NDArray[Any]]):
         """Return the state of which any quantity may be asked by its name; None if there is none."""
         return None
 
-    def __getitem__(self, name: str) -> Any:
+    def to_frame(self) -> Any:
+        """Return the columns as a DataFrame of pandas.
+
+        Raises UsageError if pandas is not installed.
+        """
+        try:
+            from pandas import DataFrame
+        except ImportError:
+            raise UsageError("to_frame needs pandas, which is not installed: pip install pandas") from None
+        return DataFrame({column.name: column.values for column in self.table().columns})
+
+    def __getitem__(self, name: str | list[str]) -> Any:
+        """Return a quantity by its name (rows,), or those of a list of names (rows, names)."""
+        if isinstance(name, list):
+            return np.stack([self[one] for one in name], axis=-1)
         table = self.table()
         if name in table.names:
             return table[name]

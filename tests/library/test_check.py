@@ -380,3 +380,10 @@ def test_the_page_has_the_report_and_the_motion(name, tmp_path):
     found.save(tmp_path / "check.html")
     text = (tmp_path / "check.html").read_text(encoding="utf-8")
     assert all(word in text for word in ("redundant constraints", found.type, "Warnings"))
+
+
+def test_the_table_of_several_machines_has_the_nodes_of_each():
+    found = gimcli.check(gimcli.load(MODELS / "floating_hexagon.yaml"))
+    nodes = found["name"][found["section"] == "initial coordinates"].tolist()
+    assert nodes == [node for one in found.report()["machines"] for node in one["drawing"]["nodes"]]
+    assert len(nodes) > len(set(nodes)) > 0

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -444,3 +445,15 @@ def test_text_in_a_dict_is_not_read_as_a_number():
     data = crank_rocker()
     data["name"] = np.str_("1e3")
     assert gimcli.load(data).name == "1e3"
+
+
+def test_several_columns_at_once_and_a_frame_of_pandas(four_bar, monkeypatch):
+    found = gimcli.trace(four_bar, steps=3)
+    assert np.array_equal(found[["B.x", "motor"]], np.column_stack([found["B.x"], found["motor"]]))
+    monkeypatch.setitem(sys.modules, "pandas", SimpleNamespace(DataFrame=dict))
+    frame = found.to_frame()
+    assert list(frame) == list(found)
+    assert np.array_equal(frame["B.y"], found["B.y"])
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    with pytest.raises(gimcli.GimError, match="pandas"):
+        found.to_frame()
