@@ -141,7 +141,8 @@ SequenceText = Annotated[
 ]  # fmt: skip
 
 SHARED = {
-    "at": At, "jit": JitOption, "seconds": Seconds, "steps": Steps, "strategy": StrategyOption, "tolerance": Tolerance,
+    "at": At, "jit": JitOption, "method": MethodOption, "seconds": Seconds, "sequence": SequenceText, "steps": Steps,
+    "strategy": StrategyOption, "tolerance": Tolerance,
 }  # fmt: skip
 """Options that have the same form in all commands, by the names of the arguments of verbs."""
 

@@ -36,18 +36,19 @@ def from_verb(
     name: str, show: Callable[..., None], options: Mapping[str, OptionInfo] | None = None, *,
     writes: bool = False, files: str = "png", assembled: bool = True,
     loaded: Sequence[Callable[[Mechanism], None]] = (), read: Mapping[str, Callable[[Any], Any]] | None = None,
-    extra: Mapping[str, Any] | None = None,
+    extra: Mapping[str, Any] | None = None, begun: str = "",
 ) -> Callable[..., None]:  # fmt: skip
     """Return the command of a verb, with the signature that typer reads; `show` prints its result.
 
     `options`: the form of the options that other commands do not have, by the names of the verb's arguments. `writes`:
     without `-o` the usual files are written. `files`: the options for single files. `assembled`: whether there is
     --assembly. `loaded`: functions of the mechanism, before the analysis. `read`: functions of the values of options.
-    `extra`: switches of the terminal, which `show` gets by name.
+    `extra`: switches of the terminal, which `show` gets by name. `begun`: the function with the arguments of the verb
+    that begins a result whose rows are written while they are computed.
     """
-    module, result = RESULTS[name].split(".")
-    verb = getattr(import_module(f"gimcli.library.{name}"), name)
-    found, readers = getattr(import_module(f"gimcli.library.{module}"), result), {"at": pairs, **(read or {})}
+    module, kind = RESULTS[name].split(".")
+    verb = getattr(import_module(f"gimcli.library.{name}"), begun or name)
+    found, readers = getattr(import_module(f"gimcli.library.{module}"), kind), {"at": pairs, **(read or {})}
 
     def command(**given: Any) -> None:
         drawing = {one.name: given.pop(one.name) for one in OPTIONS if one.name in given}
@@ -66,7 +67,11 @@ def from_verb(
         for noted in loaded:
             noted(mechanism)
         reporters = {key: value for key, value in REPORTERS.items() if key in signature(verb).parameters}
-        outputs.finish(verb(mechanism, **arguments, **reporters), partial(show, **shown))
+        result = verb(mechanism, **arguments, **reporters)
+        if begun:
+            outputs.show(outputs.stream(result), partial(show, **shown))
+        else:
+            outputs.finish(result, partial(show, **shown))
 
     common = [("model", ModelPath, MODEL), ("changes", Set, NONE)]
     common += [("assembly", Assembly, "")] if assembled else []
@@ -74,13 +79,8 @@ def from_verb(
     last += [("csv", CsvFile, None)] if "csv" in files else []
     last += [("png", Png, True) if writes else ("png", PngFile, None)] if "png" in files else []
     own = own_options(unwrap(verb), options or {})
-    every = [
-        *common,
-        *own,
-        *((key, kind, False) for key, kind in (extra or {}).items()),
-        *last,
-        ("as_json", Json, False),
-    ]
+    switches = [(key, kind, False) for key, kind in (extra or {}).items()]
+    every = [*common, *own, *switches, *last, ("as_json", Json, False)]
     listed = [Parameter(key, Parameter.KEYWORD_ONLY, annotation=kind, default=value) for key, kind, value in every]
     command.__signature__ = Signature([*listed, *OPTIONS * ("png" in files)])  # type: ignore[attr-defined]
     return command

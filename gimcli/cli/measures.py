@@ -42,8 +42,10 @@ def refuse_unseen(plot: list[str], draws: bool) -> None:
         )
 
 
-def print_measures() -> None:
-    """Print the kinds of measures and end."""
+def measures_of(given: list[str]) -> list[str]:
+    """Return the values of --measure; if one is `help`, print the kinds of measures and end."""
+    if "help" not in given:
+        return given
     from gimcli.quantities.kinds import help_lines
 
     print_table("Measures", ("measure", "result"), help_lines())

@@ -2,61 +2,24 @@
 
 from __future__ import annotations
 
-from enum import StrEnum
-from typing import TYPE_CHECKING, Annotated, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import typer
 
-from gimcli.cli.arguments import (
-    MODEL,
-    NONE,
-    Assembly,
-    Jit,
-    JitOption,
-    Json,
-    Method,
-    MethodOption,
-    ModelPath,
-    Out,
-    Png,
-    SequenceText,
-    Set,
-    Steps,
-    Strategy,
-    StrategyOption,
-    Tolerance,
-)
-from gimcli.cli.console import note, print_more, print_status
-from gimcli.cli.measures import (
-    QUANTITIES,
-    MeasureOption,
-    PlotOption,
-    print_measures,
-    print_points,
-    print_ranges,
-    refuse_unseen,
-)
-from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
-from gimcli.cli.progress import progress_bar
+from gimcli.cli.console import print_more, print_status
+from gimcli.cli.from_verb import from_verb
+from gimcli.cli.measures import PLOT_HELP, QUANTITIES, measures_of, print_points, print_ranges
 from gimcli.library.rounding import at_inputs, how_it_ends, input_value, interval, intervals
-from gimcli.status import CHANGE, TANGENCY
+from gimcli.library.trace import MotionTraceResult
+from gimcli.status import CHANGE, TANGENCY, Status
 
 if TYPE_CHECKING:
     from gimcli.library.circuit_trace import CircuitTraceResult
-    from gimcli.library.trace import MotionTraceResult
     from gimcli.motion.motion import Motion
 
 
 AT_START = 1e-12
 """Time, 0..1, up to which a motion passes a position as it starts."""
-
-
-class AtLimit(StrEnum):
-    """Actions at the limit of an input."""
-
-    STOP = "stop"
-    SKIP = "skip"
-    REVERSE = "reverse"
 
 
 HELP = (
@@ -74,69 +37,14 @@ LIMITS = "Limits and branches"
 EVENTS = 6
 
 
-@with_picture_options
-def command(
-    model: ModelPath = MODEL,
-    changes: Set = NONE,
-    steps: Steps = 360,
-    assembly: Assembly = "",
-    derivatives: Annotated[
-        int,
-        typer.Option(
-            "--derivatives", "-d", metavar="K", min=0, max=3, rich_help_panel=QUANTITIES,
-            help="1: velocities; 2: also accelerations; 3: also jerks.",
-        ),
-    ] = 0,
-    measure: MeasureOption = NONE,
-    plot: PlotOption = NONE,
-    at_limit: Annotated[
-        AtLimit,
-        typer.Option(
-            "--at-limit", metavar="ACTION", rich_help_panel=LIMITS, show_default=False,
-            help="At the limit of an input: stop (default), skip, reverse.",
-        ),
-    ] = AtLimit.STOP,
-    circuit: Annotated[
-        bool, typer.Option("--circuit", help="Follow the circuit of the start, not the law.", rich_help_panel=LIMITS)
-    ] = False,
-    branch: Annotated[
-        int, typer.Option("--branch", metavar="K", min=1, help="Branch taken at a change point.",
-                          rich_help_panel=LIMITS)
-    ] = 1,
-    all_branches: Annotated[
-        bool, typer.Option("--all-branches", help="Follow every circuit that crosses it.", rich_help_panel=LIMITS)
-    ] = False,
-    method: MethodOption = Method.AUTO,
-    strategy: StrategyOption = Strategy.SPECTRAL,
-    sequence: SequenceText = "",
-    tolerance: Tolerance = 1e-10,
-    jit: JitOption = Jit.AUTO,
-    out: Out = NONE,
-    png: Png = True,
-    as_json: Json = False,
-    drawing: Drawing = NO_OPTIONS,
-) -> None:  # fmt: skip
-    """Trace a motion."""
-    if "help" in measure:
-        print_measures()
-    from gimcli.cli.outputs import Outputs
-    from gimcli.library.trace import MotionTraceResult, traced
-
-    outputs = Outputs(MotionTraceResult, model, out, writes=True, picture=png, as_json=as_json, drawing=drawing)
-    refuse_unseen(plot, outputs.draws)
-    mechanism = outputs.loaded(assembly, tolerance=tolerance, changes=changes)
-    begun = traced(
-        mechanism, steps, derivatives=derivatives, measure=measure, plot=plot, at_limit=at_limit.value,
-        circuit=circuit, branch=branch, all_branches=all_branches, method=method.value, strategy=strategy.value,
-        tolerance=tolerance, jit=jit.value, sequence=sequence, notify=note, progress=progress_bar,
-    )  # fmt: skip
-    found: Any = outputs.stream(cast(Any, begun))
-    outputs.show(found, _print if isinstance(found, MotionTraceResult) else _print_circuits)
+def _shown(found: MotionTraceResult | CircuitTraceResult) -> None:
+    if isinstance(found, MotionTraceResult):
+        _print(found)
+    else:
+        _print_circuits(found)
 
 
 def _print(found: MotionTraceResult) -> None:
-    from gimcli.status import Status
-
     typer.echo(found.headline())
     for part, machine in zip(found.motion.machines, found.machines, strict=True):
         if len(found.machines) > 1:
@@ -227,3 +135,30 @@ def _print_reach(motion: Motion, reached: dict[str, list[list[float]]]) -> None:
         for start, end in reached[actuator.name]:
             part = interval(motion.mechanism, actuator.name, start, end, 0.0)
             typer.echo(f"{actuator.name} reaches {part}; its law is {whole}")
+
+
+OPTIONS = {
+    "derivatives": typer.Option(
+        "--derivatives", "-d", metavar="K", rich_help_panel=QUANTITIES,
+        help="1: velocities; 2: also accelerations; 3: also jerks.",
+    ),
+    "measure": typer.Option(
+        "--measure", "-m", metavar="KIND:ARGS", rich_help_panel=QUANTITIES,
+        help="Add a measure; repeatable; `-m help` lists them.",
+    ),
+    "plot": typer.Option("--plot", metavar="GRAPH,...", rich_help_panel=QUANTITIES, help=PLOT_HELP),
+    "at_limit": typer.Option(
+        "--at-limit", metavar="ACTION", rich_help_panel=LIMITS, show_default=False,
+        help="At the limit of an input: stop (default), skip, reverse.",
+    ),
+    "circuit": typer.Option(
+        "--circuit", help="Follow the circuit of the start, not the law.", rich_help_panel=LIMITS
+    ),
+    "branch": typer.Option(
+        "--branch", metavar="K", help="Branch taken at a change point.", rich_help_panel=LIMITS
+    ),
+    "all_branches": typer.Option(
+        "--all-branches", help="Follow every circuit that crosses it.", rich_help_panel=LIMITS
+    ),
+}  # fmt: skip
+command = from_verb("trace", _shown, OPTIONS, writes=True, begun="traced", read={"measure": measures_of})

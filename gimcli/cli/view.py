@@ -11,7 +11,7 @@ import typer
 
 from gimcli.cli.arguments import MODEL, NONE, Assembly, ModelPath, Set, Steps, assignments
 from gimcli.cli.console import note, printable
-from gimcli.cli.measures import QUANTITIES, MeasureOption, PlotOption, print_measures
+from gimcli.cli.measures import QUANTITIES, MeasureOption, PlotOption, measures_of
 from gimcli.cli.progress import end_bars, progress_bar
 from gimcli.errors import UsageError
 
@@ -55,8 +55,7 @@ def command(
     ] = True,
 ) -> None:  # fmt: skip
     """Show a motion in the browser while its file is edited."""
-    if "help" in measure:
-        print_measures()
+    measures_of(measure)
     signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell may have switched it off for a background job
     settings = {"steps": steps, "derivatives": derivatives, "measure": measure, "plot": ",".join(plot)}
     try:
