@@ -6,7 +6,7 @@ import os
 import signal
 from contextlib import suppress
 from types import FrameType
-from typing import Any
+from typing import Any, cast
 
 
 def _quit(number: int, frame: FrameType | None) -> None:
@@ -20,7 +20,6 @@ with suppress(ValueError):  # imported by a thread: it gets no signals
 
 import sys
 from importlib import import_module
-from typing import cast
 
 import typer
 from typer.core import CompletionItem, TyperGroup  # type: ignore[attr-defined]  # typer lists no names

@@ -194,18 +194,6 @@ def begin_from(lanes: FloatArray, row: FloatArray, time: float) -> None:
 
 
 @stage
-def begin_here(lanes: FloatArray, time: float) -> None:
-    """Make the first new row the only solved one."""
-    for k in range(lanes.shape[0]):
-        value = lanes[k, HISTORY]
-        for r in range(HISTORY):
-            lanes[k, r] = value
-    for r in range(HISTORY):
-        lanes[TIME, r] = -math.inf
-    lanes[TIME, HISTORY - 1] = time
-
-
-@stage
 def accept(lanes: FloatArray, count: int) -> None:
     """Copy the last solved rows, of which `count` are new, to the start of the lanes."""
     for k in range(lanes.shape[0]):
@@ -256,7 +244,7 @@ def start_dyads(
     begin(room.w, room.lanes, at, rows, row, 1)
     hold_frame(room.lanes, at, nominal.held, tables.frame[d], HISTORY, HISTORY + 1)
     place_all(room, q, at, nominal.sign)
-    begin_here(room.lanes, rows.time[row])
+    begin_from(room.lanes, room.lanes[:, HISTORY], rows.time[row])
     if advance(room, q, groups, at, nominal.sign, solver, 1, False) == 1:
         return SOLVED
     return NO_START if room.lanes[SQUARE, HISTORY] < -room.lanes[NOISE, HISTORY] else CAREFUL
@@ -461,7 +449,7 @@ def family(
             found.outcome[d] = begun
             continue
         write(room.lanes, at, found, d, row, 1)
-        begin_here(room.lanes, time[row])
+        begin_from(room.lanes, room.lanes[:, HISTORY], time[row])
         q, groups = program_of(nominal.q, tables, d), groups_of(nominal.groups, tables, d)
         outcome = follow(room, q, groups, at, nominal, tables.frame[d], solver, rows, row, one, found, d)
         outcome = judged(found, d, outcome, nominal.surplus, solver.enough)

@@ -37,12 +37,6 @@ def drawn(canvas: Any, content: Content | Printed) -> Iterator[Any]:
         yield canvas(_figure(printed))
 
 
-def canvas_of(canvas: Any, content: Content | Printed) -> Any:
-    """Return the figure of a content on a matplotlib canvas of the given class; `drawn` is to write it."""
-    with drawn(canvas, content) as found:
-        return found
-
-
 def _figure(printed: Printed) -> Any:
     figure = figure_of(printed)
     figure.set_dpi(printed.dpi or resolution(figure.get_figwidth()))

@@ -325,7 +325,7 @@ def test_nothing_of_a_stacked_picture_is_clipped_or_overlaps():
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
     from gimcli.output.drawing import motion_picture
-    from gimcli.output.figure import canvas_of
+    from canvases import canvas_of
     from gimcli.output.panels import with_panels
 
     run = run_model("crank_rocker", 36)

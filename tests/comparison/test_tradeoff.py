@@ -23,7 +23,7 @@ from gimcli.comparison.timing import Measured, Timing
 from gimcli.comparison.tradeoff import Entry, Tradeoff, advise, mark_efficient, tradeoff
 from gimcli.errors import StructureError
 from gimcli.motion.motion import trace
-from gimcli.output.figure import canvas_of
+from canvases import canvas_of
 from gimcli.output.tradeoff import tradeoff_picture
 from gimcli.positions.options import Options
 

@@ -8,7 +8,7 @@ from bundled import MODELS
 from in_process import gim
 
 import gimcli
-from gimcli.output.figure import canvas_of
+from canvases import canvas_of
 from gimcli.output.graph import EQUAL, POLAR, Axis, Curve, CurveGraph, graph_of
 from gimcli.output.panels import panel
 from gimcli.output.picture import Frame, Picture

@@ -9,7 +9,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 import gimcli
 from gimcli.output.drawing import motion_picture, position_picture
-from gimcli.output.figure import canvas_of
+from canvases import canvas_of
 from gimcli.output.labels import Labels
 from gimcli.output.picture import Frame, Picture
 from gimcli.output.style import LEADER, LINK, PIN
