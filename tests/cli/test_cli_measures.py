@@ -322,10 +322,10 @@ def test_a_mechanism_at_rest_has_no_arrows(tmp_path):
 
 def test_nothing_of_a_stacked_picture_is_clipped_or_overlaps():
     """All texts are inside the figure; axes with their labels do not overlap."""
+    from canvases import canvas_of
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
     from gimcli.output.drawing import motion_picture
-    from canvases import canvas_of
     from gimcli.output.panels import with_panels
 
     run = run_model("crank_rocker", 36)

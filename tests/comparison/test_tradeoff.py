@@ -12,6 +12,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from bundled import MANUAL, MODELS
+from canvases import canvas_of
 from in_process import printed as gim
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from table1_operations import CASES, from_far, measure
@@ -23,7 +24,6 @@ from gimcli.comparison.timing import Measured, Timing
 from gimcli.comparison.tradeoff import Entry, Tradeoff, advise, mark_efficient, tradeoff
 from gimcli.errors import StructureError
 from gimcli.motion.motion import trace
-from canvases import canvas_of
 from gimcli.output.tradeoff import tradeoff_picture
 from gimcli.positions.options import Options
 

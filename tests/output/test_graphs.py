@@ -5,10 +5,10 @@ import itertools
 import numpy as np
 import pytest
 from bundled import MODELS
+from canvases import canvas_of
 from in_process import gim
 
 import gimcli
-from canvases import canvas_of
 from gimcli.output.graph import EQUAL, POLAR, Axis, Curve, CurveGraph, graph_of
 from gimcli.output.panels import panel
 from gimcli.output.picture import Frame, Picture

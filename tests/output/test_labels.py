@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from bundled import FILES
+from canvases import canvas_of
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 import gimcli
 from gimcli.output.drawing import motion_picture, position_picture
-from canvases import canvas_of
 from gimcli.output.labels import Labels
 from gimcli.output.picture import Frame, Picture
 from gimcli.output.style import LEADER, LINK, PIN
