@@ -16,9 +16,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from gimcli.assemblies.cosine_rows import EPS, CosineRows
+from gimcli.canonical import TURN
 from gimcli.mechanism import FloatArray
-
-TURN = 2 * np.pi
 
 
 @dataclass(frozen=True)

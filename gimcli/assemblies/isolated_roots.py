@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gimcli.assemblies.contraction import TURN
 from gimcli.assemblies.cosine_rows import EPS
 from gimcli.assemblies.krawczyk import Coefficients, image, local
+from gimcli.canonical import TURN
 from gimcli.mechanism import BoolArray, FloatArray
 
 

@@ -34,10 +34,8 @@ class RuleNumber:
     """A number whose operations follow the table of rules; comparisons use its value."""
 
     value: Any
-
-    def apply(self, name: str, *operands: Any) -> Any:
-        """Return the result of an operation of the table on such numbers and plain ones."""
-        raise NotImplementedError
+    apply: Callable[..., Any]
+    """The result of an operation of the table on such numbers and plain ones: apply(name, operand, ...)."""
 
     __add__, __radd__ = _operator("add")
     __sub__, __rsub__ = _operator("subtract")

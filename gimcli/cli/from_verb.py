@@ -82,7 +82,7 @@ def from_verb(
     switches = [(key, kind, False) for key, kind in (extra or {}).items()]
     every = [*common, *own, *switches, *last, ("as_json", Json, False)]
     listed = [Parameter(key, Parameter.KEYWORD_ONLY, annotation=kind, default=value) for key, kind, value in every]
-    command.__signature__ = Signature([*listed, *OPTIONS * ("png" in files)])  # type: ignore[attr-defined]
+    command.__signature__ = Signature([*listed, *OPTIONS * ("png" in files)])  # type: ignore[attr-defined]  # read by typer
     return command
 
 

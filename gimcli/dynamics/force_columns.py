@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,7 +33,7 @@ class ForceColumn(NamedTuple):
 
     name: str
     unit: str
-    find: Callable[[Forces], NDArray[np.inexact]]  # (rows,), x + iy of a vector
+    find: Callable[[Forces], NDArray[Any]]  # (rows,), x + iy of a vector
     vector: bool = False
 
     @property
@@ -44,7 +44,7 @@ class ForceColumn(NamedTuple):
     def columns(self, forces: Forces) -> list[Column]:
         """Return the columns (rows,)."""
         found = self.find(forces)
-        return xy_columns(self.name, found, self.unit) if self.vector else [Column(self.name, found, self.unit)]  # type: ignore[arg-type]
+        return xy_columns(self.name, found, self.unit) if self.vector else [Column(self.name, found, self.unit)]
 
 
 def effort_unit(mechanism: Mechanism, actuator: int) -> str:

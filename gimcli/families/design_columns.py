@@ -1,10 +1,9 @@
 """Columns of many designs at once, from their positions: the same numbers as those of a trace of each design.
 
 Columns of coordinates, inputs, angles and velocities of members, and transmission angles are computed for all designs
-together. Columns of accelerations, and other measures, are computed design by design, which takes about a millisecond
-each; so are velocities in small sweeps, which are not compiled.
-
-Directions of members in the motions of many designs, full turns counted as in a trace (`rates.member_angles`).
+together. Columns of accelerations and forces, and other measures, are computed design by design, which takes some
+milliseconds each; so are velocities in small sweeps, which are not compiled. Full turns of directions are counted as in
+a trace (`rates.member_angles`).
 """
 
 from __future__ import annotations
@@ -14,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from gimcli.canonical import phase
+from gimcli.canonical import TURN, phase
 from gimcli.families.column_names import SOLVED, TYPE, ColumnNames
 from gimcli.families.design_motions import DesignMotions
 from gimcli.families.designs import Designs
@@ -33,8 +32,6 @@ from gimcli.rates.member_angles import CLEAR, COUNTED, LawAngles, full_turn
 
 FINEST = 64
 """Largest number of parts of a step in which an angle is followed to count its turns."""
-
-TURN = 2.0 * np.pi
 
 
 def counted_angles(motions: DesignMotions, member: int) -> FloatArray:

@@ -1,6 +1,6 @@
 """The motions of designs that are solved together, each also as the motion of a mechanism of its own.
 
-Where an input has a given value along the motions of many designs.
+They also say where an input has a given value.
 """
 
 from __future__ import annotations

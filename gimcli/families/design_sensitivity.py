@@ -1,6 +1,6 @@
 """Values and exact derivatives of quantities by dimensions and inputs, along the positions of one mechanism.
 
-Dimensions that redundant constraints fix: a change of one of them alone contradicts the other dimensions.
+Dimensions that redundant constraints fix have none: a change of one of them alone contradicts the other dimensions.
 """
 
 from __future__ import annotations

@@ -86,7 +86,7 @@ def _bounded(table: DesignTable) -> DesignTable:
 def listed_designs(columns: Mapping[str, Any]) -> DesignTable:
     """Return the table of designs that are given by the values of each dimension, one after another."""
     own = varied({name: np.atleast_1d(values) for name, values in columns.items()})
-    counts = {name: len(values.values) for name, values in zip(own.names, own.variations, strict=True)}  # type: ignore[union-attr]
+    counts = {name: np.size(values) for name, values in columns.items()}
     if len(set(counts.values())) > 1:
         raise UsageError(f"vary: each dimension needs a value for each design, got {counts}")
     return _bounded(DesignTable(own, next(iter(counts.values())), in_order=True))

@@ -61,11 +61,7 @@ def hints_of(verb: Callable[..., Any]) -> dict[str, Any]:
 @cache
 def limits(verb: Callable[..., Any]) -> dict[str, Range | OneOf]:
     """Return the ranges and words of a verb's arguments by name, from their annotations."""
-    own = SimpleNamespace(
-        __annotations__={name: text for name, text in verb.__annotations__.items() if name != "return"}
-    )
-    hints = get_type_hints(own, verb.__globals__, include_extras=True)
-    return {name: hint.__metadata__[0] for name, hint in hints.items() if get_origin(hint) is Annotated}
+    return {name: hint.__metadata__[0] for name, hint in hints_of(verb).items() if get_origin(hint) is Annotated}
 
 
 def checked(verb: Callable[P, R]) -> Callable[P, R]:

@@ -76,7 +76,7 @@ class SolvedPositions(RowsResult):
         """Return one row for each position: inputs, coordinates of nodes and points, directions, residual, status."""
         own, state = self.mechanism, self.state()
         names = [*own.nodes, *(p.name for p in own.points)]
-        asked = [*(PointVector(own, name, 0) for name in names)]
+        asked = [PointVector(own, name, 0) for name in names]
         members = [MemberTurning(own, k, 0) for k in range(FRAME + 1, len(own.members))]
         columns = [Column(a.name, state.row(a.name), own.unit_of(a)) for a in own.actuators]
         for one in (*asked, *members):

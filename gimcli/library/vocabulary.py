@@ -13,14 +13,11 @@ from gimcli.library.plot_text import HODOGRAPH, POLAR as POLAR_WORD, CurveText, 
 from gimcli.library.plots import Group, PlannedCurve, PlannedGraph, PlottedQuantity, amount, name_of, plotted
 from gimcli.mechanism import Mechanism
 from gimcli.output.graph import EQUAL, ORDINARY, POLAR
-from gimcli.quantities.catalogue import catalogue
+from gimcli.quantities.catalogue import LISTED, catalogue
 from gimcli.quantities.graphs import MEMBER_QUANTITIES, POINT_QUANTITIES
 from gimcli.quantities.kinds import KINDS
 from gimcli.quantities.naming import guess
 from gimcli.quantities.quantity import Item
-
-LISTED = 12
-"""Number of columns that the message for an unknown name lists."""
 
 TEXTS = ("status", "friction.state")
 """Columns without numbers."""

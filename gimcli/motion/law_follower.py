@@ -14,6 +14,7 @@ from typing import cast
 
 import numpy as np
 
+from gimcli.canonical import TURN
 from gimcli.continuation.arc import ArcPassage, Gap
 from gimcli.continuation.gap_interpolation import BEYOND
 from gimcli.errors import UsageError
@@ -26,8 +27,6 @@ from gimcli.positions.newton import Run
 from gimcli.progress import Progress
 from gimcli.status import Status
 from gimcli.structure.steps import Plan
-
-TURN = 2.0 * math.pi
 
 SAME = 1e-6
 """In turns: meetings of branches that are closer are the same."""

@@ -3,8 +3,6 @@
 The time ratio of an output is that of the times of its slower and faster stroke at constant speed of the input, that
 is of the angles by which the input turns between the ends of the stroke. Source: Norton, Design of Machinery, sections
 3.4 (quick return) and 4.10 (transmission angle).
-
-Quantities of a motion whose extremes are sought: speeds, angles, travels, quality of transmission.
 """
 
 from __future__ import annotations
@@ -17,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from gimcli.canonical import first_greatest, whole_turns
+from gimcli.canonical import TURN, first_greatest, whole_turns
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
 from gimcli.motion.motion import Motion, stream, trace
 from gimcli.positions.inputs import law_inputs
@@ -31,8 +29,6 @@ from gimcli.structure.mechanism_types import driving_links
 from gimcli.structure.plan import make_plan
 from gimcli.structure.sliding_pairs import sliding_pairs
 from gimcli.structure.steps import NONE
-
-TURN = 2.0 * np.pi
 
 
 def amount(vector: Any) -> Any:
@@ -99,8 +95,6 @@ SLOW = 1e-6
 
 CLOSE = 1e-12
 """Difference of times, 0..1, below which the positions are equal: a motion cannot be continued over shorter steps."""
-
-TURN = 2.0 * math.pi
 
 
 @dataclass(frozen=True)
