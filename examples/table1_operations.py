@@ -14,8 +14,8 @@ from pathlib import Path
 import numpy as np
 
 from gimcli import load
+from gimcli.comparison.methods import COORDINATES, TextbookConstants, follow
 from gimcli.comparison.operations import coordinates_cost, paper_iteration, paper_sweep, plan_cost, sweep_cost
-from gimcli.comparison.textbook_coordinates import COORDINATES, TextbookConstants, follow
 from gimcli.gim.convergence import radius_at
 from gimcli.gim.sweeper import Sweeper, parse_moves
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism

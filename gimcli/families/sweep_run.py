@@ -1,17 +1,168 @@
-"""A sweep that is being computed: its chunks in order, kept in a folder so that an interrupted run can be resumed."""
+"""A sweep that is being computed: its chunks in order, kept in a folder so that an interrupted run can be resumed.
+
+Chunks are computed by this process, by processes on this machine, or by a Dask cluster. Every chunk is the same array
+whoever computes it. A chunk that is lost because a worker ended is computed again.
+"""
 
 from __future__ import annotations
 
+import os
+import pickle
+import signal
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
+from dataclasses import replace
+from importlib import import_module
+from itertools import islice
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from threading import Thread
+from typing import Any
 
 import numpy as np
 
+from gimcli.errors import UsageError
 from gimcli.families.sweep_job import Rows, SweepJob, packed
-from gimcli.families.workers import run_here, run_on_cluster, run_on_processes
 from gimcli.output.parts import Parts
 from gimcli.progress import Progress, no_progress
 from gimcli.status import Status
+from gimcli.version import __version__
+
+RESTARTS = 3
+"""Number of times that workers are started again without a finished chunk in between."""
+
+GUARD = 'a script that uses workers needs the line: if __name__ == "__main__":'
+
+ANSWER = "10s"
+"""Time in which a Dask scheduler must answer."""
+
+AHEAD = 3
+"""Chunks that are handed out for each worker, so that memory is limited."""
+
+
+def run_here(job: SweepJob, numbers: Sequence[int]) -> Iterator[tuple[int, Rows]]:
+    """Yield the number and the content of each chunk, computed in this process."""
+    for number in numbers:
+        yield number, job.run(number)
+
+
+def run_on_processes(job: SweepJob, numbers: Sequence[int], workers: int) -> Iterator[tuple[int, Rows]]:
+    """Yield chunks in the order in which local processes finish them; new processes replace those that end."""
+    from concurrent.futures.process import BrokenProcessPool
+    from multiprocessing import current_process
+
+    if getattr(current_process(), "_inheriting", False):  # a new worker that imports a script without this line
+        raise UsageError(f"workers: a worker starts no workers; {GUARD}")
+    threads = max(1, (os.cpu_count() or 1) // workers)
+    left, restarts = list(numbers), 0
+    with TemporaryDirectory() as folder:  # a long message to a process that ended would block for ever
+        sent = Path(folder) / "job"
+        sent.write_bytes(pickle.dumps(replace(job, threads=threads)))
+        while left:
+            try:
+                for number, rows in _of_processes(sent, list(left), workers):
+                    left.remove(number)
+                    restarts = 0
+                    yield number, rows
+            except BrokenProcessPool:
+                restarts += 1
+            if restarts > RESTARTS:
+                raise UsageError(
+                    f"workers: the processes ended {restarts} times without a result, for lack of memory for example:"
+                    f" use fewer workers; {GUARD}"
+                )
+
+
+def _of_processes(sent: Path, numbers: Sequence[int], workers: int) -> Iterator[tuple[int, Rows]]:
+    """Yield chunks of the job in a file; raise BrokenProcessPool if a process ends."""
+    from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
+    from multiprocessing import get_context
+
+    waiting = iter(numbers)
+    pool = ProcessPoolExecutor(workers, get_context("spawn"), _begin, (sent,))
+    try:
+        running = {pool.submit(_run, k): k for k in islice(waiting, AHEAD * workers)}
+        while running:
+            for done in wait(running, return_when=FIRST_COMPLETED).done:
+                number = running.pop(done)
+                yield number, done.result()
+                running |= {pool.submit(_run, k): k for k in islice(waiting, 1)}
+    finally:
+        pool.shutdown(wait=False, cancel_futures=True)
+
+
+def run_on_cluster(job: SweepJob, numbers: Sequence[int], scheduler: str) -> Iterator[tuple[int, Rows]]:
+    """Yield chunks in the order in which the workers of a Dask cluster finish them."""
+    try:
+        distributed: Any = import_module("distributed")
+    except ImportError:
+        raise UsageError("scheduler: Dask is not installed; run: pip install 'gimcli[dask]'") from None
+    try:
+        client = distributed.Client(scheduler, timeout=ANSWER)
+    except (OSError, ValueError, TimeoutError) as error:
+        name = type(error).__name__
+        raise UsageError(f"scheduler {scheduler}: no Dask scheduler answers there ({name}); start one there") from None
+    with client:
+        sent = client.scatter(pickle.dumps(job), broadcast=True)
+        waiting = iter(numbers)
+        count = AHEAD * max(1, len(client.scheduler_info()["workers"]))
+        owner: dict[Any, int] = {}
+
+        def submit(k: int) -> Any:
+            future = client.submit(_run_sent, sent, k, __version__, pure=False)
+            owner[future.key] = k
+            return future
+
+        running = distributed.as_completed([submit(k) for k in islice(waiting, count)])
+        for future in running:
+            yield owner.pop(future.key), future.result()
+            future.release()
+            for k in islice(waiting, 1):
+                running.add(submit(k))
+
+
+_job: SweepJob | None = None
+_sent: bytes = b""
+
+
+def _begin(sent: Path) -> None:
+    """Begin a local process: an interrupt from the terminal ends the main process only, which ends the others."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    Thread(target=_end_with_parent, daemon=True).start()
+    try:
+        _receive(sent.read_bytes())
+    except FileNotFoundError:  # the main process has ended and removed its folder
+        os._exit(1)
+
+
+def _end_with_parent() -> None:
+    """End this process when the main process has ended without ending it, such as by SIGKILL."""
+    from multiprocessing import parent_process
+
+    parent = parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
+
+
+def _receive(sent: bytes) -> SweepJob:
+    global _job, _sent
+    if _job is None or sent != _sent:
+        _job, _sent = pickle.loads(sent), sent
+    return _job
+
+
+def _run(number: int) -> Rows:
+    assert _job is not None
+    return _job.run(number)
+
+
+def _run_sent(sent: bytes, number: int, version: str) -> Rows:
+    """Compute a chunk on a worker of a cluster."""
+    if version != __version__:
+        raise UsageError(f"scheduler: a worker has gimcli {__version__}, this is {version}; install one version")
+    return _receive(sent).run(number)
+
 
 Run = Callable[[Sequence[int]], Iterator[tuple[int, Rows]]]
 

@@ -3,11 +3,14 @@
 Dyads are placed on the side of the guess; coupled groups are solved from the guess. If the guess is random, any
 configuration is accepted: if one side of a dyad cannot be assembled, the other one is tried, and a group that does not
 converge from its guess is also started from random positions.
+
+The choices are the sides of dyads and guides, and the start of each coupled group, which may converge to different
+configurations. The last choice is changed first (depth-first search).
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +19,6 @@ from gimcli.continuation.arc import Gap
 from gimcli.errors import StructureError
 from gimcli.kernels.plan_steps import ORIENT, TILT
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
-from gimcli.motion.backtracking import Backtracking, RandomPlaces
 from gimcli.positions import newton
 from gimcli.positions.block import NEW, RowBlock
 from gimcli.positions.branch_signs import sides
@@ -27,6 +29,47 @@ from gimcli.status import Status
 from gimcli.structure.residual import allowed, errors
 from gimcli.structure.restrictions import Move
 from gimcli.structure.steps import NONE, Plan
+
+TURNS = 1024
+"""Greatest number of changed choices."""
+
+CHANCES = 40
+"""Greatest number of random starts of each group, if a later step cannot be assembled."""
+
+RandomPlaces = Callable[[int], ComplexArray]
+"""Returns a number of random positions."""
+
+
+class Backtracking:
+    """The remaining choices: other sides of dyads, and other starts of groups."""
+
+    def __init__(self, signs: FloatArray, drawn: RowBlock, random: RandomPlaces) -> None:
+        self.program, self.signs, self.drawn, self.random = drawn.program, signs, drawn, random
+        self.begun, self.turns = signs.copy(), TURNS
+        self.chances = dict.fromkeys(self.program.packed, CHANCES)
+
+    def other(self, k: int) -> int:
+        """Change the last changeable choice before step k, reset those after it; return its step, or NONE."""
+        self.turns -= 1
+        for earlier in range(k - 1, NONE, -1) if self.turns > 0 else ():
+            if self._changed(earlier):
+                return earlier
+        return NONE
+
+    def _changed(self, k: int) -> bool:
+        branch = self.program.tables.steps[k][5]
+        if self.chances.get(k, 0):
+            base = list(self.program.packed[k].group.base)
+            places = self.random(len(base))
+            self.drawn.x[base, NEW], self.drawn.y[base, NEW] = places.real, places.imag
+            self.chances[k] -= 1
+            return True
+        if branch != NONE:
+            first = self.signs[branch] == self.begun[branch]
+            self.signs[branch] *= -1.0  # back to the first side if both have been tried
+            return bool(first)
+        return False
+
 
 NEAR = 0.2
 """A position is accepted without further starts if no node is farther from its guess, relative to the size."""

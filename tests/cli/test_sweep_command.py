@@ -18,7 +18,7 @@ from in_process import gim, ran, refused
 
 import gimcli
 from gimcli.errors import UsageError
-from gimcli.families import sweep_job, workers
+from gimcli.families import sweep_job, sweep_run
 from gimcli.families.four_bar_type import four_bar_types
 from gimcli.families.sweep_job import SweepJob
 from gimcli.library import sweep as library
@@ -365,7 +365,7 @@ def test_a_cluster_loses_nothing_with_one_of_its_two_workers(small_chunks):
 
 def test_a_scheduler_that_does_not_answer(monkeypatch):
     pytest.importorskip("distributed")
-    monkeypatch.setattr(workers, "ANSWER", "1s")
+    monkeypatch.setattr(sweep_run, "ANSWER", "1s")
     with pytest.raises(UsageError, match="no Dask scheduler answers"):
         sweep(scheduler="tcp://127.0.0.1:9")
 

@@ -12,8 +12,8 @@ from table1_operations import CASES, displaced
 
 from gimcli import load
 from gimcli.comparison.absolute import frame_poses
+from gimcli.comparison.methods import COORDINATES, TextbookConstants, follow
 from gimcli.comparison.stop import Stop
-from gimcli.comparison.textbook_coordinates import COORDINATES, TextbookConstants, follow
 from gimcli.errors import GimError
 from gimcli.kernels import bodies, jit, points
 from gimcli.motion.motion import trace

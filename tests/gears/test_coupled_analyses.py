@@ -7,7 +7,7 @@ from coupled_models import PLANETARY, apex, five_bar, rack, sun_and_planet, with
 import gimcli
 from gimcli.errors import GimError
 from gimcli.structure.coupled_rows import turns_until_repeated
-from gimcli.view.sliders import sliders
+from gimcli.view.hand import sliders
 
 
 @pytest.mark.parametrize(

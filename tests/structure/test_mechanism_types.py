@@ -11,9 +11,9 @@ from bundled import MODELS
 import gimcli
 from gimcli.structure.four_bars import COUPLER, FRAME, INPUT, OUTPUT, FourBar
 from gimcli.structure.kinematic_chain import kinematic_chain
+from gimcli.structure.loop_types import InvertedSliderCrank, SliderCrank
 from gimcli.structure.mechanism_types import chain_name, mechanism_type
 from gimcli.structure.mobility import gruebler
-from gimcli.structure.slider_cranks import InvertedSliderCrank, SliderCrank
 
 TURN = np.linspace(0.0, 2.0 * math.pi, 20_001)
 
