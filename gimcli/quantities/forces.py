@@ -5,14 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from itertools import chain
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from gimcli.dynamics.force_columns import ForceColumn, reactions, rotors, seen_from_members, totals
-from gimcli.dynamics.statics import statics
 from gimcli.errors import GimError
 from gimcli.mechanism import Mechanism
 from gimcli.quantities.quantity import Head, Quantity
 from gimcli.quantities.state import State
+
+if TYPE_CHECKING:
+    from gimcli.dynamics.force_columns import ForceColumn
 
 
 class ForceQuantity(Quantity):
@@ -32,6 +33,9 @@ def force_quantities(mechanism: Mechanism) -> Iterator[ForceQuantity]:
     """Yield the quantities of the forces of a mechanism; none without masses, loads, springs, or a physical unit."""
     if mechanism.dynamics.empty or mechanism.dynamics.metre is None or len(mechanism.machines) > 1:
         return
+    from gimcli.dynamics.force_columns import reactions, rotors, seen_from_members, totals  # imported late: few ask
+    from gimcli.dynamics.statics import statics
+
     with suppress(GimError):  # not driven by its inputs
         own = statics(mechanism)
         yield from map(ForceQuantity, chain(reactions(own), totals(own), rotors(own), seen_from_members(own)))
