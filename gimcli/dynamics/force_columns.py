@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gimcli.coupling_data import BELT, CROSSED, GearPair
-from gimcli.dynamic_data import RotorInertia
+from gimcli.dynamic_data import DampingForce, RotorInertia, SpringForce
 from gimcli.dynamics.bearing_loads import reaction_name
 from gimcli.dynamics.forces import Forces
 from gimcli.dynamics.kinematic_history import reading
@@ -35,6 +35,7 @@ class ForceColumn(NamedTuple):
     unit: str
     find: Callable[[Forces], NDArray[Any]]  # (rows,), x + iy of a vector
     vector: bool = False
+    dry: bool = False  # whether it is found for dry friction along the laws, or at rest
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -107,6 +108,41 @@ def _rotor_torque(forces: Forces, rotor: RotorInertia) -> FloatArray:
 def _rotor_speed(forces: Forces, rotor: RotorInertia) -> FloatArray:
     rate = reading(forces.mechanism, forces.mechanism.actuators[rotor.actuator], forces.course)[1]
     return _only(forces, rotor.ratio * rate * 30.0 / math.pi)
+
+
+def springs(statics: Statics) -> Iterator[ForceColumn]:
+    """Yield length or angle, and force [N] or torque [N m], of springs (of a stretched one positive) and of dampers."""
+    mechanism = statics.mechanism
+    words = {
+        True: ("angle", "torque", mechanism.angle_unit, "N m"),
+        False: ("length", "force", mechanism.length_unit, "N"),
+    }
+    for spring in mechanism.dynamics.springs:
+        value, effort, unit, newton = words[mechanism.gauges[spring.gauge].rotary]
+        yield ForceColumn(f"{spring.name}.{value}", unit, partial(_spring_value, spring=spring))
+        yield ForceColumn(f"{spring.name}.{effort}", newton, partial(_spring_effort, spring=spring))
+    for damper in mechanism.dynamics.dampers:
+        newton = words[mechanism.gauges[damper.gauge].rotary][3]
+        yield ForceColumn(f"{damper.name}.damping", newton, partial(_damper_effort, damper=damper))
+
+
+def _spring_value(forces: Forces, spring: SpringForce) -> FloatArray:
+    own = forces.mechanism
+    factor = own.scale if not own.gauges[spring.gauge].rotary else math.degrees(1.0) if own.angle_unit == "deg" else 1.0
+    return forces.loads.gauges[spring.gauge][0] * factor
+
+
+def _spring_effort(forces: Forces, spring: SpringForce) -> FloatArray:
+    return spring.stiffness * _metre(forces, spring.gauge) * (forces.loads.gauges[spring.gauge][0] - spring.free)
+
+
+def _damper_effort(forces: Forces, damper: DampingForce) -> FloatArray:
+    return damper.damping * _metre(forces, damper.gauge) * forces.loads.gauges[damper.gauge][1]
+
+
+def _metre(forces: Forces, gauge: int) -> float:
+    """Return one unit of a gauge in m or rad."""
+    return 1.0 if forces.mechanism.gauges[gauge].rotary else require_action(forces.mechanism)
 
 
 def seen_from_members(statics: Statics) -> Iterator[ForceColumn]:

@@ -46,19 +46,27 @@ class Course:
 class Courses:
     """Computes velocities and accelerations of a motion in pieces."""
 
-    def __init__(self, mechanism: Mechanism, rows: int = 0, jit: str = "off", notify: Notify | None = None) -> None:
-        self.mechanism = mechanism
+    def __init__(
+        self, mechanism: Mechanism, rows: int = 0, jit: str = "off", notify: Notify | None = None,
+        given: FloatArray | None = None,
+    ) -> None:  # fmt: skip
+        """Take a mechanism; `given` are the inputs' derivatives (orders, actuators, rows), if not those of the laws."""
+        self.mechanism, self._given = mechanism, given
         self._made = Differentiator(mechanism, make_plan(mechanism), ORDERS[:2], mechanism.nodes)
         self._run = choose(jit, self._made.plain_seconds(rows), notify, ("play",))
 
     def __call__(self, motion: Motion) -> Course:
         """Return positions, velocities and accelerations of a piece, the inputs following their laws."""
-        nodes, angles = self._made(motion.z, law_rates(self.mechanism, motion.time, 2), self._run)
+        nodes, angles = self._made(motion.z, self._inputs(motion), self._run)
         return Course(motion.time * self.mechanism.duration, motion.inputs, nodes, angles)
+
+    def _inputs(self, motion: Motion) -> FloatArray:
+        """Return the inputs with their rates and accelerations (3, actuators, rows)."""
+        return law_rates(self.mechanism, motion.time, 2) if self._given is None else self._given[:3].copy()
 
     def at_unit_speed(self, motion: Motion) -> Course:
         """Return positions and velocities of a piece; the independent inputs move at 1 rad, or length, per s."""
-        given = law_rates(self.mechanism, motion.time, 2)
+        given = self._inputs(motion)
         given[1], given[2] = self.mechanism.following.sum(axis=1)[:, None], 0.0
         nodes, angles = self._made(motion.z, given, self._run)
         return Course(motion.time * self.mechanism.duration, motion.inputs, nodes, angles)
@@ -86,6 +94,14 @@ class Turns:
         result = np.full_like(angle, np.nan)
         result[good] = path
         return result
+
+
+class SeparateTurns(Turns):
+    """Angles of separate positions: each is within half a turn of the initial one."""
+
+    def followed(self, key: int, angle: FloatArray, drawn: float) -> FloatArray:
+        """Return an angle [rad] (rows,)."""
+        return np.asarray(beside(angle, drawn))
 
 
 def turning(mechanism: Mechanism, course: Course, index: int) -> FloatArray:

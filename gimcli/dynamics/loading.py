@@ -43,6 +43,7 @@ class Loading:
     kinetic: FloatArray  # (rows,) J
     kinetic_rate: FloatArray  # (rows,) W, from the accelerations
     potential: FloatArray  # (rows,) J, of gravity and springs
+    gauges: dict[int, tuple[FloatArray, FloatArray]] = field(default_factory=dict)  # (rows,) value and rate
     rotors: dict[int, FloatArray] = field(default_factory=dict)  # (rows,) N m or N, effort that a rotor needs, by input
 
 
@@ -176,6 +177,7 @@ class _Loader:
         metre = 1.0 if gauge.rotary else self.metre
         if gauge.rotary:
             value = self.turns.followed(number, value, gauge.drawn)
+        self.found.gauges[number] = value, rate
         for spring in (s for s in self.dynamics.springs if s.gauge == number):
             if is_vector(self.mechanism, spring):
                 self._vector(spring.stiffness, gauge)

@@ -23,9 +23,11 @@ from gimcli.library.record import InputsField, NodesField, Records, RowField
 from gimcli.library.released import released_inputs
 from gimcli.library.result import Result
 from gimcli.library.rounding import greatest
+from gimcli.library.solved_positions import positions_at_rest
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.positions.options import Options
 from gimcli.progress import Phases, limited, no_phases
+from gimcli.quantities.state import SeparateState
 from gimcli.status import Status
 from gimcli.structure.drive_check import explained
 from gimcli.table import Column, Table
@@ -141,6 +143,16 @@ class EquilibriumResult(Result):
     def assemblies(self) -> list[tuple[int | None, bool]]:
         """The numbers of the equilibria in the lists of `solve --all`, and whether they need `--assembly` there."""
         return [assembly_of(self.mechanism, one.z, one.inputs) for one in self.found.found]
+
+    @cached_property
+    def _state(self) -> SeparateState:
+        each = self.found.found
+        inputs, z = np.stack([one.inputs for one in each], axis=1), np.stack([one.z for one in each], axis=1)
+        return positions_at_rest(self.mechanism, self.time, inputs, z)
+
+    def state(self) -> SeparateState | None:
+        """Return the equilibria at rest, of which any quantity may be asked by its name; None without any."""
+        return self._state if self.count else None
 
     @property
     def released(self) -> tuple[str, ...]:

@@ -31,7 +31,7 @@ from gimcli.progress import Notify, Phases, no_phases
 from gimcli.quantities.catalogue import catalogue
 from gimcli.quantities.graphs import input_or_time, motion_events
 from gimcli.quantities.quantity import Item
-from gimcli.quantities.state import MotionState
+from gimcli.quantities.state import MotionState, State
 from gimcli.rates.member_angles import LawAngles
 from gimcli.rates.motion_table import events, reachable
 from gimcli.structure.drive_check import explained, require_consistent
@@ -83,27 +83,30 @@ def forces(
         ModelError: no masses, loads, springs, dampers or friction are defined.
         StructureError: the mechanism has no actuator, or is not fully driven, over-driven or contradictory.
     """
-    found = forces_along(mechanism, steps, tolerance, jit, plot, notify, progress)
+    found = forces_along(mechanism, steps, tolerance, jit, plot, notify, progress, keep=True)
     return found.result(joined(found.tables()))
 
 
 @checked
 def forces_along(
     mechanism: Mechanism, steps: Steps, tolerance: float, jit: Jit, plot: str | Sequence[str], notify: Notify | None,
-    progress: Phases,
+    progress: Phases, keep: bool = False,
 ) -> ForcesAlong | ForcesBeside:  # fmt: skip
-    """Begin to find forces with the arguments of `forces`; the tables can be written piece by piece."""
+    """Begin to find forces with the arguments of `forces`; the tables can be written piece by piece.
+
+    `keep` keeps all rows, of which any quantity may then be asked.
+    """
     texts = [text for text in ([plot] if isinstance(plot, str) else plot) if text.strip()]
     require_action(mechanism)
     refuse_unmoved(mechanism, "add an actuator")
     if len(mechanism.machines) == 1:
-        return ForcesAlong(mechanism, steps, tolerance, jit, texts, notify, progress)
+        return ForcesAlong(mechanism, steps, tolerance, jit, texts, notify, progress, keep)
     from gimcli.library.machine_forces import ForcesBeside
 
     every = loaded_machines(mechanism)
     if len(every) == 1:
-        return ForcesAlong(every[0].mechanism, steps, tolerance, jit, texts, notify, progress)
-    begun = {one.name: ForcesAlong(one.mechanism, steps, tolerance, jit, [], notify, progress) for one in every}
+        return ForcesAlong(every[0].mechanism, steps, tolerance, jit, texts, notify, progress, keep)
+    begun = {one.name: ForcesAlong(one.mechanism, steps, tolerance, jit, [], notify, progress, keep) for one in every}
     return ForcesBeside(mechanism, begun, texts)
 
 
@@ -112,8 +115,9 @@ class ForcesAlong:
 
     def __init__(
         self, mechanism: Mechanism, steps: int, tolerance: float, jit: str, plot: Sequence[str],
-        notify: Notify | None, progress: Phases,
+        notify: Notify | None, progress: Phases, keep: bool,
     ) -> None:  # fmt: skip
+        """Begin to solve the motion; `keep` keeps all rows, of which any quantity may then be asked."""
         chosen = Options.checked("auto", "spectral", tolerance, jit)
         self.steps, self.options = steps, chosen
         with explained(mechanism):
@@ -124,7 +128,8 @@ class ForcesAlong:
         require_consistent(mechanism, first.start, first.inputs[:, 0], first.first_status, tolerance)
         self.found = ForceMotion(mechanism, steps + 1, jit, notify)
         self.statistics = ForceStatistics(self.found.statics, steps)
-        self._angles, self._memory = LawAngles(mechanism, steps, solve), dict[str, Any]()
+        self.angles, self._memory = partial(LawAngles, mechanism, steps, solve), dict[str, Any]()
+        self._counted, self.pieces, self._keep = self.angles(), list[Motion](), keep
         self.choose(plot)
 
     def choose(self, texts: Sequence[str]) -> None:
@@ -177,11 +182,13 @@ class ForcesAlong:
         """Yield the table of each piece of the motion."""
         for piece in chain((self._first,), self._pieces):
             first = self.found.summary.seen
+            self.pieces += [piece] * self._keep
             forces = self.found.take(piece)
             table = force_table(piece, forces, first)
             self.statistics.add(table, piece, forces)
             yield table
-            state = MotionState(piece, self._angles, self._memory, forces=forces)
+            state = MotionState(piece, self._counted, self._memory)
+            state.forces = forces
             table = Table((*table.columns, *_more(state, self.items)))
             self.kept.add(_bounded(table, forces.bounded), self.found.rows)
 
@@ -199,6 +206,7 @@ class ForcesResult(RowsResult):
         self.mechanism, self.found, self.steps = along.found.statics.mechanism, along.found, along.steps
         self._options, self._rows = along.options, along.statistics
         self._table, self._plans, self._kept = table, along.plans, along.kept
+        self._pieces, self._angles = along.pieces, along.angles
 
     @cached_property
     def summary(self) -> ForceSummary:
@@ -237,6 +245,10 @@ class ForcesResult(RowsResult):
         """Return the inputs (actuators, times) at normalised times, in the file's units."""
         inputs = law_inputs(self.mechanism)(times)
         return np.array([self.mechanism.value_to_file(k, row) for k, row in enumerate(inputs)]).reshape(inputs.shape)
+
+    def state(self) -> State | None:
+        """Return the rows of the motion, of which any quantity may be asked by its name; None if they are not kept."""
+        return MotionState(Motion.joined(self._pieces), self._angles()) if self._pieces else None
 
     @property
     def complete(self) -> bool:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +12,7 @@ import numpy as np
 from gimcli.dynamics.force_motion import UNDETERMINED
 from gimcli.dynamics.force_statistics import UNITS
 from gimcli.dynamics.force_table import force_table, open_reactions
-from gimcli.dynamics.forces import Forces, motion_forces
+from gimcli.dynamics.forces import Forces
 from gimcli.dynamics.physical import require_action
 from gimcli.errors import UsageError
 from gimcli.library.inputs import in_file_units, inputs_of
@@ -21,11 +20,12 @@ from gimcli.library.machines import for_each_machine, loaded_machines
 from gimcli.library.places import places
 from gimcli.library.result import Result
 from gimcli.library.rounding import titled
-from gimcli.mechanism import ConstantLaw, Mechanism
-from gimcli.motion.motion import Motion
+from gimcli.library.solved_positions import separate
+from gimcli.mechanism import Mechanism
 from gimcli.motion.solve import solve as solve_position
 from gimcli.positions.options import Options
 from gimcli.positions.position import Position
+from gimcli.quantities.state import AT_REST, SeparateState
 from gimcli.status import Status
 from gimcli.structure.drive_check import explained, require_consistent
 from gimcli.table import Table
@@ -84,20 +84,19 @@ class HoldingResult(Result):
     @cached_property
     def forces(self) -> Forces:
         """The efforts and reactions; NaN where they are not determined."""
-        return motion_forces(self._motion)
+        return self._state.forces
 
     @cached_property
-    def _motion(self) -> Motion:
-        """The position as a motion of one row whose inputs rest."""
+    def _state(self) -> SeparateState:
         position, mechanism = self.position, self.mechanism
-        resting = [replace(a, law=ConstantLaw(v)) for a, v in zip(mechanism.actuators, position.inputs, strict=True)]
-        bad = bool(position.status.value)
-        z = np.full((len(mechanism.nodes), 1), complex(math.nan, math.nan)) if bad else position.z[:, None]
-        return Motion(
-            replace(mechanism, actuators=tuple(resting)), np.array([self.time / mechanism.duration]),
-            position.inputs[:, None], z, np.array([int(position.status)]), position.residual.total, np.zeros(1),
-            position.z,
-        )  # fmt: skip
+        z = np.where(position.status.value, complex(math.nan, math.nan), position.z)[:, None]
+        time, codes = np.array([self.time / mechanism.duration]), [int(position.status)]
+        inputs, residual = position.inputs[:, None], position.residual.total
+        return SeparateState(separate(mechanism, time, inputs, z, residual, codes), rest=AT_REST)
+
+    def state(self) -> SeparateState:
+        """Return the position at rest, of which any quantity may be asked by its name."""
+        return self._state
 
     @property
     def inputs(self) -> dict[str, float]:
@@ -106,7 +105,7 @@ class HoldingResult(Result):
 
     @cached_property
     def _table(self) -> Table:
-        table = force_table(self._motion, self.forces)
+        table = force_table(self._state.motion, self.forces)
         left_out = [*LEFT_OUT, *(f"{a.name}.hold.{end}" for a in self.mechanism.actuators for end in LIMITS)]
         return Table(tuple(c for c in table.columns if c.name not in left_out and not c.name.startswith("power.")))
 

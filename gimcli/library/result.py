@@ -205,11 +205,16 @@ class Result(Mapping[str, NDArray[Any]]):
             raise _unknown(name, table.names)
         from gimcli.quantities.catalogue import catalogue
 
+        known = catalogue(self.mechanism)
         try:
-            columns = [state.value(*item) for item in catalogue(self.mechanism).asked(name)]
-        except (UsageError, ApartError):
-            raise _unknown(name, (*table.names, *catalogue(self.mechanism).columns)) from None
-        return self._asked(columns)
+            if known.is_number(name):
+                return known.number(name, state)
+            return self._asked([state.value(*item) for item in known.asked(name)])
+        except ApartError as error:
+            raise KeyError(f"{name}: {error}") from None
+        except UsageError as error:
+            alone = not set(name) & set(" ():|+*/")
+            raise _unknown(name, (*table.names, *known.columns)) if alone else KeyError(str(error)) from None
 
     def _asked(self, columns: list[NDArray[Any]]) -> Any:
         """Return one column (rows,), or several (rows, columns)."""

@@ -34,11 +34,12 @@ from gimcli.library.plots import PlannedGraph, drawn, only_angle
 from gimcli.library.result import ByName, RowsResult
 from gimcli.library.vocabulary import Vocabulary
 from gimcli.mechanism import FRAME, FloatArray, Machine, Mechanism
+from gimcli.motion.motion import Motion
 from gimcli.output.graph import Axis, Curve, CurveGraph
 from gimcli.positions.dispatch import choose, plain
 from gimcli.progress import Notify, Phases, limited, no_phases
 from gimcli.quantities.catalogue import catalogue
-from gimcli.quantities.state import RatedState, State
+from gimcli.quantities.state import MotionState, State
 from gimcli.rates.derivatives import MotionRates
 from gimcli.rates.member_angles import counted
 from gimcli.status import Status
@@ -260,10 +261,13 @@ class SimulateResult(RowsResult):
         turned = [turning(own, course, k) for k in range(FRAME + 1, len(own.members))]
         angles = np.stack(turned, axis=1) if turned else np.zeros((2, 0, len(found.time)))
         rates = MotionRates(own, 2, found.nodes, angles)
-        return RatedState(
-            own, found.nodes[0], rates, found.inputs[0], found.time,
-            lambda member: self.angle[own.members[member].name][: len(found.time)],
-            lambda: self.forces or find_reactions(found),
+        zero, start = np.zeros(len(found.time)), found.nodes[0, :, 0]
+        motion = Motion(
+            own, found.time / own.duration, found.inputs[0], found.nodes[0], zero.astype(int), zero, zero, start
+        )
+        return MotionState(
+            motion, lambda _, member: self.angle[own.members[member].name][: len(found.time)],
+            forces=lambda: self.forces or find_reactions(found), given=found.inputs, rates=rates,
         )  # fmt: skip
 
     def _asked(self, columns: list[NDArray[Any]]) -> Any:

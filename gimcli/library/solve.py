@@ -157,13 +157,11 @@ class SolveResult(Result):
         return np.full((len(self.mechanism.nodes), 1), complex(np.nan, np.nan)) if z is None else z[:, None]
 
     def state(self) -> State:
-        """Return the position, of which any quantity may be asked by its name; rates if they are determined."""
-        from gimcli.quantities.state import RatedState
-        from gimcli.rates.instant import instant
+        """Return the position, of which any quantity may be asked by its name, at the rates of the laws there."""
+        from gimcli.library.solved_positions import positions_state
 
-        own, solved = self.position, self.position.status.solved
-        moving = self.moving or (instant(self.mechanism, own.inputs, own.z) if solved else None)
-        return RatedState(self.mechanism, self._z, None if moving is None else moving.rates, own.inputs[:, None])
+        own = self.position
+        return positions_state(self.mechanism, own.inputs[:, None], self._z, own.residual.total, [int(own.status)])
 
     def _asked(self, columns: list[NDArray[Any]]) -> Any:
         """Return the value of a quantity, or the values of several columns (columns,)."""
@@ -296,7 +294,7 @@ def velocities_report(found: Instant) -> dict[str, Any]:
 def input_rates(found: Instant) -> dict[str, dict[str, float]]:
     """Return rate, acceleration and time [s] of the inputs; the time is NaN where a unit rate was assumed."""
     mechanism = found.mechanism
-    rates, accelerations = (in_file_units(mechanism, v) for v in (found.input_rate, found.input_acceleration))
+    rates, accelerations = (in_file_units(mechanism, v) for v in found.given[1:3])
     return {
         name: {"rate": rates[name], "acceleration": accelerations[name], "time": float(t) * mechanism.duration}
         for name, t in zip(rates, found.time, strict=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -14,9 +14,10 @@ from gimcli.families.family import Family
 from gimcli.library.inputs import inputs_of
 from gimcli.library.places import angles, pairs, places
 from gimcli.library.result import ByName, RowsResult
-from gimcli.mechanism import FRAME, FloatArray, Mechanism
+from gimcli.mechanism import FRAME, ComplexArray, FloatArray, IntArray, Mechanism
+from gimcli.motion.motion import Motion
 from gimcli.quantities.coordinates import MemberTurning, PointVector
-from gimcli.quantities.state import RatedState
+from gimcli.quantities.state import AT_REST, SeparateState
 from gimcli.status import Status
 from gimcli.structure.drive_check import explained
 from gimcli.table import Column, Table
@@ -37,6 +38,34 @@ def solved_positions(mechanism: Mechanism, at: Mapping[str, Any], tolerance: flo
     return SolvedPositions(mechanism, found, inputs.T)
 
 
+def positions_state(
+    mechanism: Mechanism, inputs: FloatArray, z: ComplexArray, residual: FloatArray, codes: Sequence[int] | IntArray
+) -> SeparateState:
+    """Return positions z (nodes, rows) at inputs (actuators, rows) as a state, at the rates of the laws there.
+
+    The time is that of the first input.
+    """
+    from gimcli.rates.instant import law_state
+
+    each = [law_state(mechanism, *row) for row in zip(inputs.T, z.T, strict=True)]
+    times = np.array([np.append(time, 0.0)[0] for time, _ in each])
+    time, given = np.where(np.isfinite(times), times, 0.0), np.stack([given for _, given in each], axis=-1)
+    return SeparateState(separate(mechanism, time, inputs, z, residual, codes), given)
+
+
+def positions_at_rest(mechanism: Mechanism, time: float, inputs: FloatArray, z: ComplexArray) -> SeparateState:
+    """Return positions z (nodes, rows) at inputs (actuators, rows) and a time [s] as a state at rest."""
+    rows = np.full(inputs.shape[1], time / mechanism.duration)
+    return SeparateState(separate(mechanism, rows, inputs, z, 0.0 * rows, 0 * rows), rest=AT_REST)
+
+
+def separate(
+    mechanism: Mechanism, time: FloatArray, inputs: FloatArray, z: ComplexArray, residual: FloatArray, codes: Any
+) -> Motion:
+    """Return positions z (nodes, rows) at normalised times (rows,) as rows that are no motion."""
+    return Motion(mechanism, time, inputs, z, np.asarray(codes, dtype=int), residual, 0.0 * time, z[:, 0])
+
+
 class SolvedPositions(RowsResult):
     """Positions: `status` (rows,), `xy[name]` (rows, 2), `angle[member]` (rows,), and the columns by name.
 
@@ -49,9 +78,14 @@ class SolvedPositions(RowsResult):
         self.mechanism, self._found, self._inputs = mechanism, found, inputs
         self._table = None
 
-    def state(self) -> RatedState:
-        """Return the positions, of which any quantity of positions may be asked by its name."""
-        return RatedState(self.mechanism, self._z, None, self._inputs)
+    @cached_property
+    def _state(self) -> SeparateState:
+        found = self._found
+        return positions_state(self.mechanism, self._inputs, self._z, found.residual[:, 0], found.codes[:, 0])
+
+    def state(self) -> SeparateState:
+        """Return the positions, of which any quantity may be asked by its name, at the rates of the laws there."""
+        return self._state
 
     @property
     def _z(self) -> Any:

@@ -192,7 +192,7 @@ class Area(Quantity):
 
     def values(self, state: State) -> Sequence[Any]:
         """Return the signed area swept up to each row; intervals that are not solved add nothing."""
-        rows, (last, before) = self._signed_rate(state.path), state.memory.get(self.spec, (None, 0.0))
+        rows, (last, before) = self._signed_rate(state.swept()), state.memory.get(self.spec, (None, 0.0))
         steps = _signed_steps(rows if last is None else np.concatenate([last, rows], axis=1))
         total = before + np.concatenate([np.zeros(rows.shape[1] - len(steps)), np.cumsum(steps)])
         state.memory[self.spec] = rows[:, -1:], float(total[-1])

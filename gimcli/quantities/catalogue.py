@@ -110,6 +110,12 @@ class Catalogue:
             return self.expression(text, "").kind.what == "number"
         return "(" in text  # its reader has the reason
 
+    def number(self, text: str, state: State) -> float:
+        """Return the value of a text that is a number of a motion; raise UsageError if it is none."""
+        own = self.expression(text, "quantity")
+        state.swept()
+        return float(np.ravel(Formula(self, own).values(state)[0])[0])
+
     def asked(self, text: str) -> tuple[Item, ...]:
         """Return the columns of a text: a name, a kind such as "centre:rod/rocker", or an expression.
 

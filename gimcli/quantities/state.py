@@ -15,10 +15,11 @@ from gimcli.canonical import TURN, whole_turns
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism, PairRow
 from gimcli.motion.coupler_points import carried_point
 from gimcli.motion.motion import Motion
-from gimcli.rates.member_angles import Angles, in_rows
+from gimcli.rates.member_angles import Angles, direction, in_rows
 
 if TYPE_CHECKING:
     from gimcli.dynamics.forces import Forces
+    from gimcli.dynamics.kinematic_history import Turns
     from gimcli.rates.derivatives import MotionRates, TracedRates
     from gimcli.rates.path_derivatives import PathDerivatives
 
@@ -33,7 +34,17 @@ class ForceLine:
 
 
 class ApartError(Exception):
-    """A state does not have what a formula asks for; each of its motions may have it."""
+    """A state does not have what a formula asks for; each of its motions may have it. The text says who has it."""
+
+
+NO_LAW = (
+    "velocities and accelerations need a motion along the laws: `gim trace` without --circuit and --at-limit reverse"
+)
+"""Why rows along a curve have no rates."""
+
+AT_REST = "a mechanism at rest has no velocities: `gim solve` and `gim trace` have them"
+NO_JERK = "jerks need a motion along the laws: `gim trace -d 3` has them"
+NO_MOTION = "it belongs to a motion: `gim trace` has it"
 
 
 class Valued(Protocol):
@@ -81,15 +92,19 @@ class State(ABC):
     def row(self, name: str) -> Any:
         """Return the step, the time [s], the residual, or an input in the file's unit."""
 
-    @property
+    @cached_property
     def path(self) -> PathDerivatives:
         """The derivatives along the path of one motion."""
-        raise ApartError
+        raise ApartError(NO_MOTION)
 
-    @property
+    @cached_property
     def forces(self) -> Forces:
         """The forces of one motion."""
-        raise ApartError
+        raise ApartError(NO_MOTION)
+
+    def swept(self) -> PathDerivatives:
+        """Return the derivatives along the path of a motion, for what is summed up from row to row."""
+        raise ApartError(NO_MOTION)
 
     def value(self, quantity: Valued, column: int) -> Any:
         """Return a column of a quantity (..., rows) in the file's units."""
@@ -180,37 +195,48 @@ class MotionState(State):
 
     def __init__(
         self, motion: Motion, angles: Angles = in_rows, memory: dict[str, Any] | None = None,
-        traced: TracedRates | None = None, forces: Forces | None = None,
+        traced: TracedRates | None = None, forces: Callable[[], Forces] | None = None,
+        given: FloatArray | None = None, rest: str = "", rates: MotionRates | None = None,
     ) -> None:  # fmt: skip
         """Take a motion; `traced` computes the derivatives of some points and all members in one call.
 
-        `forces` are those of the motion, if they are known.
+        `forces` returns those of the motion, if they are known. `given` are the inputs and their derivatives by the
+        time (orders, actuators, rows); by default those of the laws. `rest`: why there are no rates, of positions at
+        rest and of curves that are followed instead of the laws; the forces are then those at rest. `rates` are those
+        of the motion, if they are known.
         """
         super().__init__(motion.mechanism)
-        self.motion, self.angles, self._traced = motion, angles, traced
+        self.motion, self.angles, self._traced, self._known, self.given = motion, angles, traced, forces, given
         self.memory = {} if memory is None else memory
-        self._path: PathDerivatives | None = None
-        self._rates: MotionRates | None = None
-        self._forces = forces
+        self.rest = rest or NO_LAW * (motion.parameter is not None or bool(motion.turned_back))
+        self._rates = rates
 
-    @property
+    @cached_property
     def path(self) -> PathDerivatives:
         """The derivatives along the path of the motion: by its parameter, or by the arc length of a circuit."""
-        if self._path is None:
-            self._path = derivatives_of(self.motion, self.angles)
-        return self._path
+        return derivatives_of(self.motion, self.angles, self.given)
+
+    @cached_property
+    def forces(self) -> Forces:
+        """The forces of the motion along its laws, or at rest, in rows in which they are well determined."""
+        if self._known is not None:
+            return self._known()
+        from gimcli.dynamics.forces import piece_forces
+        from gimcli.dynamics.kinematic_history import Courses
+        from gimcli.dynamics.statics import statics
+
+        motion, given = self.motion, self.given
+        if self.rest:
+            given = np.concatenate([motion.inputs[None], np.zeros((2, *motion.inputs.shape))])
+        courses = Courses(self.mechanism, given=given)
+        return piece_forces(statics(self.mechanism), courses, motion, turns=self._turns)
 
     @property
-    def forces(self) -> Forces:
-        """The forces of the motion along its laws, in rows in which they are well determined."""
-        if self._forces is None:
-            from gimcli.dynamics.forces import piece_forces
-            from gimcli.dynamics.kinematic_history import Courses, Turns
-            from gimcli.dynamics.statics import statics
+    def _turns(self) -> Turns:
+        from gimcli.dynamics.kinematic_history import Turns
 
-            courses, turns = Courses(self.mechanism), self.memory.setdefault("turns of springs", Turns())
-            self._forces = piece_forces(statics(self.mechanism), courses, self.motion, turns=turns)
-        return self._forces
+        turns: Turns = self.memory.setdefault("turns of springs", Turns())
+        return turns
 
     def node(self, node: int, order: int = 0) -> Any:
         """Return the place of a node (rows,), or a derivative of it."""
@@ -225,11 +251,16 @@ class MotionState(State):
         return self.rates(order).point(name)[order]
 
     def rates(self, order: int) -> MotionRates:
-        """Return the derivatives of all nodes up to an order."""
+        """Return the derivatives of all nodes up to an order; raise ApartError where they are not known."""
+        if self.rest:
+            raise ApartError(self.rest)
         if self._rates is None or self._rates.order < order:
-            from gimcli.rates.derivatives import rates
+            from gimcli.rates.derivatives import law_rates, rates_of_inputs
 
-            self._rates = rates(self.mechanism, self.motion.time, self.motion.z, order)
+            given = law_rates(self.mechanism, self.motion.time, order) if self.given is None else self.given
+            if len(given) <= order:
+                raise ApartError(NO_JERK)
+            self._rates = rates_of_inputs(self.mechanism, self.motion.z, given[: order + 1])
         return self._rates
 
     def turning(self, member: int, order: int) -> Any:
@@ -257,6 +288,10 @@ class MotionState(State):
             return np.arange(len(motion.time))
         return motion.residual if name == "residual" else motion.time * own.duration
 
+    def swept(self) -> PathDerivatives:
+        """Return the derivatives along the path of a motion, for what is summed up from row to row."""
+        return self.path
+
     def first(self, key: str, rows: Any) -> Any:
         """Return the first value that is defined, of this piece or one before it (1,)."""
         if not np.isfinite(self.memory.get(key, np.nan)).all():
@@ -264,49 +299,31 @@ class MotionState(State):
         return self.memory[key]
 
 
-class RatedState(Positions):
-    """Positions z (nodes, rows) and their derivatives by the time as far as they are known, of no law."""
+class SeparateState(MotionState):
+    """Positions that are no motion, each with the rates of its inputs (see `MotionState`), or at rest."""
 
-    def __init__(
-        self, mechanism: Mechanism, z: ComplexArray, rates: MotionRates | None, inputs: FloatArray,
-        time: FloatArray | None = None, angles: Callable[[int], FloatArray] | None = None,
-        forces: Callable[[], Forces] | None = None,
-    ) -> None:  # fmt: skip
-        """Take inputs (actuators, rows), the time (rows,) [s], and what counts directions and finds forces if known."""
-        super().__init__(mechanism, z)
-        self._rates, self._inputs, self._time, self._angles, self._forces = rates, inputs, time, angles, forces
+    def __init__(self, motion: Motion, given: FloatArray | None = None, rest: str = "") -> None:
+        super().__init__(motion, lambda own, member: direction(own.mechanism, member, own.z), given=given, rest=rest)
 
     @property
-    def forces(self) -> Forces:
-        """The forces, if they can be found."""
-        return super().forces if self._forces is None else self._forces()
+    def _turns(self) -> Turns:
+        from gimcli.dynamics.kinematic_history import SeparateTurns
 
-    def rates(self, order: int) -> MotionRates:
-        """Return the derivatives; raise ApartError where they are not known up to an order."""
-        if self._rates is None or self._rates.order < order:
-            raise ApartError
-        return self._rates
+        return SeparateTurns()
 
-    def node(self, node: int, order: int = 0) -> Any:
-        """Return the place of a node, or a derivative of it (rows,)."""
-        return self.rates(order).nodes[order, node] if order else super().node(node)
-
-    def turning(self, member: int, order: int) -> Any:
-        """Return omega or alpha of a member (rows,)."""
-        return self.rates(order).angular(member)[order - 1]
-
-    def counted(self, member: int) -> Any:
-        """Return the direction of a member (rows,) in the file's unit."""
-        return super().counted(member) if self._angles is None else self._angles(member)
+    def swept(self) -> PathDerivatives:
+        """Raise ApartError: nothing moves."""
+        raise ApartError(NO_MOTION)
 
     def row(self, name: str) -> Any:
-        """Return an input in the file's unit, or the time [s] (rows,); raise ApartError for others."""
-        names = [a.name for a in self.mechanism.actuators]
-        if name in names:
-            return self.mechanism.value_to_file(names.index(name), self._inputs[names.index(name)])
-        if name != "time" or self._time is None:
-            raise ApartError
-        return self._time
+        """Return the time [s], the residual, or an input (rows,); raise ApartError for the step."""
+        if name == "step":
+            raise ApartError(NO_MOTION)
+        return super().row(name)
+
+    def first(self, key: str, rows: Any) -> Any:
+        """Return the values themselves."""
+        return rows
 
 
 class Needs(State):
@@ -343,12 +360,15 @@ class Needs(State):
         return np.ones(1)
 
 
-def derivatives_of(motion: Motion, angles: Angles = in_rows) -> PathDerivatives:
-    """Return the derivatives of a motion along its laws, or along the arc length of its curve if it is a circuit."""
+def derivatives_of(motion: Motion, angles: Angles = in_rows, given: FloatArray | None = None) -> PathDerivatives:
+    """Return the derivatives of a motion along its laws, or along the arc length of its curve if it is a circuit.
+
+    `given` are derivatives of the inputs (orders, actuators, rows) that replace those of the laws.
+    """
     if motion.parameter is None:
         from gimcli.rates.path_derivatives import PathDerivatives
 
-        return PathDerivatives(motion, angles)
+        return PathDerivatives(motion, angles, given)
     from gimcli.rates.arclength_derivatives import ArclengthDerivatives
 
     return ArclengthDerivatives(motion, angles)

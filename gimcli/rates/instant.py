@@ -9,8 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Input, Mechanism
-from gimcli.rates.derivatives import MotionRates
-from gimcli.rates.path_derivatives import rates_along
+from gimcli.rates.derivatives import MotionRates, rates_of_inputs
 
 SAMPLES = 4097
 """Times at which a law is evaluated in the search for a value."""
@@ -29,8 +28,7 @@ class Instant:
     mechanism: Mechanism
     rates: MotionRates
     time: FloatArray  # (actuators,) normalised time at which the law has the value; NaN: a unit rate is used
-    input_rate: FloatArray  # (actuators,) rad/s or normal lengths/s
-    input_acceleration: FloatArray  # (actuators,) rad/s^2 or normal lengths/s^2
+    given: FloatArray  # (4, actuators) inputs and their derivatives: rad or normal lengths, by s
 
     @property
     def singular(self) -> bool:
@@ -55,38 +53,39 @@ def instant(mechanism: Mechanism, inputs: FloatArray, z: ComplexArray) -> Instan
     An input has the rate of its law at the first time at which the law has the value of the input. If the law never
     has it, the rate is one unit of the file (deg, rad or length) per second, without acceleration.
     """
-    count = len(mechanism.actuators)
-    time, first, second = np.full(count, np.nan), np.zeros(count), np.zeros(count)
+    time, given = law_state(mechanism, inputs, z)
+    return Instant(mechanism, rates_of_inputs(mechanism, z[:, None], given[:3, :, None]), time, given)
+
+
+def law_state(mechanism: Mechanism, inputs: FloatArray, z: ComplexArray) -> tuple[FloatArray, FloatArray]:
+    """Return normalised times (actuators,), and inputs with three derivatives (4, actuators), as in an `Instant`."""
+    time, given = np.full(len(inputs), np.nan), np.zeros((4, len(inputs)))
+    given[0] = inputs
     for k in mechanism.drivers:
         actuator = mechanism.actuators[k]
         time[k] = law_time(actuator, float(inputs[k]))
         if np.isnan(time[k]):
-            first[k] = unit_rate(mechanism, actuator)
+            given[1, k] = unit_rate(mechanism, actuator)
         else:
-            first[k] = float(actuator.law(time[k : k + 1], 1)[0]) / mechanism.duration
-            second[k] = float(actuator.law(time[k : k + 1], 2)[0]) / mechanism.duration**2
+            given[1:, k] = [float(actuator.law(time[k : k + 1], n)[0]) / mechanism.duration**n for n in (1, 2, 3)]
     if mechanism.couplings:
-        first, second = _of_followers(mechanism, inputs, z, first, second)
-    rates = rates_along(mechanism, inputs[:, None], z[:, None], first[:, None], second[:, None], 2)
-    return Instant(mechanism, rates, time, first, second)
+        _drive_followers(mechanism, z, given)
+    return time, given
 
 
-def _of_followers(
-    mechanism: Mechanism, inputs: FloatArray, z: ComplexArray, first: FloatArray, second: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Return rates and accelerations of all inputs (actuators,) for those of the drivers."""
+def _drive_followers(mechanism: Mechanism, z: ComplexArray, given: FloatArray) -> None:
+    """Set the derivatives of the followers by those of the drivers, in place."""
     if mechanism.complete is None:
         drivers = list(mechanism.drivers)
-        return mechanism.following @ first[drivers], mechanism.following @ second[drivers]
+        given[1:] = [mechanism.following @ rates[drivers] for rates in given[1:]]
+        return
     from gimcli.structure.linked_equations import linked_equations  # imported late: few mechanisms have such gears
 
     equations = linked_equations(mechanism)
-    found = equations.derivatives(equations.point(z, inputs), np.array([inputs, first, second])[:, :, None])
-    first, second = first.copy(), second.copy()
-    for rates, own in zip((first, second), found[1:, equations.n :, 0], strict=True):
+    found = equations.derivatives(equations.point(z, given[0]), given[:, :, None])
+    for rates, own in zip(given[1:], found[1:, equations.n :, 0], strict=True):
         rates[:] = equations.linear(rates)
         rates[equations.followers] = own
-    return first, second
 
 
 def unit_rate(mechanism: Mechanism, actuator: Input) -> float:

@@ -41,9 +41,15 @@ class InputPath:
     smooth: BoolArray  # (rows,) whether the second derivative belongs to a regular parameter
 
 
-def input_path(mechanism: Mechanism, time: FloatArray) -> InputPath:
-    """Return the path of the inputs at normalised times, in the direction of the motion."""
-    laws = [np.array([a.law(time, k) for a in mechanism.actuators]) for k in range(1, STILLNESS.orders + 1)]
+def input_path(mechanism: Mechanism, time: FloatArray, given: FloatArray | None = None) -> InputPath:
+    """Return the path of the inputs at normalised times, in the direction of the motion.
+
+    `given` are the inputs and their derivatives by the real time (orders, actuators, rows), if not those of the laws.
+    """
+    if given is None:
+        laws = [np.array([a.law(time, k) for a in mechanism.actuators]) for k in range(1, STILLNESS.orders + 1)]
+    else:
+        laws = [rates * mechanism.duration**k for k, rates in enumerate(given[1:], start=1)]
     length = [np.linalg.norm(law, axis=0) for law in laws]
     order = _first_order(length)
     first, second, smooth = np.zeros_like(laws[0]), np.zeros_like(laws[0]), np.ones(len(time), dtype=bool)
@@ -91,6 +97,7 @@ class PathDerivatives:
 
     motion: Motion
     angles: Angles = in_rows
+    given: FloatArray | None = None  # derivatives of the inputs that replace those of the laws
 
     @property
     def mechanism(self) -> Mechanism:
@@ -104,7 +111,7 @@ class PathDerivatives:
     @cached_property
     def path(self) -> InputPath:
         """The path of the inputs."""
-        return input_path(self.mechanism, self.motion.time)
+        return input_path(self.mechanism, self.motion.time, self.given)
 
     @property
     def smooth(self) -> BoolArray:
@@ -124,6 +131,8 @@ class PathDerivatives:
     @cached_property
     def timed(self) -> MotionRates:
         """Velocities and accelerations by the real time."""
+        if self.given is not None:
+            return rates_of_inputs(self.mechanism, self.motion.z, self.given[:3])
         return rates(self.mechanism, self.motion.time, self.motion.z, 2)
 
     def along_to(self, order: int, rows: IntArray | slice = slice(None)) -> MotionRates:

@@ -234,7 +234,7 @@ def test_results_know_any_quantity_by_its_name():
     assert p["C.x"] == pytest.approx(p.xy["C"][0])
     assert p["hypot(C.x - 1, C.y)"] == pytest.approx(np.hypot(*(p.xy["C"] - [1.0, 0.0])))
     assert p["crank_angle"] == pytest.approx(p.inputs["crank_angle"])
-    for name in ("Q.x", "max(C.x)", "C.jx", "crank_angle.effort"):
+    for name in ("Q.x", "max(C.x)", "step", "crank_angle.efforts"):
         with pytest.raises(KeyError):
             p[name]
 
