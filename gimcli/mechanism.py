@@ -98,7 +98,7 @@ class Member:
     @cached_property
     def ends(self) -> tuple[int, int, complex]:
         """The first node, that of `base`, and the vector between them in the member's own frame."""
-        return self.nodes[0], self.nodes[self.base], complex(self.shape[self.base] - self.shape[0])
+        return self.nodes[0], self.nodes[self.base], scalar(self.shape[self.base] - self.shape[0])
 
     @cached_property
     def stretch(self) -> float:

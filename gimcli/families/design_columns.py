@@ -1,14 +1,12 @@
 """Columns of many designs at once, from their positions: the same numbers as those of a trace of each design.
 
-Columns of coordinates, inputs, angles and velocities of members, and transmission angles are computed for all designs
-together. Columns of accelerations and forces, and other measures, are computed design by design, which takes some
-milliseconds each; so are velocities in small sweeps, which are not compiled. Full turns of directions are counted as in
-a trace (`rates.member_angles`).
+Columns of coordinates, inputs, angles, transmission angles, and velocities, accelerations and jerks are computed for
+all designs together. Columns of forces, and measures along the path, are computed design by design, which takes some
+milliseconds each. Full turns of directions are counted as in a trace (`rates.member_angles`).
 """
 
 from __future__ import annotations
 
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -16,14 +14,9 @@ import numpy as np
 from gimcli.canonical import TURN, phase
 from gimcli.families.column_names import SOLVED, TYPE, ColumnNames
 from gimcli.families.design_motions import DesignMotions
-from gimcli.families.designs import Designs
-from gimcli.families.family import Family
-from gimcli.families.float_tables import FloatTables
 from gimcli.families.four_bar_type import four_bar_types
 from gimcli.families.position_state import design_number
-from gimcli.families.sensitivity import position_derivatives
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, IntArray
-from gimcli.positions.dispatch import choose
 from gimcli.positions.inputs import scales
 from gimcli.quantities.catalogue import catalogue
 from gimcli.quantities.quantity import Item
@@ -123,13 +116,13 @@ def filled(values: FloatArray) -> FloatArray:
 class DesignColumns(State):
     """The columns of some designs along the laws."""
 
-    def __init__(self, motions: DesignMotions, names: ColumnNames, together: bool = False) -> None:
-        """Take solved designs; `together`: velocities are computed for all of them together, in compiled code."""
+    def __init__(self, motions: DesignMotions, names: ColumnNames) -> None:
         super().__init__(motions.mechanism)
-        self.motions, self.names, self._together = motions, names, together
+        self.motions, self.names = motions, names
         self.solved, self.designs = motions.solved, motions.solved.designs
         self._columns: dict[str, Any] = {}
         self._angles: dict[int, FloatArray] = {}
+        self._rates: tuple[ComplexArray, FloatArray] | None = None
 
     def __getitem__(self, name: str) -> Any:
         """Return a column (designs, rows), or the columns of a measure (columns, designs, rows); NaN if not solved.
@@ -157,7 +150,7 @@ class DesignColumns(State):
         k = [a.name for a in self.mechanism.actuators].index(actuator)
         motions, row = self.motions.at_input(k, self.mechanism.value_from_file(k, value))
         same = motions is self.motions
-        return ColumnsAtRow(self if same else DesignColumns(motions, self.names, self._together), row)
+        return ColumnsAtRow(self if same else DesignColumns(motions, self.names), row)
 
     def _column(self, item: Item) -> FloatArray:
         """Return a column of all designs together where that is possible, else of one design after the other."""
@@ -169,21 +162,16 @@ class DesignColumns(State):
     # -- the state ---------------------------------------------------------------------------------------
 
     def node(self, node: int, order: int = 0) -> Any:
-        """Return the place or the velocity of a node (designs, rows)."""
-        nodes = self.solved.z if order == 0 else self._velocities if order == 1 else None
-        if nodes is None:
-            raise ApartError
-        return nodes[:, node]
+        """Return the place of a node (designs, rows), or a derivative of it."""
+        return self.rates(order)[0][:, order, node] if order else self.solved.z[:, node]
 
     def local(self, table: str, row: int) -> Any:
         """Return a complex number of each design (designs, 1)."""
         return design_number(self.motions.tables, table, row)
 
     def turning(self, member: int, order: int) -> Any:
-        """Return the angular velocity of a member (designs, rows)."""
-        first, second = self.mechanism.members[member].nodes[:2]
-        velocity, arm = (self.node(second, k) - self.node(first, k) for k in (order, 0))
-        return (velocity / arm).imag
+        """Return omega, alpha or angular jerk of a member (designs, rows)."""
+        return self.rates(order)[1][:, order - 1, member - 1]
 
     def counted(self, member: int) -> Any:
         """Return the direction of a member (designs, rows) in the file's angle unit, full turns counted."""
@@ -202,13 +190,16 @@ class DesignColumns(State):
             return self.motions.time * (self.solved.codes.shape[1] - 1)
         return self.motions.time * self.motions.durations[:, None]
 
-    @cached_property
-    def _velocities(self) -> ComplexArray | None:
-        """Velocities of all nodes (designs, nodes, rows), normal frame; None if they are not computed together."""
-        if not self._together:
-            return None
-        found = node_velocities(self.motions.family, self.solved, self.motions.tables, self.motions.time)
-        return None if found is None else found * (self.mechanism.duration / self.motions.durations)[:, None, None]
+    def rates(self, order: int) -> tuple[ComplexArray, FloatArray]:
+        """Return the derivatives by the time up to an order, in the normal frame of the nominal design.
+
+        Those of nodes are (designs, order + 1, nodes, rows), those of members (designs, order, members, rows).
+        """
+        if self._rates is None or self._rates[1].shape[1] < order:
+            motions, made = self.motions, self.motions.family.rates(order)
+            options = {name: motions.options[name] for name in ("jit", "notify") if name in motions.options}
+            self._rates = made(self.designs, self.solved.z, motions.input_rates(order), **options)
+        return self._rates
 
     def _one_by_one(self, name: str) -> FloatArray:
         """Return a column that is computed for one design after the other."""
@@ -239,33 +230,3 @@ class ColumnsAtRow:
     def at(self, actuator: str, value: float) -> DesignColumns | ColumnsAtRow:
         """Return the columns at another value."""
         return self._columns.at(actuator, value)
-
-
-def node_velocities(family: Family, solved: Designs, tables: FloatTables, time: FloatArray) -> ComplexArray | None:
-    """Return the velocities of the nodes (designs, nodes, rows) by the real time, normal frame of the nominal design.
-
-    `time` (designs or 1, rows) is normalised. None if the laws of the designs have no rates that are known together.
-    NaN in rows that are not solved or singular.
-    """
-    rates = _input_rates(family, tables, time)
-    if rates is None:
-        return None
-    none: Any = (table[:, None][:, :0] for table in tables)
-    run = choose("on", 0.0, None, ("differentiate_all",))
-    by, good = position_derivatives(family.mechanism, tables, FloatTables(*none), solved.z, solved.inputs, run)
-    found = np.einsum("dknr,dkr->dnr", by, np.broadcast_to(rates, (len(by), *rates.shape[1:])))
-    return np.where(good[:, None], found, np.nan)
-
-
-def _input_rates(family: Family, tables: FloatTables, time: FloatArray) -> FloatArray | None:
-    """Return the rates of the inputs (designs or 1, actuators, rows) by the real time."""
-    mechanism = family.mechanism
-    laws = [np.stack([actuator.law(row, 1) for row in time]) for actuator in mechanism.actuators]
-    rates = np.stack(laws, axis=1) / mechanism.duration
-    if not family.drawn_laws:
-        return rates
-    spans = tables.laws[:, :, 1] - tables.laws[:, :, 0]
-    nominal = family.tables(family.nominal[None]).laws[0]
-    with np.errstate(all="ignore"):
-        share = np.where(np.isfinite(spans), spans / (nominal[:, 1] - nominal[:, 0]), 1.0)
-    return rates * share[:, :, None] if np.isfinite(share).all() else None

@@ -19,6 +19,7 @@ from gimcli.mechanism import FloatArray, IntArray, Mechanism
 from gimcli.motion.motion import Motion, stream
 from gimcli.positions.inputs import law_inputs
 from gimcli.positions.options import Options
+from gimcli.quantities.state import ApartError
 from gimcli.status import Status
 
 EXACT = 1e-9
@@ -104,6 +105,28 @@ class DesignMotions:
         if all(own is None or own.duration == nominal for own in ends):
             return np.array([nominal])
         return np.array([nominal if own is None else own.duration for own in map(self.alone, range(last + 1))])
+
+    def input_rates(self, order: int) -> FloatArray:
+        """Return the inputs and their derivatives by the real time (designs or 1, order + 1, actuators, rows).
+
+        Raises ApartError for laws whose changes from design to design are not known.
+        """
+        actuators, orders = self.mechanism.actuators, range(1, order + 1)
+        by_time = [[np.stack([a.law(row, k) for a in actuators]) for k in orders] for row in self.time]
+        found = np.array(by_time) / np.array([self.durations**k for k in orders]).T[..., None, None]
+        if self.family.drawn_laws:
+            spans, nominal = (
+                np.diff(t.laws)[..., 0] for t in (self.tables, self.family.tables(self.family.nominal[None]))
+            )
+            with np.errstate(all="ignore"):
+                share = np.where(np.isfinite(spans), spans / nominal, 1.0)
+            if not np.isfinite(share).all():
+                raise ApartError
+            found = found * share[:, None, :, None]
+        inputs = np.broadcast_to(
+            self.solved.inputs[:, None], (max(len(found), len(self.solved.inputs)), 1, *found.shape[2:])
+        )
+        return np.concatenate([inputs, np.broadcast_to(found, (len(inputs), *found.shape[1:]))], axis=1)
 
     def alone(self, k: int) -> Mechanism | None:
         """Return a design as a mechanism of its own; None if its dimensions are not possible."""

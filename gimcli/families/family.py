@@ -14,6 +14,7 @@ import numpy as np
 
 from gimcli.errors import GimError, ModelError, StructureError, UsageError
 from gimcli.families.coupling_slopes import CouplingSlopes
+from gimcli.families.design_rates import DesignRates
 from gimcli.families.designs import Designs
 from gimcli.families.float_tables import FloatTables, TableMaker, listed, spans
 from gimcli.families.later_law import LaterLaw
@@ -60,13 +61,14 @@ class Family:
             StructureError: the mechanism is not fully driven.
         """
         self.mechanism, self.names, self.tolerance = mechanism, tuple(names), tolerance
-        recorded, recording = mechanism.written.recorded(mechanism, self.names)
+        self.recorded = recorded, recording = mechanism.written.recorded(mechanism, self.names)
         self.nominal: FloatArray = np.array([variable.value for variable in recording.variables])
         self.plan = make_plan(mechanism)
         self.program = plan_program(mechanism, self.plan)
         own = plan_program(recorded, make_plan(recorded))
         self.maker = TableMaker(recording, listed(recorded, own))
         self.drawn_laws = bool(self.maker.slots[-1][1])
+        self._rates: dict[int, DesignRates] = {}
         self.couplings = CouplingSlopes(recorded, recording)
         if self.couplings.varied and not all(hasattr(law, "start") for law in self.couplings.laws):
             raise StructureError(
@@ -123,6 +125,12 @@ class Family:
                 inputs[:, k] = first + (last - first) * law.profile(time)
                 inputs[:, k, time == 1.0] = last
         return inputs
+
+    def rates(self, order: int) -> DesignRates:
+        """Return what computes the derivatives of nodes and members by the time up to an order."""
+        if order not in self._rates:
+            self._rates[order] = DesignRates(order, *self.recorded)
+        return self._rates[order]
 
     # -- positions ----------------------------------------------------------------------------
 

@@ -63,28 +63,35 @@ class TableMaker:
             self.nominal.append(np.array([x.value if isinstance(x, Recorded) else x for x in table], dtype=float))
         self.wanted = sorted({place for _, own in self.slots for place in own})
 
+    def flat(self, designs: FloatArray) -> list[FloatArray]:
+        """Return each table of designs (designs, dimensions) as its list of numbers (designs, numbers)."""
+        return self._filled(self.recording.evaluate(designs.T, self.wanted), len(designs), self.nominal)
+
     def values(self, designs: FloatArray) -> FloatTables:
         """Return the tables of designs (designs, dimensions)."""
-        return self._filled(self.recording.evaluate(designs.T, self.wanted), len(designs), self.nominal)
+        return _shaped(self.flat(designs))
 
     def tangents(self, designs: FloatArray) -> FloatTables:
         """Return the derivatives of the tables of designs (designs, dimensions), leading axes designs, dimensions."""
         found = self.recording.tangents(designs.T, self.wanted)
         count, n = designs.shape
         flat = {place: np.reshape(np.swapaxes(one.slopes, 0, 1), (count * n,)) for place, one in found.items()}
-        tables = self._filled(flat, count * n, [np.zeros_like(x) for x in self.nominal])
+        tables = _shaped(self._filled(flat, count * n, [np.zeros_like(x) for x in self.nominal]))
         return FloatTables(*(x.reshape(count, n, *x.shape[1:]) for x in tables))
 
-    def _filled(self, found: dict[int, Any], count: int, base: Sequence[FloatArray]) -> FloatTables:
+    def _filled(self, found: dict[int, Any], count: int, base: Sequence[FloatArray]) -> list[FloatArray]:
         tables = []
-        for number, (x, (columns, places)) in enumerate(zip(base, self.slots, strict=True)):
-            table = np.repeat(x[None], count, axis=0)
+        for x, (columns, places) in zip(base, self.slots, strict=True):
+            tables.append(np.repeat(x[None], count, axis=0))
             for column, place in zip(columns.tolist(), places, strict=True):
-                table[:, column] = found[place]
-            tables.append(
-                table if number == FloatTables._fields.index("reach") else table.reshape(count, len(x) // 2, 2)
-            )
-        return FloatTables(*tables)
+                tables[-1][:, column] = found[place]
+        return tables
+
+
+def _shaped(flat: Sequence[FloatArray]) -> FloatTables:
+    """Return tables from their lists of numbers (designs, numbers)."""
+    pairs = zip(FloatTables._fields, flat, strict=True)
+    return FloatTables(*(x if name == "reach" else x.reshape(len(x), x.shape[1] // 2, 2) for name, x in pairs))
 
 
 def with_inputs(table: FloatArray, inputs: int) -> FloatArray:

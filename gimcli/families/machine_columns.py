@@ -20,10 +20,8 @@ from gimcli.mechanism import FRAME, FloatArray
 class MachineColumns(DesignColumns):
     """The columns of a file with several machines; those of no machine alone have the rows that all of them reach."""
 
-    def __init__(
-        self, parts: Sequence[DesignColumns], motions: DesignMotions, names: ColumnNames, together: bool
-    ) -> None:  # fmt: skip
-        super().__init__(motions, names, together)
+    def __init__(self, parts: Sequence[DesignColumns], motions: DesignMotions, names: ColumnNames) -> None:
+        super().__init__(motions, names)
         self.parts = parts
 
     def __getitem__(self, name: str) -> Any:
@@ -38,7 +36,7 @@ class MachineColumns(DesignColumns):
     def at(self, actuator: str, value: float) -> Any:
         """Return the columns at the first position at which an input has a value [file's unit]."""
         own = next(part for part in self.parts if actuator in part.names.rows)
-        whole = DesignColumns(self.motions, self.names, self._together)
+        whole = DesignColumns(self.motions, self.names)
         return _ColumnsAt(own, partial(own.at, actuator, value), partial(whole.at, actuator, value))
 
 

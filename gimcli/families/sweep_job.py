@@ -46,7 +46,6 @@ class SweepJob:
     tolerance: float = 1e-10
     size: int = MOST_IN_CHUNK  # number of designs of a chunk
     jit: str = "auto"  # "on" or "off" in all processes, so that all compute the same numbers
-    together: bool = False  # velocities are computed for all designs together, in compiled code
     rows: bool = False  # whether whole columns are kept, not only numbers of each design
     threads: int | None = None
     notify: Notify | None = None
@@ -117,12 +116,6 @@ class SweepJob:
                 raise UsageError(f"keep: two columns would be named '{name}'; rename the parameter, or keep another")
         return np.dtype(fields)
 
-    @property
-    def moves(self) -> bool:
-        """Whether a quantity needs velocities."""
-        used = (item for q in self.quantities for name in q.names for item in self.names.find(name))
-        return any(getattr(item.quantity, "order", 0) == 1 for item in used)
-
     def check(self) -> None:
         """Raise UsageError where a quantity, filter or goal is not valid."""
         used = frozenset[str]().union(*(q.names for q in self.quantities))
@@ -159,13 +152,13 @@ class SweepJob:
 
         def of(family: Family, names: ColumnNames, own: FloatArray) -> DesignColumns:
             motions = DesignMotions(family, family.solve(own, steps, **options), options)
-            return DesignColumns(motions, names, self.together)
+            return DesignColumns(motions, names)
 
         if not self.machines:
             return of(self.family, self.names, designs)
         parts = [of(family, names, designs[:, own]) for family, names, own in self.machines]
         solved = joined_designs(self.family, designs, [part.solved for part in parts])
-        return MachineColumns(parts, DesignMotions(self.family, solved, options), self.names, self.together)
+        return MachineColumns(parts, DesignMotions(self.family, solved, options), self.names)
 
     def chosen(self, rows: Rows) -> Rows:
         """Return the best rows by the goal, the best first; all rows if all are kept."""

@@ -44,9 +44,6 @@ if TYPE_CHECKING:
 
 MOST_WORKERS = 1024
 
-RATES = 2e-3
-"""Seconds that the velocities of one design take by themselves."""
-
 Vary = Mapping[str, Any] | Sequence[Mapping[str, float]] | Path | str
 """Values by the names of dimensions, or designs."""
 
@@ -172,12 +169,11 @@ def _swept_machine(mechanism: Mechanism, job: SweepJob) -> Mechanism:
 def _with_kernels(job: SweepJob, resumed: Path | str | None, notify: Notify | None) -> SweepJob:
     """Return the job with the choice of compiled kernels: once for all chunks, as in a resumed sweep."""
     before = None if resumed is None else header_of(Path(resumed))
-    if before is not None and {"jit", "together"} <= set(before):
-        return replace(job, jit=str(before["jit"]), together=bool(before["together"]))
+    if before is not None and "jit" in before:
+        return replace(job, jit=str(before["jit"]))
     count, plan = job.table.count, make_plan(job.mechanism)
     solves = choose(mode_of(plan, "auto"), ONE * count, notify, (kernel_name(plan),)) is not plain
-    together = job.moves and choose("auto", RATES * count, notify, ("differentiate_all",)) is not plain
-    return replace(job, jit="on" if solves else "off", together=together)
+    return replace(job, jit="on" if solves else "off")
 
 
 def _header(job: SweepJob) -> dict[str, Any]:
@@ -190,7 +186,7 @@ def _header(job: SweepJob) -> dict[str, Any]:
         "vary": designs.hexdigest(),
         "designs": job.table.count, "points": job.table.points, "seed": job.table.seed, "steps": job.steps,
         "keep": job.keep, "rows": job.rows, "where": job.where, "goal": job.goal, "best": job.best,
-        "tolerance": job.tolerance, "jit": job.jit, "together": job.together, "designs a chunk": job.size,
+        "tolerance": job.tolerance, "jit": job.jit, "designs a chunk": job.size,
     }  # fmt: skip
 
 

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
+from gimcli.calculus.numbers import places, scalar
 from gimcli.dynamic_data import (
     NO_MEMBER,
     NO_NODE,
@@ -46,7 +48,7 @@ class DynamicsCompiler:
         dynamics = Dynamics(
             metre=None if metre is None else metre * self.scale,
             inertias=tuple(self._inertia(name, mass) for name, mass in model.masses.items()),
-            gravity=complex(*(model.gravity or (0.0, 0.0))),
+            gravity=_vector(model.gravity),
             loads=tuple(self._load(name, load) for name, load in model.loads.items()),
             springs=tuple(self._spring(name, spring) for name, spring in model.springs.items()),
             dampers=tuple(DampingForce(n, self._gauge(n, d), d.damping) for n, d in model.dampers.items()),
@@ -65,19 +67,19 @@ class DynamicsCompiler:
             return Inertia(index, own, 0.0, place, node=number)
         member = self.members[self.number[name]]
         if mass.centre is None:
-            centre = complex(member.shape.mean())
+            centre = scalar(member.shape.sum() / len(member.shape))
         else:
-            centre = self.place(name, schema.Tracer(on=name, local=mass.centre)).local
+            centre = self._placed(name, None, mass.centre)
         return Inertia(self.number[name], own, mass.inertia or 0.0, centre, known)
 
     def _load(self, name: str, load: schema.Load) -> AppliedLoad:
-        force, turning = complex(*(load.force or load.follower or (0.0, 0.0))), load.follower is not None
+        force, turning = _vector(load.force or load.follower), load.follower is not None
         if (node := node_of(self.model, load.on)) is not None:
             member, point, number = self._at(node)
         else:
             member, point, number = self.number[load.on], 0.0j, NO_NODE
         if load.torque is None and node is None:
-            point = self.place(name, schema.Tracer(on=load.on, at=load.at, local=load.local)).local
+            point = self._placed(load.on, load.at, load.local)
         curve, over = None, TIME
         if load.table is not None:
             at, factor = read_table(self.folder / load.table)
@@ -87,11 +89,16 @@ class DynamicsCompiler:
             curve = Sampled(at, factor)
         return AppliedLoad(name, member, point, force, load.torque or 0.0, turning, curve, over, number)
 
+    def _placed(self, member: str, at: list[float] | None, local: list[float] | None) -> complex:
+        """Return a point of a member in its own frame; numbers may be recorded, which no validation accepts."""
+        point = schema.Tracer(on=member).with_value("at", lambda _: at).with_value("local", lambda _: local)
+        return self.place(member, point).local
+
     def _at(self, node: str) -> tuple[int, complex, int]:
         """Return the member of a part at a node, its point of the member, and the node; a fixed one has no node."""
         number = self.nodes.index(node)
         if number in self.members[FRAME].nodes:
-            return FRAME, complex(self.drawn[number]), NO_NODE
+            return FRAME, scalar(self.drawn[number]), NO_NODE
         return NO_MEMBER, 0.0j, number
 
     def _unit(self, actuator: Input) -> float:
@@ -136,3 +143,8 @@ class DynamicsCompiler:
         if effort.stall is not None:
             return DrivingEffort(constant=effort.stall, idle=(effort.idle or 0.0) * unit)
         return DrivingEffort(effort.constant or 0.0)
+
+
+def _vector(pair: Sequence[float] | None) -> complex:
+    """Return x + iy of a pair of numbers; 0 if there is none."""
+    return scalar(places([pair or (0.0, 0.0)])[0])  # type: ignore[no-any-return]  # or recorded

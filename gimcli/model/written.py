@@ -56,10 +56,13 @@ class Written:
 
         return machines(self, mechanism, structures, loaded)
 
-    def recorded(self, mechanism: Mechanism, names: Sequence[str]) -> tuple[Mechanism, Recording]:
+    def recorded(
+        self, mechanism: Mechanism, names: Sequence[str], dynamics: bool = False
+    ) -> tuple[Mechanism, Recording]:
         """Return the mechanism with recorded numbers as dimensions, in its normal frame, and the recording.
 
-        The variables of the recording are the dimensions, in the file's units.
+        The variables of the recording are the dimensions, in the file's units. Without `dynamics` it has no masses and
+        forces.
         """
         from gimcli.calculus.recorded import Recording
         from gimcli.model.compile import compile_model
@@ -67,7 +70,8 @@ class Written:
 
         recording = Recording()
         changes = {name: recording.variable(self.dimension(name).value) for name in names}
-        model = without_dynamics(self.placed(self.substituted(changes, FUNCTIONS)))
+        model = self.placed(self.substituted(changes, FUNCTIONS))
+        model = model if dynamics else without_dynamics(model)
         return compile_model(model, self.source.folder, (mechanism.origin, mechanism.scale)), recording
 
     def placed(self, model: Model) -> Model:

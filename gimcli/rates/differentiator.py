@@ -34,6 +34,7 @@ class Differentiator:
             found.write_point(number, point, skipped)
         for number, member in enumerate(mechanism.members[FRAME + 1 :]):
             found.write_angle(number, member)
+        self.tape = found.tape
         self.w, self.heads, self.factors = found.tape.arrays()
         self.points = len(slots) + 1 - skipped, len(points)
         self.angles = len(slots), len(mechanism.members) - 1

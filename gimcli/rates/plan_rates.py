@@ -21,10 +21,11 @@ from functools import partial
 
 import numpy as np
 
+from gimcli.calculus.numbers import scalar
 from gimcli.kernels import tape as kernels
 from gimcli.mechanism import CLOSURE, FRAME, HEIGHT, SPAN, Mechanism, Member, Point
 from gimcli.rates.slots import Slot, SlotValues
-from gimcli.rates.tape import ComplexLanes, Number, Term
+from gimcli.rates.tape import ComplexLanes, Number, Term, vanishes
 from gimcli.structure.steps import (
     NONE,
     Circle,
@@ -96,7 +97,7 @@ class Imposed:
         if self.kind == SPAN:
             return [tape.products([(1.0, arm, self.away(0))], conjugate=True)]
         terms: list[Term] = [(1.0, arm, self.normal(0))]
-        if turning != 0.0:
+        if not vanishes(turning):
             terms.append((1.0, turning, self.away(0)))
         return [tape.products(terms, conjugate=True)]
 
@@ -106,7 +107,7 @@ class Imposed:
         if self.kind == CLOSURE:
             apart = tape.plus(self.away(k), self.normal(k), -1.0)
             tape.put(to, apart)
-            return apart != 0.0
+            return not vanishes(apart)
         away = {n: self.away(n) for n in of.needed(k)}
         value = {n: of.value(self.value, n) for n in of.needed(k)}
         i, j, c = of.slots[k].cross or (0, 0, 0)
@@ -288,5 +289,5 @@ def carrier(mechanism: Mechanism, point: str | Point) -> tuple[int, int, complex
     far, first = member.base, member.shape[0]
     u, v = member.nodes[0], member.nodes[far]
     if point.member == FRAME:
-        return u, u, complex(point.local - first)
-    return u, v, complex((point.local - first) / (member.shape[far] - first))
+        return u, u, scalar(point.local - first)
+    return u, v, scalar((point.local - first) / (member.shape[far] - first))

@@ -14,9 +14,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from gimcli.calculus.numbers import scalar
 from gimcli.kernels import tape as kernels
 from gimcli.mechanism import FRAME, Mechanism
-from gimcli.rates.tape import ComplexLanes, Lane, Number, Real, Tape, Term
+from gimcli.rates.tape import ComplexLanes, Lane, Number, Real, Tape, Term, vanishes
 from gimcli.structure.steps import NONE, Value, Vector
 
 
@@ -58,7 +59,7 @@ class SlotValues:
         fixed = mechanism.members[FRAME]
         self.nodes = Nodes(self.tape, len(slots))
         for node, z in zip(fixed.nodes, fixed.shape, strict=True):
-            self.nodes[node] = [complex(z), *[0j] * (len(slots) - 1)]
+            self.nodes[node] = [scalar(z), *[0j] * (len(slots) - 1)]
         self.registers: dict[int, list[Number]] = {}
         self.inputs: dict[tuple[int, int], Real] = {}
         self.turns: dict[tuple[int, int], Number] = {}
@@ -93,7 +94,7 @@ class SlotValues:
         i, j, c = self.slots[k].cross or (0, 0, 0)
         terms = [(k, 0, 1.0)] if c == 0 else [(k, 0, 1.0), (i, j, 1.0), (j, i, c - 1.0)]
         parts = [(f, self.input(actuator, p), self.turn(actuator, n)) for p, n, f in terms if f != 0.0]
-        parts = [(f, rate, e) for f, rate, e in parts if rate != 0.0 and e != 0.0]
+        parts = [(f, rate, e) for f, rate, e in parts if not vanishes(rate) and not vanishes(e)]
         to = tape.keep(2) if parts else 0
         for n, (f, rate, e) in enumerate(parts):
             tape.emit(kernels.ADD_TURN if n else kernels.TURN, to, tape.lane(rate), tape.lane(e), f=f)

@@ -1,7 +1,8 @@
 """Complex and real numbers over rows, recorded as a tape of operations; constants are computed while recording.
 
 `ComplexLanes` is a complex number that varies from row to row, a plain complex number is constant; likewise `Lane` and
-float. Lanes taken inside a `step` block are used again after it.
+float. A constant may be a recorded number, which depends on the dimensions. Lanes taken inside a `step` block are used
+again after it.
 """
 
 from __future__ import annotations
@@ -9,9 +10,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
+from gimcli.calculus.numbers import RuleNumber, nominal, scalar
+from gimcli.calculus.recorded import Recorded
 from gimcli.kernels import tape as kernels
 from gimcli.kernels.lanes import WIDTH, aligned
 from gimcli.mechanism import FloatArray, IntArray
@@ -44,13 +48,18 @@ MAKING = (kernels.SCALE, kernels.LINEAR, kernels.CARRY, kernels.TIMES, kernels.C
 """Operations that fill two lanes."""
 
 
+def vanishes(number: Number | Real) -> bool:
+    """Return whether a number is 0 whatever the row and the dimensions are."""
+    return not isinstance(number, (ComplexLanes, Lane, RuleNumber)) and number == 0.0
+
+
 class Tape:
     """Operations and the lanes that they need."""
 
     def __init__(self) -> None:
         self.heads: list[list[int]] = []
-        self.factors: list[tuple[float, float]] = []
-        self.constants: dict[complex, int] = {}
+        self.factors: list[tuple[Any, Any]] = []
+        self.constants: dict[Any, tuple[int, Any]] = {}  # lanes and value, by value or place in the recording
         self.kept, self.used, self.most = kernels.LANES, 0, 0
 
     # -- lanes ---------------------------------------------------------------------------------
@@ -73,9 +82,10 @@ class Tape:
         self.kept += lanes
         return self.kept - lanes
 
-    def constant(self, value: complex) -> int:
+    def constant(self, value: Any) -> int:
         """Return the lanes of a constant."""
-        return self.constants.setdefault(complex(value), CONSTANT + 2 * len(self.constants))
+        key = (value.place,) if isinstance(value, Recorded) else complex(value)
+        return self.constants.setdefault(key, (CONSTANT + 2 * len(self.constants), value))[0]
 
     def lane(self, value: Number | Real) -> int:
         """Return the lane of a number."""
@@ -89,25 +99,26 @@ class Tape:
         for base, place in ((CONSTANT, constants), (STEP, self.kept)):
             np.add(operands, place - base, out=operands, where=operands >= base)
         w = aligned((constants + 2 * len(self.constants)) * WIDTH)
-        for k, value in enumerate(self.constants):
-            first = (constants + 2 * k) * WIDTH
-            w[first : first + WIDTH], w[first + WIDTH : first + 2 * WIDTH] = value.real, value.imag
-        return w, heads, np.array(self.factors, dtype=float).reshape(-1, 2)
+        self.fixed = w[constants * WIDTH :].reshape(-1, 2, WIDTH)
+        self.fixed[:] = np.array([(nominal(c).real, nominal(c).imag) for _, c in self.constants.values()]).reshape(
+            -1, 2, 1
+        )
+        return w, heads, np.array([(nominal(f), nominal(g)) for f, g in self.factors], dtype=float).reshape(-1, 2)
 
     # -- operations ----------------------------------------------------------------------------
 
-    def emit(self, op: int, to: int, *operands: int, f: float = 1.0, g: float = 0.0) -> None:
+    def emit(self, op: int, to: int, *operands: int, f: Any = 1.0, g: Any = 0.0) -> None:
         """Record an operation."""
         self.heads.append([op, to, *operands, *[0] * (4 - len(operands))])
         self.factors.append((f, g))
 
-    def pair(self, op: int, *operands: int, z: complex = 1.0) -> ComplexLanes:
+    def pair(self, op: int, *operands: int, z: Any = 1.0) -> ComplexLanes:
         """Record an operation with a complex result."""
         to = self.take(2)
         self.emit(op, to, *operands, f=z.real, g=z.imag)
         return ComplexLanes(to)
 
-    def real(self, op: int, *operands: int, f: float = 1.0, g: float = 0.0) -> Lane:
+    def real(self, op: int, *operands: int, f: Any = 1.0, g: Any = 0.0) -> Lane:
         """Record an operation with a real result."""
         to = self.take(1)
         self.emit(op, to, *operands, f=f, g=g)
@@ -115,26 +126,28 @@ class Tape:
 
     def scaled(self, a: Number, z: complex) -> Number:
         """Return z a."""
+        if vanishes(a) or vanishes(z):
+            return 0j
         if not isinstance(a, ComplexLanes):
             return a * z
-        return a if z == 1.0 else self.pair(kernels.SCALE, a.lane, z=complex(z)) if z != 0.0 else 0j
+        return a if vanishes(z - 1.0) else self.pair(kernels.SCALE, a.lane, z=scalar(z))
 
     def plus(self, a: Number, b: Number, z: complex = 1.0) -> Number:
         """Return a + z b."""
         if not isinstance(b, ComplexLanes):
             if not isinstance(a, ComplexLanes):
                 return a + z * b
-            return a if z * b == 0.0 else self.pair(kernels.LINEAR, a.lane, self.constant(z * b))
-        if z == 0.0:
+            return a if vanishes(b) or vanishes(z * b) else self.pair(kernels.LINEAR, a.lane, self.constant(z * b))
+        if vanishes(z):
             return a
-        if a == 0.0:
+        if vanishes(a):
             return self.scaled(b, z)
-        return self.pair(kernels.LINEAR, self.lane(a), b.lane, z=complex(z))
+        return self.pair(kernels.LINEAR, self.lane(a), b.lane, z=scalar(z))
 
     def carried(self, a: Number, b: Number, c: Number, z: complex) -> Number:
         """Return a + z (b - c)."""
-        if isinstance(b, ComplexLanes) and isinstance(c, ComplexLanes) and z != 0.0:
-            return self.pair(kernels.CARRY, self.lane(a), b.lane, c.lane, z=complex(z))
+        if isinstance(b, ComplexLanes) and isinstance(c, ComplexLanes) and not vanishes(z):
+            return self.pair(kernels.CARRY, self.lane(a), b.lane, c.lane, z=scalar(z))
         return self.plus(a, self.plus(b, c, -1.0), z)
 
     def products(self, terms: Sequence[Term], conjugate: bool = False) -> Number:
@@ -143,9 +156,9 @@ class Tape:
         result: Number = 0j
         found: ComplexLanes | None = None
         for f, a, b in terms:
-            if isinstance(a, ComplexLanes) and (isinstance(b, ComplexLanes) or (conjugate and b != 0.0)):
+            if isinstance(a, ComplexLanes) and (isinstance(b, ComplexLanes) or (conjugate and not vanishes(b))):
                 if found is None:
-                    found = self.pair(first, a.lane, self.lane(b), z=complex(f))
+                    found = self.pair(first, a.lane, self.lane(b), z=scalar(f))
                 else:
                     self.emit(more, found.lane, a.lane, self.lane(b), f=f)
             elif isinstance(a, ComplexLanes):
@@ -162,7 +175,7 @@ class Tape:
             ((kernels.DOT, kernels.ADD_DOT), terms), ((kernels.PRODUCT, kernels.ADD_PRODUCT), reals)
         ):  # fmt: skip
             for f, a, b in some:
-                if f != 0.0 and a != 0.0 and b != 0.0:
+                if not any(map(vanishes, (f, a, b))):
                     self.emit(one if first else more, to, self.lane(a), self.lane(b), f=f)
                     first = False
         if first:
