@@ -12,7 +12,7 @@ from gimcli import load
 from gimcli.branching.resampling import circuit_motion
 from gimcli.branching.singular_positions import survey
 from gimcli.branching.singularities import LIMIT, rates
-from gimcli.rates.motion_table import traced_paths
+from gimcli.motion.summary import traced_paths
 from gimcli.status import CHANGE
 
 MODELS = Path(__file__).parents[1] / "models"

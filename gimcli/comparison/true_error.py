@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from gimcli.mechanism import FRAME, BoolArray, ComplexArray, FloatArray, Mechanism
-from gimcli.motion.coupler_points import carried_point
+from gimcli.structure.carried import carried_point
 from gimcli.structure.exact_equations import Constraints
 
 Flags = BoolArray

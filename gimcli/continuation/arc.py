@@ -18,7 +18,7 @@ from gimcli.continuation.bifurcation import Crossing
 from gimcli.continuation.curve import PositionCurve
 from gimcli.continuation.gap_interpolation import AT_LIMIT, BEYOND, GapInterpolation, lagrange
 from gimcli.mechanism import FloatArray
-from gimcli.positions.row import Row
+from gimcli.positions.position import Row
 
 EPS = float(np.finfo(float).eps)
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gimcli.positions.row import Row
+from gimcli.positions.position import Row
 
 AT_LIMIT = 8.0 * float(np.finfo(float).eps)
 """Distance from a limit, relative to the parameter, below which an input is at the limit."""

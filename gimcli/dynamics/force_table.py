@@ -8,7 +8,7 @@ from gimcli.dynamics.force_columns import SHARED, columns_of, reactions, rotors,
 from gimcli.dynamics.forces import Forces
 from gimcli.mechanism import BoolArray
 from gimcli.motion.motion import Motion
-from gimcli.rates.motion_table import first_columns, status_column
+from gimcli.motion.summary import first_columns, status_column
 from gimcli.status import Status
 from gimcli.table import Column, Table
 

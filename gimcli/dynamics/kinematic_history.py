@@ -14,8 +14,7 @@ from gimcli.mechanism import FRAME, HEIGHT, SPAN, ComplexArray, FloatArray, Inpu
 from gimcli.motion.motion import Motion
 from gimcli.positions.dispatch import choose
 from gimcli.progress import Notify
-from gimcli.rates.derivatives import ORDERS, law_rates
-from gimcli.rates.differentiator import Differentiator
+from gimcli.rates.derivatives import ORDERS, Differentiator, law_rates
 from gimcli.structure.carried import measured, unit_of
 from gimcli.structure.plan import make_plan
 

@@ -18,11 +18,11 @@ from gimcli.errors import UsageError
 from gimcli.kernels.reduction import POTENTIAL
 from gimcli.mechanism import ConstantLaw, FloatArray, InputLaw, IntArray, Mechanism
 from gimcli.motion.motion import trace
+from gimcli.motion.summary import status_column
 from gimcli.positions.dispatch import plain
 from gimcli.positions.newton import Run
 from gimcli.positions.options import Options
 from gimcli.progress import Progress, no_progress
-from gimcli.rates.motion_table import status_column
 from gimcli.status import Status
 from gimcli.table import Column, Table
 

@@ -11,8 +11,8 @@ from gimcli.dynamics.forces import Forces, inverse_dynamics
 from gimcli.dynamics.simulation_types import Event, Simulation
 from gimcli.dynamics.statics import statics
 from gimcli.mechanism import FloatArray, Mechanism
-from gimcli.motion.coupler_points import carried_point
 from gimcli.status import Status
+from gimcli.structure.carried import carried_point
 from gimcli.table import Column, Table, per_second, xy_columns
 
 ENERGIES = ("kinetic", "potential", "dissipated", "supplied")

@@ -16,8 +16,7 @@ from gimcli.kernels import tape as kernels
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.positions.dispatch import choose
 from gimcli.progress import Notify
-from gimcli.rates.derivatives import ORDERS
-from gimcli.rates.differentiator import Differentiator, parts
+from gimcli.rates.derivatives import ORDERS, Differentiator, parts
 from gimcli.structure.plan import make_plan
 
 

@@ -14,7 +14,7 @@ from gimcli.kernels.march import Groups
 from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.positions.newton import Run
 from gimcli.positions.program import PlanProgram, plan_program
-from gimcli.rates.differentiator import parts
+from gimcli.rates.derivatives import parts
 from gimcli.structure.derived import derived
 from gimcli.structure.plan import make_plan
 from gimcli.structure.steps import NONE

@@ -20,9 +20,9 @@ from gimcli.library.point_ranges import PointRanges
 from gimcli.library.trace_result import TraceResult
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.motion.motion import Motion
+from gimcli.motion.summary import traced_paths
 from gimcli.progress import Phases
 from gimcli.rates.member_angles import counted, direction
-from gimcli.rates.motion_table import traced_paths
 from gimcli.table import Column, Table
 
 if TYPE_CHECKING:

@@ -10,8 +10,8 @@ import numpy as np
 from gimcli.branching.enumeration import Circuits
 from gimcli.branching.resampling import along
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
-from gimcli.motion.coupler_points import carried_point
 from gimcli.output.curves import overlap, same_path
+from gimcli.structure.carried import carried_point
 from gimcli.table import Column, Table
 
 if TYPE_CHECKING:

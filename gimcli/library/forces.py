@@ -25,6 +25,7 @@ from gimcli.library.result import RowsResult, joined
 from gimcli.library.vocabulary import Vocabulary
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.motion.motion import Motion, stream
+from gimcli.motion.summary import events, reachable
 from gimcli.positions.inputs import law_inputs
 from gimcli.positions.options import Options
 from gimcli.progress import Notify, Phases, no_phases
@@ -33,7 +34,6 @@ from gimcli.quantities.graphs import input_or_time, motion_events
 from gimcli.quantities.quantity import Item
 from gimcli.quantities.state import MotionState, State
 from gimcli.rates.member_angles import LawAngles
-from gimcli.rates.motion_table import events, reachable
 from gimcli.structure.drive_check import explained, require_consistent
 from gimcli.table import Column, Table
 

@@ -11,7 +11,7 @@ import numpy as np
 from gimcli.dynamics.modes import Mode, member_rates
 from gimcli.dynamics.small_motions import Linearisation, Linearised
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray
-from gimcli.motion.coupler_points import carried_point
+from gimcli.structure.carried import carried_point
 
 SEEN = 0.14
 """Greatest displacement of a node in pictures, relative to the size of the mechanism."""

@@ -12,8 +12,8 @@ from gimcli.dynamics.small_motions import Linearised
 from gimcli.library.mode_shapes import swing
 from gimcli.library.modes_picture import amplitude_text, spoken
 from gimcli.library.rounding import number
-from gimcli.motion.coupler_points import carried_point
 from gimcli.output.animation import Animation, Clip, Graph
+from gimcli.structure.carried import carried_point
 from gimcli.table import Column, Table, xy_columns
 
 ROWS = 49

@@ -9,8 +9,8 @@ import numpy as np
 
 from gimcli.library.result import ByName
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
-from gimcli.motion.coupler_points import carried_point
 from gimcli.rates.member_angles import direction
+from gimcli.structure.carried import carried_point
 
 
 def places(mechanism: Mechanism, z: ComplexArray, shape: Callable[[ComplexArray], Any]) -> ByName:

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from gimcli.mechanism import FRAME, BoolArray, ComplexArray, FloatArray, Mechanism
-from gimcli.motion.coupler_points import carried_point
 from gimcli.motion.motion import Motion
+from gimcli.structure.carried import carried_point
 from gimcli.structure.rotation import members_of
 from gimcli.table import Table
 

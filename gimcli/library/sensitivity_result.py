@@ -17,8 +17,8 @@ from gimcli.library.rounding import titled
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.model.dimensions import Dimension
 from gimcli.motion.motion import Motion
+from gimcli.motion.summary import first_columns, status_column
 from gimcli.quantities.quantity import Item
-from gimcli.rates.motion_table import first_columns, status_column
 from gimcli.status import Status
 from gimcli.table import Column, Table, labelled
 

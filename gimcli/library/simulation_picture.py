@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from gimcli.dynamics.simulation_types import Simulation
-from gimcli.motion.coupler_points import carried_point
 from gimcli.output.drawing import motion_picture
 from gimcli.output.picture import Content, Sheet
+from gimcli.structure.carried import carried_point
 
 
 def with_mechanism(found: Simulation, graphs: Sheet) -> Content:

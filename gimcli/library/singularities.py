@@ -139,8 +139,8 @@ class SingularitiesResult(Result):
     def picture(self) -> Content:
         """Return the numbered positions and the curves of the traced points."""
         from gimcli.branching.resampling import along
-        from gimcli.motion.coupler_points import carried_point
         from gimcli.output.singular import Shown, singular_picture
+        from gimcli.structure.carried import carried_point
 
         found, curve, mechanism = self.found, self.found.curve, self.mechanism
         several = len(found.branches.circuits) > 1

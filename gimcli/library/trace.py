@@ -17,11 +17,10 @@ from gimcli.library.result import joined
 from gimcli.library.trace_result import TraceResult
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.motion.motion import PIECE, Motion, stream
-from gimcli.motion.summary import Summary
+from gimcli.motion.summary import Summary, events, reachable, traced_paths
 from gimcli.positions.options import Options
 from gimcli.progress import Notify, Phases, no_phases
 from gimcli.rates.member_angles import LawAngles
-from gimcli.rates.motion_table import events, reachable, traced_paths
 from gimcli.structure.drive_check import explained, require_consistent
 from gimcli.structure.plan import make_plan
 from gimcli.table import Table

@@ -10,10 +10,10 @@ from gimcli.library.extras import Extras
 from gimcli.library.rounding import at_inputs
 from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.motion.motion import Motion
+from gimcli.motion.summary import occurrences
 from gimcli.output.animation import Animation, Clip, Graph, Moment, shown_rows
 from gimcli.quantities.graphs import abscissa
 from gimcli.rates.member_angles import Angles, in_rows
-from gimcli.rates.motion_table import occurrences
 from gimcli.status import Status
 from gimcli.table import Column, Table
 

@@ -13,12 +13,12 @@ from gimcli.library.grid import Grid, Kept, solve_grid
 from gimcli.library.inputs import MOST_STEPS, Jit, Range, checked, near, refuse_linked, refuse_unmoved
 from gimcli.library.result import Result
 from gimcli.mechanism import FRAME, ComplexArray, Mechanism
-from gimcli.motion.coupler_points import carried_point
 from gimcli.progress import WORK, Notify, Phases, limited, no_phases
 from gimcli.reach.boundary import Workspace, survey, task_of
 from gimcli.reach.reach import Reach, reach
 from gimcli.reach.region import HOLE, INNER, OUTER
 from gimcli.reach.report import outlines, placed, reach_report, reach_table, region_report, region_table
+from gimcli.structure.carried import carried_point
 from gimcli.structure.drive_check import explained
 from gimcli.structure.mobility import assembled
 from gimcli.structure.plan import make_plan

@@ -23,8 +23,8 @@ from gimcli.positions import newton
 from gimcli.positions.block import NEW, RowBlock
 from gimcli.positions.branch_signs import sides
 from gimcli.positions.newton import Packed, Run
+from gimcli.positions.position import Row
 from gimcli.positions.program import plan_program
-from gimcli.positions.row import Row
 from gimcli.status import Status
 from gimcli.structure.residual import allowed, errors
 from gimcli.structure.restrictions import Move

@@ -16,8 +16,8 @@ from gimcli.positions.block import NEW, RowBlock
 from gimcli.positions.branch_signs import sides
 from gimcli.positions.inputs import Inputs
 from gimcli.positions.newton import Run
+from gimcli.positions.position import Row
 from gimcli.positions.program import plan_program
-from gimcli.positions.row import Row
 from gimcli.structure.steps import Plan
 
 

@@ -22,8 +22,8 @@ from gimcli.motion.singular_crossing import SingularCrossing
 from gimcli.positions.block import NEW
 from gimcli.positions.inputs import Inputs
 from gimcli.positions.newton import Run
+from gimcli.positions.position import Row
 from gimcli.positions.program import Marcher
-from gimcli.positions.row import Row
 from gimcli.status import CHANGE, Status
 from gimcli.structure.steps import Plan
 

@@ -22,7 +22,7 @@ from gimcli.errors import GimError, UsageError
 from gimcli.mechanism import ComplexArray, FloatArray
 from gimcli.motion.assemble import Assembler, Assembly
 from gimcli.positions.inputs import InputLine
-from gimcli.positions.row import Row
+from gimcli.positions.position import Row
 from gimcli.status import Status
 
 LARGEST = 120

@@ -15,7 +15,7 @@ from gimcli.continuation.gap_interpolation import GapInterpolation, lagrange
 from gimcli.mechanism import FloatArray
 from gimcli.motion.branch_state import BranchState
 from gimcli.positions.block import NEW, RowBlock
-from gimcli.positions.row import Row
+from gimcli.positions.position import Row
 from gimcli.structure.residual import allowed, residual
 from gimcli.structure.steps import NONE
 

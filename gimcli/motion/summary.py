@@ -1,13 +1,88 @@
-"""Summary of a motion that is solved in pieces: counts, and enough rows for a picture."""
+"""Results of a motion: columns, paths, ranges of the inputs, events; counts of a motion that is solved in pieces."""
 
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
-from gimcli.mechanism import IntArray
+from gimcli.mechanism import ComplexArray, FloatArray, IntArray
 from gimcli.motion.motion import Motion
+from gimcli.positions.inputs import law_inputs
+from gimcli.status import Status
+from gimcli.structure.carried import carried_point
+from gimcli.table import Column
+
+
+def first_columns(motion: Motion, first: int) -> list[Column]:
+    """Return the first columns of every motion: steps numbered from `first`, time, inputs."""
+    mechanism, steps = motion.mechanism, np.arange(first, first + len(motion.time))
+    inputs = [
+        Column(a.name, mechanism.value_to_file(k, motion.inputs[k]), mechanism.unit_of(a))
+        for k, a in enumerate(mechanism.actuators)
+    ]
+    return [Column("step", steps), Column("time", motion.time * mechanism.duration, "s"), *inputs]
+
+
+def status_column(codes: IntArray, name: str = "status") -> Column:
+    """Return the status words of rows (rows,)."""
+    return Column(name, np.array([s.word for s in Status])[codes])
+
+
+def traced_paths(motion: Motion, names: tuple[str, ...] | None = None) -> dict[str, ComplexArray]:
+    """Return the paths of the traced points in the file's coordinates; NaN in rows that are not solved."""
+    mechanism, chosen = motion.mechanism, names or motion.mechanism.traced
+    return {name: np.asarray(mechanism.to_file(carried_point(mechanism, name, motion.z))) for name in chosen}
+
+
+def reachable(motion: Motion) -> dict[str, list[list[float]]]:
+    """Return for every actuator the range of its law that the motion reached, in the file's unit."""
+    if motion.parts:
+        found = {name: ranges for part in motion.parts for name, ranges in reachable(part).items()}
+        return {a.name: found[a.name] for a in motion.mechanism.actuators}
+    mechanism = motion.mechanism
+    if motion.first_status is not Status.OK:
+        return {a.name: [] for a in mechanism.actuators}
+    if motion.turned_back:
+        there = np.array([inputs for _, inputs in motion.turned_back]).T
+        passed = np.concatenate([motion.inputs[:, motion.good], there], axis=1)
+        ranges = np.stack([passed.min(axis=1), passed.max(axis=1)], axis=1)
+        return {
+            a.name: [[float(v) for v in mechanism.value_to_file(k, ranges[k])]]
+            for k, a in enumerate(mechanism.actuators)
+        }
+    end = float(motion.time[motion.good][-1]) if motion.limit is None else motion.limit
+    ends = law_inputs(mechanism)(np.array([motion.time[0], end]))
+    rows = law_inputs(mechanism)(motion.time[motion.time <= end])
+    spans = [_span(*pair) for pair in zip(ends, rows, strict=True)]
+    return {
+        a.name: [[float(v) for v in mechanism.value_to_file(k, spans[k])]] for k, a in enumerate(mechanism.actuators)
+    }
+
+
+def _span(ends: FloatArray, rows: FloatArray) -> FloatArray:
+    """Return the ends of a law, or its least and greatest value if it reverses beyond them."""
+    least, greatest = np.min(rows, initial=ends.min()), np.max(rows, initial=ends.max())
+    return ends if (least, greatest) == (ends.min(), ends.max()) else np.array([least, greatest])
+
+
+def occurrences(motion: Motion) -> list[tuple[str, float, FloatArray]]:
+    """Return kind, normalised time and inputs (actuators,) of meetings of branches, exchanged sequences and limits."""
+    times = [("sequence exchanged", t) for t in motion.exchanged]
+    if motion.limit is not None and not motion.turned_back and motion.first_status is Status.OK:
+        times.append(("limit", motion.limit))
+    return [
+        *((met.kind, time, met.inputs) for time, met in zip(motion.bridged, motion.meetings, strict=False)),
+        *((kind, time, law_inputs(motion.mechanism)(np.array([time]))[:, 0]) for kind, time in times),
+        *(("limit", time, np.array(at)) for time, at in sorted((*motion.turned_back, *motion.touched))),
+    ]
+
+
+def events(motion: Motion) -> list[dict[str, Any]]:
+    """Return the events of a motion (singular positions, changed sequences, limits), with the inputs there."""
+    return [{"kind": kind, "at": motion.mechanism.inputs_to_file(at)} for kind, _, at in occurrences(motion)]
+
 
 DRAWN = 4096
 """Approximate number of rows kept, greater than the resolution of a picture."""

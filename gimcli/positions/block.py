@@ -16,8 +16,8 @@ from gimcli.kernels.circular import cos_sin
 from gimcli.kernels.plan_steps import MEASURE, NOISE, SQUARE
 from gimcli.mechanism import FloatArray
 from gimcli.positions.newton import Accuracy, NewtonConstants, Packed, Run
+from gimcli.positions.position import Row
 from gimcli.positions.program import PlanProgram, by_numbers
-from gimcli.positions.row import Row
 from gimcli.structure.steps import NONE
 
 NEW = kernels.HISTORY

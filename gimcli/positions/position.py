@@ -1,4 +1,4 @@
-"""The result of the solution of one position."""
+"""One solved position: a row of a motion, from which the next rows are continued, or a result of its own."""
 
 from __future__ import annotations
 
@@ -8,6 +8,17 @@ from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.positions.options import Options
 from gimcli.status import Status
 from gimcli.structure.residual import Residual
+
+
+@dataclass
+class Row:
+    """One solved position in the normal frame, and the measures that identify its branch."""
+
+    time: float
+    x: FloatArray  # (nodes,)
+    y: FloatArray
+    g: FloatArray  # (branches,) signed measure of each step with two solutions, see `kernels.loci`
+    error: float = 0.0  # estimated error of the nodes
 
 
 @dataclass(frozen=True)

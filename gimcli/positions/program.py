@@ -15,7 +15,7 @@ from gimcli.kernels.circular import cos_sin
 from gimcli.kernels.lanes import aligned
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
 from gimcli.positions.newton import Accuracy, NewtonConstants, Packed
-from gimcli.positions.row import Row
+from gimcli.positions.position import Row
 from gimcli.structure.checks import checks
 from gimcli.structure.derived import derived
 from gimcli.structure.steps import (

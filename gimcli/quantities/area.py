@@ -24,12 +24,12 @@ import numpy as np
 
 from gimcli.errors import UsageError
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, IntArray, Mechanism
-from gimcli.motion.coupler_points import carried_point
 from gimcli.quantities import naming
 from gimcli.quantities.missing_rates import completed, quintic
 from gimcli.quantities.quantity import ColumnRange, Head, Kind, Quantity, unit_of
 from gimcli.quantities.state import State
 from gimcli.rates.path_derivatives import PathDerivatives
+from gimcli.structure.carried import carried_point
 from gimcli.structure.convex_hull import convex_hull
 
 

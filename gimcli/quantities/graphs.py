@@ -9,7 +9,7 @@ import numpy as np
 
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.motion.motion import Motion
-from gimcli.rates.motion_table import occurrences
+from gimcli.motion.summary import occurrences
 from gimcli.table import Column
 
 POINT_QUANTITIES = {"velocity": "v", "acceleration": "a", "jerk": "j"}

@@ -8,10 +8,10 @@ import numpy as np
 
 from gimcli.mechanism import FRAME, Mechanism
 from gimcli.motion.motion import Motion
+from gimcli.motion.summary import first_columns, status_column
 from gimcli.quantities.coordinates import MemberTurning, PointVector
 from gimcli.quantities.quantity import Quantity
 from gimcli.quantities.state import MotionState
-from gimcli.rates.motion_table import first_columns, status_column
 from gimcli.table import Column, Table
 
 

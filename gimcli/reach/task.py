@@ -17,9 +17,9 @@ import numpy as np
 
 from gimcli.errors import UsageError
 from gimcli.mechanism import FRAME, SPAN, BoolArray, ComplexArray, FloatArray, IntArray, Mechanism
-from gimcli.motion.coupler_points import carried_point
 from gimcli.positions.options import TOLERANCE
 from gimcli.quantities.naming import guess
+from gimcli.structure.carried import carried_point
 from gimcli.structure.quadric import Flat, Quadric
 from gimcli.structure.residual import holds
 from gimcli.structure.system import System, system_of

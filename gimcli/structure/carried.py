@@ -11,7 +11,15 @@ from typing import Any
 import numpy as np
 
 from gimcli.calculus.numbers import phase
-from gimcli.mechanism import FRAME, SPAN, Mechanism, PairRow
+from gimcli.mechanism import FRAME, SPAN, ComplexArray, Mechanism, PairRow
+
+
+def carried_point(mechanism: Mechanism, name: str, z: ComplexArray) -> ComplexArray:
+    """Return the path (rows,) of a node or point in a motion z (nodes, rows), in the normal frame."""
+    if name in mechanism.nodes:
+        return np.asarray(z[mechanism.nodes.index(name)])
+    point = next(p for p in mechanism.points if p.name == name)
+    return np.asarray(np.broadcast_to(carried(mechanism, z, point.member, point.local), z.shape[1:]))
 
 
 def carried(mechanism: Mechanism, z: Any, index: int, local: complex) -> Any:

@@ -22,8 +22,8 @@ import peers
 from gimcli import load
 from gimcli.mechanism import Mechanism
 from gimcli.motion.motion import Motion, trace
+from gimcli.motion.summary import traced_paths
 from gimcli.positions.options import Options
-from gimcli.rates.motion_table import traced_paths
 
 COUPLED = {"crank_rocker": False, "jansen": False, "stephenson_3_far": True, "platform_3rrr": True}
 HAND = 1.5

@@ -39,7 +39,7 @@ from gimcli.kernels import tape as kernels
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism, Point
 from gimcli.positions.dispatch import plain
 from gimcli.positions.newton import Run
-from gimcli.rates.differentiator import Differentiator, parts
+from gimcli.rates.derivatives import Differentiator, parts
 from gimcli.rates.slots import Slot
 from gimcli.structure.plan import make_plan
 from gimcli.structure.steps import Plan

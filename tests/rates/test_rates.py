@@ -24,8 +24,7 @@ from gimcli.motion.motion import stream, trace
 from gimcli.motion.solve import solve
 from gimcli.positions.dispatch import plain
 from gimcli.positions.options import Options
-from gimcli.rates.derivatives import ORDERS, TracedRates, law_rates, rates
-from gimcli.rates.differentiator import Differentiator
+from gimcli.rates.derivatives import ORDERS, Differentiator, TracedRates, law_rates, rates
 from gimcli.rates.member_angles import LawAngles
 from gimcli.structure.plan import make_plan
 

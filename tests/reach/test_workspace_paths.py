@@ -18,8 +18,8 @@ from gimcli.branching.resampling import circuit_motion
 from gimcli.errors import UnassembledError
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.model.source import read_source
-from gimcli.motion.coupler_points import carried_point
 from gimcli.reach.reach import Reach, ReachedPath, reach
+from gimcli.structure.carried import carried_point
 from gimcli.structure.residual import residual
 
 ENGINE: dict[str, Any] = {
