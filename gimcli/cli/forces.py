@@ -26,7 +26,7 @@ from gimcli.cli.arguments import (
     pairs,
 )
 from gimcli.cli.console import note, note_doubtful_loading, print_status
-from gimcli.cli.measures import PlotsOnly, refuse_unseen
+from gimcli.cli.measures import MeasuresOnly, PlotsOnly, measures_of, print_ranges, refuse_unseen
 from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
 from gimcli.cli.progress import progress_bar
 from gimcli.errors import UsageError
@@ -69,6 +69,7 @@ def command(
     assembly: Assembly = "",
     tolerance: Tolerance = 1e-10,
     jit: JitOption = Jit.AUTO,
+    measure: MeasuresOnly = NONE,
     plot: PlotsOnly = NONE,
     full: Annotated[
         bool,
@@ -82,8 +83,9 @@ def command(
     drawing: Drawing = NO_OPTIONS,
 ) -> None:
     """Find efforts and reactions."""
+    measures = measures_of(measure)
     if at:
-        _refuse_motion(steps, plot, full)
+        _refuse_motion(steps, plot, full, measures)
         _hold(model, changes, at, time or 0.0, assembly, tolerance, jit, out, as_json, drawing)
         return
     if time is not None:
@@ -95,13 +97,13 @@ def command(
     refuse_unseen(plot, outputs.draws)
     mechanism = outputs.loaded(assembly, tolerance=tolerance, changes=changes)
     note_doubtful_loading(mechanism)
-    found = outputs.stream(forces_along(mechanism, steps, tolerance, jit.value, plot, note, progress_bar))
+    found = outputs.stream(forces_along(mechanism, steps, tolerance, jit.value, measures, plot, note, progress_bar))
     outputs.show(found, partial(_print, full))
 
 
-def _refuse_motion(steps: int, plot: list[str], full: bool) -> None:
+def _refuse_motion(steps: int, plot: list[str], full: bool, measure: list[str]) -> None:
     """Refuse options of a motion together with one position."""
-    given = {"--steps": steps != STEPS, "--plot": bool(plot), "--full": full}
+    given = {"--steps": steps != STEPS, "--plot": bool(plot), "--measure": bool(measure), "--full": full}
     for option in (name for name, is_given in given.items() if is_given):
         raise UsageError(f"{option} is for a motion, --at for one position: remove one of them")
 
@@ -130,6 +132,7 @@ def _print(full: bool, result: ForcesResult) -> None:
         (print_full if full else print_statistics)(result)
         balance = f"; power-balance error at most {check.error:.1e} W (relative: {check.drift:.0e})"
     typer.echo(f"forces at {found.determined} of {result.steps + 1} positions{balance}")
+    print_ranges(result.mechanism, result.measured)
     if found.open:
         from gimcli.cli.force_tables import print_open
 

@@ -19,7 +19,7 @@ from typer.models import OptionInfo
 from gimcli.cli.arguments import MODEL, NONE, SHARED, Assembly, CsvFile, Json, ModelPath, Out, Png, PngFile, Set, pairs
 from gimcli.cli.console import note
 from gimcli.cli.help import RESULTS
-from gimcli.cli.measures import refuse_unseen
+from gimcli.cli.measures import MeasuresOnly, measures_of, refuse_unseen
 from gimcli.cli.outputs import Outputs
 from gimcli.cli.picture_options import OPTIONS
 from gimcli.cli.progress import progress_bar
@@ -48,7 +48,8 @@ def from_verb(
     """
     module, kind = RESULTS[name].split(".")
     verb = getattr(import_module(f"gimcli.library.{name}"), begun or name)
-    found, readers = getattr(import_module(f"gimcli.library.{module}"), kind), {"at": pairs, **(read or {})}
+    found = getattr(import_module(f"gimcli.library.{module}"), kind)
+    readers: dict[str, Callable[[Any], Any]] = {"at": pairs, "measure": measures_of, **(read or {})}
 
     def command(**given: Any) -> None:
         drawing = {one.name: given.pop(one.name) for one in OPTIONS if one.name in given}
@@ -93,9 +94,9 @@ def plain(value: Any) -> Any:
 
 def own_options(verb: Callable[..., Any], options: Mapping[str, OptionInfo]) -> list[tuple[str, Any, Any]]:
     """Return name, annotation and default of the options of a verb, in its order; reports and inputs are none."""
-    helps, hints, found = argument_helps(verb), hints_of(verb), []
+    helps, hints, found, shared = argument_helps(verb), hints_of(verb), [], {**SHARED, "measure": MeasuresOnly}
     for name, parameter in signature(verb).parameters.items():
-        kind: Any = SHARED.get(name)
+        kind: Any = shared.get(name)
         if name in options:
             kind, form = hints[name], options[name]
             kind, *limits = get_args(kind) if get_origin(kind) is Annotated else (kind,)

@@ -19,19 +19,19 @@ QUANTITIES = "Quantities"
 POINTS = 12
 """Greatest number of points whose ranges are printed."""
 
+MEASURE_HELP = "Add a quantity, such as |A.f|; repeatable."
 MeasureOption = Annotated[
-    list[str],
-    typer.Option(
-        "--measure", "-m", metavar="KIND:ARGS", rich_help_panel=QUANTITIES,
-        help="Add a measure; repeatable; `-m help` lists them.",
-    ),
-]  # fmt: skip
+    list[str], typer.Option("--measure", "-m", metavar="QUANTITY", rich_help_panel=QUANTITIES, help=MEASURE_HELP)
+]
 PLOT_HELP = "Graphs, such as P.vx,|P.v|,omega; gim manual graphs."
 PlotOption = Annotated[
     list[str], typer.Option("--plot", metavar="GRAPH,...", rich_help_panel=QUANTITIES, help=PLOT_HELP)
 ]
 PlotsOnly = Annotated[list[str], typer.Option("--plot", metavar="GRAPH,...", rich_help_panel=OUTPUT, help=PLOT_HELP)]
 """For commands whose picture has only the graphs that are named."""
+MeasuresOnly = Annotated[
+    list[str], typer.Option("--measure", "-m", metavar="QUANTITY", rich_help_panel=OUTPUT, help=MEASURE_HELP)
+]
 
 
 def refuse_unseen(plot: list[str], draws: bool) -> None:

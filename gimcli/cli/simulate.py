@@ -10,7 +10,7 @@ from gimcli.cli.arguments import INPUTS, OUTPUT
 from gimcli.cli.console import note_doubtful_loading, print_more, print_table
 from gimcli.cli.force_tables import print_open
 from gimcli.cli.from_verb import from_verb
-from gimcli.cli.measures import PLOT_HELP
+from gimcli.cli.measures import PLOT_HELP, print_ranges
 from gimcli.cli.progress import end_bars
 from gimcli.dynamics.integrators import INTEGRATORS, STEPPED, USUAL, WITH_DRY_FRICTION
 from gimcli.dynamics.simulation_table import column_names
@@ -51,6 +51,7 @@ def _print(result: SimulateResult) -> None:
     if result.slip is not None:
         turning, sliding = result.slip
         typer.echo(f"dry friction with a slip speed of {turning:.1e} rad/s in pins, {sliding:.1e} m/s in guides")
+    print_ranges(result.mechanism, result.measured)
     if result.open:
         print_open(result.open)
     if found.status.word != "ok":

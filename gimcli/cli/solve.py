@@ -32,6 +32,7 @@ from gimcli.cli.arguments import (
     pairs,
 )
 from gimcli.cli.console import note, print_table
+from gimcli.cli.measures import MeasuresOnly, measures_of
 from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
 from gimcli.cli.progress import end_bars
 from gimcli.errors import UsageError
@@ -69,6 +70,7 @@ def command(
     velocities: Annotated[
         bool, typer.Option("--velocities", help="Add velocities and accelerations.", rich_help_panel=RESULTS)
     ] = False,
+    measure: MeasuresOnly = NONE,
     history: Annotated[
         bool,
         typer.Option("--history", help="Add the error after every sweep (--method gim).", rich_help_panel=RESULTS),
@@ -105,8 +107,9 @@ def command(
             raise UsageError("--all has its own method: remove --method, --start and --sequence")
         if assembly:
             raise UsageError("--all lists every assembly: remove --assembly")
-        if velocities or history:
-            raise UsageError(f"--{'velocities' if velocities else 'history'} needs a single position: remove --all")
+        if velocities or history or measure:
+            option = "velocities" if velocities else "history" if history else "measure"
+            raise UsageError(f"--{option} needs a single position: remove --all")
         from gimcli.cli.configurations import solve_all
         from gimcli.library.configurations import ConfigurationsResult
 
@@ -121,7 +124,7 @@ def command(
     found = solve(
         outputs.loaded(assembly, inputs, tolerance, changes=changes), inputs, method=method.value,
         strategy=strategy.value, tolerance=tolerance, start=start, seed=seed, history=history,
-        velocities=velocities, jit=jit.value, sequence=sequence,
+        velocities=velocities, measure=measures_of(measure), jit=jit.value, sequence=sequence,
     )  # fmt: skip
     outputs.write(found)
     text = found.model() if outputs.files.of("model") else None
@@ -154,6 +157,9 @@ def _print(method: Method, found: SolveResult) -> None:
         print_table(
             "", ("member", f"angle [{mechanism.angle_unit}]"), [(n, number(a)) for n, a in turned.items()], (1,)
         )
+    if found.measured:
+        rows = [(labelled(c.name, c.unit), number(float(c.values[0]))) for c in found.measured]
+        print_table("", ("quantity", "value"), rows, right=(1,))
     if law is not None:
         rows = [(str(k), f"{a:.3e}", f"{b:.3e}") for k, (a, b) in enumerate(law.errors)]
         if len(rows) > 2 * SHOWN:

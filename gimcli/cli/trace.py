@@ -8,7 +8,7 @@ import typer
 
 from gimcli.cli.console import print_more, print_status
 from gimcli.cli.from_verb import from_verb
-from gimcli.cli.measures import PLOT_HELP, QUANTITIES, measures_of, print_points, print_ranges
+from gimcli.cli.measures import PLOT_HELP, QUANTITIES, print_points, print_ranges
 from gimcli.library.rounding import at_inputs, how_it_ends, input_value, interval, intervals
 from gimcli.library.trace import MotionTraceResult
 from gimcli.status import CHANGE, TANGENCY, Status
@@ -143,8 +143,8 @@ OPTIONS = {
         help="1: velocities; 2: also accelerations; 3: also jerks.",
     ),
     "measure": typer.Option(
-        "--measure", "-m", metavar="KIND:ARGS", rich_help_panel=QUANTITIES,
-        help="Add a measure; repeatable; `-m help` lists them.",
+        "--measure", "-m", metavar="QUANTITY", rich_help_panel=QUANTITIES,
+        help="Add a quantity, such as |A.f|; repeatable; `-m help` lists kinds.",
     ),
     "plot": typer.Option("--plot", metavar="GRAPH,...", rich_help_panel=QUANTITIES, help=PLOT_HELP),
     "at_limit": typer.Option(
@@ -161,4 +161,4 @@ OPTIONS = {
         "--all-branches", help="Follow every circuit that crosses it.", rich_help_panel=LIMITS
     ),
 }  # fmt: skip
-command = from_verb("trace", _shown, OPTIONS, writes=True, begun="traced", read={"measure": measures_of})
+command = from_verb("trace", _shown, OPTIONS, writes=True, begun="traced")

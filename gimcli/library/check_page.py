@@ -25,7 +25,7 @@ def check_page(
     """Return a page with the report and the motion, or else with a position z (nodes,) and a note on it."""
     shown = None
     if motion is not None:
-        shown = law_animation(motion, Extras(mechanism, [], "", 0), len(motion.time) - 1, in_rows)
+        shown = law_animation(motion, Extras(mechanism), len(motion.time) - 1, in_rows)
     if shown is None:
         shown = Animation(mechanism.name, mechanism, (_position(mechanism, z, note),))
     return replace(shown, report=(*map(_section, sections), *_warnings(warnings)))

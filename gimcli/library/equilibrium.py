@@ -17,6 +17,7 @@ from gimcli.dynamics.equilibria_circuit import circuit_equilibria, released_circ
 from gimcli.dynamics.equilibria_search import released_search
 from gimcli.errors import UsageError
 from gimcli.library.assembled import assembly_of
+from gimcli.library.extras import Extras
 from gimcli.library.inputs import Range, Seed, in_file_units, inputs_of, refuse_linked
 from gimcli.library.machines import for_each_machine, released_machines
 from gimcli.library.record import InputsField, NodesField, Records, RowField
@@ -54,7 +55,8 @@ MULTIPLE = {2: " (double root)", 0: " (one of a continuum)"}
 @for_each_machine(released_machines)
 def equilibrium(
     mechanism: Mechanism, free: str | Sequence[str] = (), at: Mapping[str, float | str] | None = None, *,
-    time: float = 0.0, starts: Annotated[int, Range(1, MOST_STARTS)] = 24, seed: Seed = 0, tolerance: float = 1e-10,
+    time: float = 0.0, measure: str | Sequence[str] = (), starts: Annotated[int, Range(1, MOST_STARTS)] = 24,
+    seed: Seed = 0, tolerance: float = 1e-10,
     progress: Phases = no_phases, seconds: float | None = None,
 ) -> EquilibriumResult:  # fmt: skip
     """Find the positions in which weight, springs, loads and constant efforts balance.
@@ -68,6 +70,7 @@ def equilibrium(
         at: values of the inputs in the file's units, at which the others are held and the search begins; by default the
             starts of their laws.
         time: time of tables over the time [s].
+        measure: quantities of each equilibrium at rest, a text or a list, such as "A.fx" or "strut.length".
         starts: with several released inputs, starts in a row that find nothing new before the search ends; the first
             one is the start position, and there are at most 8 times as many.
         seed: seed of the random starts.
@@ -90,6 +93,7 @@ def equilibrium(
     if not math.isfinite(time):
         raise UsageError(f"time: expected a finite number, got {time}")
     allowed = Options.checked("auto", "spectral", tolerance, "off").tolerance
+    extras = Extras(mechanism, measure)
     released, values = released_inputs(mechanism, free), inputs_of(mechanism, at, {})
     balance = StaticBalance(mechanism, released, time)
     with explained(mechanism), limited(seconds=seconds):
@@ -100,7 +104,7 @@ def equilibrium(
         else:
             search = released_search(mechanism, released, values, balance, allowed)
             found = search.run(starts, seed, progress("searching equilibria"))
-    return EquilibriumResult(mechanism, found, time)
+    return EquilibriumResult(mechanism, found, time, extras)
 
 
 class EquilibriumResult(Result):
@@ -111,8 +115,9 @@ class EquilibriumResult(Result):
 
     KIND = "equilibrium"
 
-    def __init__(self, mechanism: Mechanism, found: Equilibria, time: float) -> None:
+    def __init__(self, mechanism: Mechanism, found: Equilibria, time: float, extras: Extras) -> None:
         self.mechanism, self.found, self.time, self.limited = mechanism, found, time, found.limited
+        self.measured = extras.beside(self._state, ()) if self.count and extras.wanted else []
 
     # -- what was found -------------------------------------------------------------------------------
 
@@ -231,6 +236,10 @@ class EquilibriumResult(Result):
             RowField("multiplicity", [one.multiplicity for one in found], int),
             RowField("stiffness", matrices),
             *(self._of_one_input(energy) if single else ()),
+            *(
+                RowField(c.name, c.values.tolist(), float, c.unit, head=c.name, size=greatest(c.values.tolist()))
+                for c in self.measured
+            ),
             RowField("residual", [one.residual for one in found], float),
             RowField("status", [one.status.word for one in found], str),
             RowField("assembly", lambda: [own for own, _ in self.assemblies]),

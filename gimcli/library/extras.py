@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from gimcli.errors import UsageError
 from gimcli.mechanism import ComplexArray, IntArray, Mechanism
 from gimcli.motion.motion import Motion
 from gimcli.progress import Notify
@@ -12,58 +15,72 @@ from gimcli.quantities.coordinates import MemberTurning, PointVector, RowValue
 from gimcli.quantities.motion_table import motion_table, usual
 from gimcli.quantities.quantity import Quantity
 from gimcli.quantities.record import Record
-from gimcli.quantities.state import MotionState, Needs
+from gimcli.quantities.state import ApartError, MotionState, Needs
 from gimcli.rates.member_angles import Angles, in_rows
 from gimcli.table import Column, Table
 
 if TYPE_CHECKING:
-    from gimcli.library.plots import KeptColumns, PlannedGraph
+    from gimcli.library.plots import PlannedGraph
     from gimcli.output.graph import CurveGraph
     from gimcli.rates.derivatives import TracedRates
 
 
 class Extras:
-    """The quantities and graphs of one trace."""
+    """The quantities and graphs that are requested of one motion, beside the columns of its command."""
 
     def __init__(
-        self, mechanism: Mechanism, measures: Sequence[str], plot: str | Sequence[str], derivatives: int
-    ) -> None:
+        self, mechanism: Mechanism, measures: str | Sequence[str] = (), plot: str | Sequence[str] = (),
+        derivatives: int = 0, columns: Mapping[str, str] | None = None, usual: Sequence[PlannedGraph] = (),
+    ) -> None:  # fmt: skip
+        """Read the texts of measures and graphs; raise UsageError for an unknown name.
+
+        `columns` are the units of the columns that only the command has, `usual` its graphs without `plot`.
+        """
         self.mechanism = mechanism
         self.plans: list[PlannedGraph] = []
-        self._kept: KeptColumns | None = None
-        texts = [plot] if isinstance(plot, str) else list(plot)
-        wanted: list[Quantity] = []
-        if measures:
+        specs, graphs = texts(measures), texts(plot)
+        self.wanted: list[Quantity] = []
+        if specs:
             from gimcli.quantities.catalogue import catalogue
 
-            items = (item for text in measures for item in catalogue(mechanism).asked(text))
-            wanted += dict.fromkeys(item.quantity for item in items)
-        self.record = Record(wanted)
-        if any(text.strip() for text in texts):
-            wanted += self._planned(texts, measures)
+            items = (item for text in specs for item in catalogue(mechanism).asked(text))
+            self.wanted += dict.fromkeys(item.quantity for item in items)
+        self.record = Record(self.wanted)
+        if graphs:
+            self._plan(graphs, specs, columns)
+        drawn = self.plans or usual
+        self._names, self._parts = {name for plan in drawn for name in plan.columns}, list[list[Column]]()
         needs = Needs(mechanism)
-        motion = [one for one in wanted if isinstance(one, PointVector | MemberTurning)]
+        motion = [one for one in self.wanted if isinstance(one, PointVector | MemberTurning)]
         for one in motion:
             one.values(needs)
         self.order = max(derivatives, needs.order)
         self.names = (*mechanism.traced, *(name for name in needs.points if name not in mechanism.traced))
         self._members = needs.members
-        others = {one.spec: one for one in wanted if one not in motion and not isinstance(one, RowValue)}
+        others = {one.spec: one for one in self.wanted if one not in motion and not isinstance(one, RowValue)}
         self._others = list(others.values())
 
-    def _planned(self, texts: Sequence[str], measures: Sequence[str]) -> list[Quantity]:
-        """Read the graphs and return their quantities; raise UsageError for an unknown quantity."""
-        from gimcli.library.plots import KeptColumns, only_angle
+    def _plan(self, graphs: Sequence[str], specs: Sequence[str], columns: Mapping[str, str] | None) -> None:
+        """Read the graphs and add their quantities."""
+        from gimcli.library.plots import only_angle
         from gimcli.library.vocabulary import Vocabulary
         from gimcli.quantities.catalogue import catalogue
 
-        vocabulary, known = Vocabulary(self.mechanism, specs=tuple(measures)), catalogue(self.mechanism)
-        for plan in (p for text in texts for p in vocabulary.plans(text, only_angle(self.mechanism))):
-            if plan not in self.plans:
-                self.plans.append(plan)
-        self._kept = KeptColumns(self.plans)
-        found = (known.column(name) for plan in self.plans for name in sorted(plan.columns))
-        return [item.quantity for item in found if item is not None]
+        vocabulary, known = Vocabulary(self.mechanism, columns, specs), catalogue(self.mechanism)
+        every = (plan for text in graphs for plan in vocabulary.plans(text, only_angle(self.mechanism)))
+        self.plans = list(dict.fromkeys(every))
+        names = dict.fromkeys(name for plan in self.plans for name in sorted(plan.columns))
+        found = (known.column(name) for name in names if name not in (columns or ()))
+        self.wanted = [*self.wanted, *(item.quantity for item in found if item is not None)]
+
+    def measured(self, state: MotionState, names: Sequence[str]) -> list[Column]:
+        """Return the columns of measures that a table with some names lacks; `state` is the next piece of a motion."""
+        self.record.add(state)
+        return _columns(state, self.record.measures, names)
+
+    def beside(self, state: MotionState, names: Sequence[str]) -> list[Column]:
+        """Return the columns of measures and graphs that a table with some names lacks."""
+        return _columns(state, self.wanted, names)
 
     def quantities(self, order: int | None = None) -> list[Quantity]:
         """Return the quantities of the table, with derivatives up to an order, by default as far as they are needed."""
@@ -103,17 +120,22 @@ class Extras:
 
     def keep(self, table: Table, rows: IntArray) -> None:
         """Keep rows of the next table for the graphs."""
-        if self._kept is not None:
-            self._kept.add(table, rows)
+        self._parts.append([Column(c.name, c.values[rows], c.unit) for c in table.columns if c.name in self._names])
+
+    @property
+    def kept(self) -> dict[str, Column]:
+        """The columns of the graphs by name, in the rows that are kept."""
+        each = zip(*self._parts, strict=True)
+        return {c[0].name: Column(c[0].name, np.concatenate([p.values for p in c]), c[0].unit) for c in each}
 
     def graphs(self, motion: Motion, events: Sequence[tuple[str, Mapping[str, float]]]) -> list[CurveGraph]:
         """Return the graphs; `motion` has the rows that are kept."""
-        if self._kept is None:
+        if not self.plans:
             return []
         from gimcli.library.plots import drawn
         from gimcli.quantities.graphs import abscissa
 
-        columns, across = self._kept.columns, abscissa(motion)
+        columns, across = self.kept, abscissa(motion)
         return [drawn(plan, columns, across, events) for plan in self.plans]
 
     def curves(self, motion: Motion) -> dict[str, ComplexArray]:
@@ -124,6 +146,21 @@ class Extras:
         """Return the areas that the measures add to the drawing."""
         return self.record.outlines(motion)
 
-    def report(self, motion: Motion) -> dict[str, Any]:
-        """Return the results of the measures for the whole motion, for --json."""
-        return {"measures": self.record.results(motion)} if self.record.measures else {}
+    def report(self, motion: Motion, given: MotionState | None = None) -> dict[str, Any]:
+        """Return the results of the measures for the whole motion, for --json; `given` is its state, if not by laws."""
+        state = given or MotionState(motion, memory=self.record.memory)
+        return {"measures": self.record.results(state)} if self.record.measures else {}
+
+
+def texts(given: str | Sequence[str]) -> list[str]:
+    """Return the texts of an argument that are not empty."""
+    return [text for text in ([given] if isinstance(given, str) else given) if text.strip()]
+
+
+def _columns(state: MotionState, quantities: Sequence[Quantity], names: Sequence[str]) -> list[Column]:
+    """Return the columns of quantities without those of some names; raise UsageError where a state has none."""
+    heads = {h.name: (one, k, h.unit) for one in quantities for k, h in enumerate(one.heads) if h.name not in names}
+    try:
+        return [Column(name, np.asarray(state.value(one, k)), unit) for name, (one, k, unit) in heads.items()]
+    except ApartError as error:
+        raise UsageError(f"{', '.join(heads)}: {error}") from None

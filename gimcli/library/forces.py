@@ -16,22 +16,20 @@ from gimcli.dynamics.force_table import force_table
 from gimcli.dynamics.forces import motion_forces
 from gimcli.dynamics.physical import require_action
 from gimcli.library.curve_marks import with_marks
+from gimcli.library.extras import Extras, texts
 from gimcli.library.force_plots import usual_graphs, varying
 from gimcli.library.force_report import summary_report
 from gimcli.library.inputs import Jit, Steps, checked, refuse_unmoved
 from gimcli.library.machines import accepted, loaded_machines
-from gimcli.library.plots import KeptColumns, PlannedGraph, drawn, only_angle
+from gimcli.library.plots import PlannedGraph, drawn
 from gimcli.library.result import RowsResult, joined
-from gimcli.library.vocabulary import Vocabulary
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.motion.motion import Motion, stream
 from gimcli.motion.summary import events, reachable
 from gimcli.positions.inputs import law_inputs
 from gimcli.positions.options import Options
 from gimcli.progress import Notify, Phases, no_phases
-from gimcli.quantities.catalogue import catalogue
 from gimcli.quantities.graphs import input_or_time, motion_events
-from gimcli.quantities.quantity import Item
 from gimcli.quantities.state import MotionState, State
 from gimcli.rates.member_angles import LawAngles
 from gimcli.structure.drive_check import explained, require_consistent
@@ -58,7 +56,8 @@ FORCES = ("N", "N m", "W")
 
 def forces(
     mechanism: Mechanism, steps: Steps = 360, *, tolerance: float = 1e-10, jit: Jit = "auto",
-    plot: str | Sequence[str] = (), notify: Notify | None = None, progress: Phases = no_phases,
+    measure: str | Sequence[str] = (), plot: str | Sequence[str] = (), notify: Notify | None = None,
+    progress: Phases = no_phases,
 ) -> ForcesResult | MachineForces:  # fmt: skip
     """Find driving efforts, reactions and shaking force along the actuators' laws (inverse dynamics).
 
@@ -67,6 +66,7 @@ def forces(
         steps: number of steps, 1 to 10 000 000; the result has steps + 1 rows.
         tolerance: largest accepted error of a constraint, relative to the mechanism's size; from 1e-14 to below 1.
         jit: "auto" compiles the kernels where this saves time; "on", "off". The numbers are the same.
+        measure: quantities that are added to the columns, a text or a list, such as "P.vx" or "hypot(A.fx, A.fy)".
         plot: the graphs of the picture, a text or a list, such as "effort,|A.f|,reactions" (see `gim manual graphs`);
             by default the efforts.
         notify: function of a text; called with notices, such as the start of a compilation.
@@ -83,38 +83,40 @@ def forces(
         ModelError: no masses, loads, springs, dampers or friction are defined.
         StructureError: the mechanism has no actuator, or is not fully driven, over-driven or contradictory.
     """
-    found = forces_along(mechanism, steps, tolerance, jit, plot, notify, progress, keep=True)
+    found = forces_along(mechanism, steps, tolerance, jit, measure, plot, notify, progress, keep=True)
     return found.result(joined(found.tables()))
 
 
 @checked
 def forces_along(
-    mechanism: Mechanism, steps: Steps, tolerance: float, jit: Jit, plot: str | Sequence[str], notify: Notify | None,
-    progress: Phases, keep: bool = False,
+    mechanism: Mechanism, steps: Steps, tolerance: float, jit: Jit, measure: str | Sequence[str],
+    plot: str | Sequence[str], notify: Notify | None, progress: Phases, keep: bool = False,
 ) -> ForcesAlong | ForcesBeside:  # fmt: skip
     """Begin to find forces with the arguments of `forces`; the tables can be written piece by piece.
 
     `keep` keeps all rows, of which any quantity may then be asked.
     """
-    texts = [text for text in ([plot] if isinstance(plot, str) else plot) if text.strip()]
     require_action(mechanism)
     refuse_unmoved(mechanism, "add an actuator")
     if len(mechanism.machines) == 1:
-        return ForcesAlong(mechanism, steps, tolerance, jit, texts, notify, progress, keep)
+        return ForcesAlong(mechanism, steps, tolerance, jit, measure, plot, notify, progress, keep)
     from gimcli.library.machine_forces import ForcesBeside
 
     every = loaded_machines(mechanism)
     if len(every) == 1:
-        return ForcesAlong(every[0].mechanism, steps, tolerance, jit, texts, notify, progress, keep)
-    begun = {one.name: ForcesAlong(one.mechanism, steps, tolerance, jit, [], notify, progress, keep) for one in every}
-    return ForcesBeside(mechanism, begun, texts)
+        return ForcesAlong(every[0].mechanism, steps, tolerance, jit, measure, plot, notify, progress, keep)
+    begun = {
+        one.name: ForcesAlong(one.mechanism, steps, tolerance, jit, (), (), notify, progress, keep) for one in every
+    }
+    return ForcesBeside(mechanism, begun, texts(measure), texts(plot))
 
 
 class ForcesAlong:
     """The forces of a motion that is being solved in pieces: first the tables of the pieces, then the result."""
 
     def __init__(
-        self, mechanism: Mechanism, steps: int, tolerance: float, jit: str, plot: Sequence[str],
+        self, mechanism: Mechanism, steps: int, tolerance: float, jit: str, measure: str | Sequence[str],
+        plot: str | Sequence[str],
         notify: Notify | None, progress: Phases, keep: bool,
     ) -> None:  # fmt: skip
         """Begin to solve the motion; `keep` keeps all rows, of which any quantity may then be asked."""
@@ -128,50 +130,29 @@ class ForcesAlong:
         require_consistent(mechanism, first.start, first.inputs[:, 0], first.first_status, tolerance)
         self.found = ForceMotion(mechanism, steps + 1, jit, notify)
         self.statistics = ForceStatistics(self.found.statics, steps)
-        self.angles, self._memory = partial(LawAngles, mechanism, steps, solve), dict[str, Any]()
+        self.angles = partial(LawAngles, mechanism, steps, solve)
         self._counted, self.pieces, self._keep = self.angles(), list[Motion](), keep
-        self.choose(plot)
+        self.choose(measure, plot)
 
-    def choose(self, texts: Sequence[str]) -> None:
-        """Choose the graphs of the picture by texts; raise UsageError for an unknown column."""
-        statics = self.found.statics
-        self.plans = self._planned(texts) if texts else []
-        self.items = self._items(self.plans) if self.plans else []
-        self.kept = KeptColumns(self.plans or usual_graphs(statics.mechanism))
+    def choose(self, measure: str | Sequence[str], plot: str | Sequence[str]) -> None:
+        """Choose quantities of the table and graphs of the picture by texts; raise UsageError for an unknown one."""
+        mechanism, start = self.found.statics.mechanism, self._first.rows(np.arange(1))
+        state = MotionState(start)
+        state.forces = motion_forces(start)
+        table = force_table(start, state.forces)
+        units = {column.name: column.unit for column in table.columns}
+        self.extras = Extras(mechanism, measure, plot, columns=units, usual=usual_graphs(mechanism))
+        self.head = Table((*table.columns, *Extras(mechanism, measure).beside(state, table.names)))
+        self.extras.check(Table((*table.columns, *self.extras.beside(state, table.names))))
 
-    def knows(self, text: str) -> bool:
-        """Return whether the mechanism has the columns of a text for a graph."""
-        return accepted(self._planned, [text])
+    def knows(self, measure: Sequence[str], plot: Sequence[str]) -> bool:
+        """Return whether the mechanism has the quantities of texts."""
+        return accepted(self.choose, measure, plot)
 
-    @cached_property
+    @property
     def names(self) -> tuple[str, ...]:
         """Names of the columns."""
         return self.head.names
-
-    @cached_property
-    def head(self) -> Table:
-        """The table of the first row."""
-        start = self._first.rows(np.arange(1))
-        forces = motion_forces(start)
-        return force_table(start, forces)
-
-    def _planned(self, texts: Sequence[str]) -> list[PlannedGraph]:
-        """Return the graphs of texts; raise UsageError for an unknown column."""
-        mechanism, start = self.found.statics.mechanism, self._first.rows(np.arange(1))
-        vocabulary = Vocabulary(mechanism, {column.name: column.unit for column in self.head.columns})
-        plans = [plan for text in texts for plan in vocabulary.plans(text, only_angle(mechanism))]
-        columns = {
-            column.name: column for column in [*self.head.columns, *_more(MotionState(start), self._items(plans))]
-        }
-        for plan in plans:
-            drawn(plan, columns, Column("", self.head.columns[0].values))
-        return plans
-
-    def _items(self, plans: Sequence[PlannedGraph]) -> list[Item]:
-        """Return the quantities that graphs show beside the columns of the table."""
-        known = catalogue(self.found.statics.mechanism)
-        names = {name for plan in plans for name in plan.columns} - set(self.names)
-        return [item for name in sorted(names) if (item := known.column(name)) is not None]
 
     @property
     def expected(self) -> int | None:
@@ -186,11 +167,12 @@ class ForcesAlong:
             forces = self.found.take(piece)
             table = force_table(piece, forces, first)
             self.statistics.add(table, piece, forces)
-            yield table
-            state = MotionState(piece, self._counted, self._memory)
+            state = MotionState(piece, self._counted, self.extras.record.memory)
             state.forces = forces
-            table = Table((*table.columns, *_more(state, self.items)))
-            self.kept.add(_bounded(table, forces.bounded), self.found.rows)
+            table = Table((*table.columns, *self.extras.measured(state, table.names)))
+            yield table
+            table = Table((*table.columns, *self.extras.beside(state, table.names)))
+            self.extras.keep(_bounded(table, forces.bounded), self.found.rows)
 
     def result(self, table: Table | None) -> ForcesResult:
         """Return the result, after all tables were read; `table` is None if they were written to a file."""
@@ -205,7 +187,7 @@ class ForcesResult(RowsResult):
     def __init__(self, along: ForcesAlong, table: Table | None) -> None:
         self.mechanism, self.found, self.steps = along.found.statics.mechanism, along.found, along.steps
         self._options, self._rows = along.options, along.statistics
-        self._table, self._plans, self._kept = table, along.plans, along.kept
+        self._table, self._extras = table, along.extras
         self._pieces, self._angles = along.pieces, along.angles
 
     @cached_property
@@ -251,6 +233,11 @@ class ForcesResult(RowsResult):
         return MotionState(Motion.joined(self._pieces), self._angles()) if self._pieces else None
 
     @property
+    def measured(self) -> dict[str, Any]:
+        """Ranges of the measures, and their results for the whole motion."""
+        return self._extras.report(self.found.summary.motion)
+
+    @property
     def complete(self) -> bool:
         """Whether the forces of all rows are determined."""
         return self.found.determined == self.steps + 1
@@ -281,7 +268,7 @@ class ForcesResult(RowsResult):
             "energy_drift": balance.drift, "power_error": balance.error, **summary_report(self.summary),
             "left_out": balance.left_out, "open": found.open,
             "left_out_at": [self.mechanism.inputs_to_file(inputs) for inputs in balance.left_out_at],
-            **({} if found.friction is None else {"friction": found.friction.report()}),
+            **({} if found.friction is None else {"friction": found.friction.report()}), **self.measured,
         }  # fmt: skip
 
     def picture(self) -> Content | None:
@@ -300,17 +287,13 @@ class ForcesResult(RowsResult):
 
     def _shown(self) -> tuple[list[PlannedGraph], list[str]]:
         """Return the graphs, and the constant quantities that have none."""
-        return (self._plans, []) if self._plans else varying(usual_graphs(self.mechanism), self._kept.columns)
+        own = self._extras
+        return (own.plans, []) if own.plans else varying(usual_graphs(self.mechanism), own.kept)
 
     def _graphs(self, plans: Sequence[PlannedGraph]) -> list[CurveGraph]:
-        motion, columns = self._motion, self._kept.columns
+        motion, columns = self._motion, self._extras.kept
         over, marks = input_or_time(self.mechanism, motion.time, motion.inputs), motion_events(motion)
         return [with_marks(drawn(plan, columns, over, marks), over) for plan in plans]
-
-
-def _more(state: MotionState, items: Sequence[Item]) -> list[Column]:
-    """Return the columns of quantities."""
-    return [Column(item.head.name, state.value(*item), item.head.unit) for item in items]
 
 
 def _bounded(table: Table, bounded: NDArray[np.bool_]) -> Table:

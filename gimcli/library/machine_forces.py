@@ -41,20 +41,24 @@ class MachineForces(MachinesResult):
 class ForcesBeside:
     """The forces of machines that move at the same times: first the tables of the pieces, then the result."""
 
-    def __init__(self, mechanism: Mechanism, begun: dict[str, Any], plot: Sequence[str]) -> None:
+    def __init__(
+        self, mechanism: Mechanism, begun: dict[str, Any], measure: Sequence[str], plot: Sequence[str]
+    ) -> None:  # fmt: skip
         self.mechanism, self.begun, self.solved = mechanism, begun, 0
 
         def owned(text: str) -> bool:
-            return any(one.knows(text) for one in begun.values())
+            return any(one.knows((), [text]) for one in begun.values())
 
         texts = list(plot)
         for sign in GRAPHS, CURVES:  # each machine has a picture of its own, with its own graphs and curves
             texts = [part for text in texts for part in ([text] if owned(text) else text.split(sign))]
-        unknown = [text.strip() for text in texts if not owned(text)]
+        measures = {name: [text for text in measure if one.knows([text], ())] for name, one in begun.items()}
+        unknown = [f"plot {text.strip()}" for text in texts if not owned(text)]
+        unknown += [f"measure {text}" for text in measure if not any(text in own for own in measures.values())]
         if unknown:
-            raise UsageError(f"plot {unknown[0]}: no machine has these columns; machines: {', '.join(begun)}")
-        for one in begun.values():
-            one.choose([text for text in texts if one.knows(text)])
+            raise UsageError(f"{unknown[0]}: no machine has these columns; machines: {', '.join(begun)}")
+        for name, one in begun.items():
+            one.choose(measures[name], [text for text in texts if one.knows((), [text])])
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -11,9 +11,9 @@ import numpy as np
 from gimcli.errors import UsageError
 from gimcli.language.arrays import ARRAYS
 from gimcli.language.expression import Expression, PartKind
-from gimcli.mechanism import FloatArray, IntArray, Mechanism
+from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.output.graph import EQUAL, POLAR, Axis, Curve, CurveGraph
-from gimcli.table import Column, Table
+from gimcli.table import Column
 
 LONGEST = 40
 """Largest number of letters of the name of an axis that lists its curves."""
@@ -177,21 +177,3 @@ def _radians(column: Column) -> FloatArray:
     if column.unit not in ("deg", "rad"):
         raise UsageError(f"plot: a polar diagram needs an angle, '{column.name}' is none")
     return np.radians(column.values) if column.unit == "deg" else np.asarray(column.values)
-
-
-class KeptColumns:
-    """The columns of some plans, with the rows that are drawn, from a table in pieces."""
-
-    def __init__(self, plans: Sequence[PlannedGraph]) -> None:
-        self._names = {name for plan in plans for name in plan.columns}
-        self._parts: list[list[Column]] = []
-
-    def add(self, table: Table, rows: IntArray | slice) -> None:
-        """Add rows of the next piece."""
-        self._parts.append([Column(c.name, c.values[rows], c.unit) for c in table.columns if c.name in self._names])
-
-    @property
-    def columns(self) -> dict[str, Column]:
-        """The columns by name."""
-        each = zip(*self._parts, strict=True)
-        return {c[0].name: Column(c[0].name, np.concatenate([p.values for p in c]), c[0].unit) for c in each}

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from gimcli.errors import UsageError
 from gimcli.library.rounding import greatest, number
 from gimcli.mechanism import Mechanism
-from gimcli.quantities.state import ApartError
+from gimcli.quantities.state import ApartError, State
 from gimcli.status import Status
 from gimcli.table import Column, Table, labelled
 
@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from gimcli.output.picture import Content
     from gimcli.output.printed import PictureOptions
     from gimcli.output.workbook import Workbook
-    from gimcli.quantities.state import State
 
 SHOWN = 10
 """Number of rows of a table that `repr` shows."""
@@ -235,7 +234,9 @@ class Result(Mapping[str, NDArray[Any]]):
     __hash__ = object.__hash__
 
     def __getstate__(self) -> dict[str, Any]:
-        return {name: value for name, value in vars(self).items() if not isinstance(value, ByName)}  # made again
+        return {
+            name: value for name, value in vars(self).items() if not isinstance(value, ByName | State)
+        }  # made again
 
     def __repr__(self) -> str:
         return "\n".join([self.headline(), *lines(self.table())])

@@ -27,29 +27,31 @@ from gimcli.dynamics.simulation_table import (
 )
 from gimcli.dynamics.simulation_types import SIMULATION, Settings, Simulation
 from gimcli.errors import UsageError
+from gimcli.library.extras import Extras, texts
 from gimcli.library.inputs import MOST_STEPS, Jit, OneOf, Range, refuse_linked
 from gimcli.library.machines import accepted, driven_machines, for_each_machine
 from gimcli.library.places import angles, pairs, places
-from gimcli.library.plots import PlannedGraph, drawn, only_angle
+from gimcli.library.plots import drawn
 from gimcli.library.result import ByName, RowsResult
-from gimcli.library.vocabulary import Vocabulary
 from gimcli.mechanism import FRAME, FloatArray, Machine, Mechanism
 from gimcli.motion.motion import Motion
 from gimcli.output.graph import Axis, Curve, CurveGraph
 from gimcli.positions.dispatch import choose, plain
 from gimcli.progress import Notify, Phases, limited, no_phases
-from gimcli.quantities.catalogue import catalogue
 from gimcli.quantities.state import MotionState, State
 from gimcli.rates.derivatives import MotionRates
 from gimcli.rates.member_angles import counted
 from gimcli.status import Status
 from gimcli.structure.drive_check import explained
-from gimcli.table import Column, per_second
+from gimcli.table import Column, Table, per_second
 
 if TYPE_CHECKING:
     from gimcli.output.animation import Animation
     from gimcli.output.geometry import Geometry
     from gimcli.output.picture import Content
+
+ASKED = ("measure", "plot")
+"""Arguments with texts of quantities."""
 
 ROWS = 200
 MOST_ROWS = 1_000_000
@@ -68,27 +70,30 @@ def _machines(mechanism: Mechanism, given: dict[str, Any]) -> Sequence[Machine]:
     """Return the machines with free inputs; the whole mechanism if there are none, or for a graph of several."""
     driven_machines(mechanism)  # refuses other parts that can move
     found = [m for m in mechanism.loaded_machines if any(r.free for r in m.mechanism.dynamics.releases)]
-    known = {text for one in found for text in _own(one.mechanism, given)["plot"]}
-    return found if found and known >= set(_texts(given.get("plot", ()))) else [mechanism.as_machine]
+    own = [_own(one.mechanism, given) for one in found]
+    known = {text for one in own for key in ASKED for text in one[key]}
+    return (
+        found
+        if found and known >= {text for key in ASKED for text in texts(given.get(key, ()))}
+        else [mechanism.as_machine]
+    )
 
 
 def _own(mechanism: Mechanism, given: dict[str, Any]) -> dict[str, Any]:
     """Return the arguments for a machine: its own graphs."""
-    own = {"plot": [text for text in _texts(given.get("plot", ())) if accepted(_planned, mechanism, [text])]}
+    own = {
+        key: [text for text in texts(given.get(key, ())) if accepted(_extras, mechanism, **{key: text})]
+        for key in ASKED
+    }
     return {**given, **own} if _has_dry_friction(mechanism) else {**given, **own, "slip": None}
-
-
-def _texts(plot: str | Sequence[str]) -> list[str]:
-    """Return the texts of graphs that are not empty."""
-    return [text for text in ([plot] if isinstance(plot, str) else plot) if text.strip()]
 
 
 @for_each_machine(_machines, _own)
 def simulate(
     mechanism: Mechanism, time: float = 5.0, *, dt: float | None = None, integrator: str = "", rtol: float = 1e-9,
     step: float | None = None, slip: float | None = None, standstills: Annotated[int, Range(0, MOST_STEPS)] = 0,
-    reactions: bool = False, plot: str | Sequence[str] = (), jit: Jit = "auto", notify: Notify | None = None,
-    progress: Phases = no_phases, method: str = "", seconds: float | None = None,
+    reactions: bool = False, measure: str | Sequence[str] = (), plot: str | Sequence[str] = (), jit: Jit = "auto",
+    notify: Notify | None = None, progress: Phases = no_phases, method: str = "", seconds: float | None = None,
 ) -> SimulateResult:  # fmt: skip
     """Simulate the motion of the free inputs (`free: true` in the model) under the forces that act (forward dynamics).
 
@@ -106,6 +111,7 @@ def simulate(
             of length of the normal frame (about the size of the mechanism); by default 1e-6 rad by `time`.
         standstills: end at the standstill with this number of a free input; 0: do not end at standstills.
         reactions: add the reactions in all pairs to the columns.
+        measure: quantities that are added to the columns, a text or a list, such as "P.vx" or "rocker.angle".
         plot: the graphs of the picture, a text or a list, such as "P.y,energy" (see `gim manual graphs`); by default
             inputs, speeds and energies. A graph of reactions adds their columns.
         jit: "auto" compiles the kernels where this saves time; "on", "off". The numbers are the same.
@@ -135,7 +141,7 @@ def simulate(
     if any(friction.mu for friction in mechanism.dynamics.frictions):
         refuse_linked(mechanism, "simulate with dry friction")
     _check_slip(mechanism, slip)
-    plans = _planned(mechanism, _texts(plot)) if _texts(plot) else []
+    extras = _extras(mechanism, measure, plot)
     turns = time * max((abs(r.speed) / math.tau for r in mechanism.dynamics.releases if r.free), default=0.0)
     if turns > SIMULATION.work:
         raise UsageError(f"speed: {turns:g} turns in {time:g} s are too many to follow; reduce `speed` of the input")
@@ -156,11 +162,11 @@ def simulate(
     if standstills and found.status.word == "ok":
         times = times[: len(found.time)]
     forces, names = None, simulation_table(found, times).names
-    wanted = {name for plan in plans for name in plan.columns} - set(names)
+    wanted = {name for plan in extras.plans for name in plan.columns} - set(names)
     if len(found.time) and (reactions or (wanted and not wanted.isdisjoint(reaction_units(mechanism)))):
         progress("reactions")
         forces = find_reactions(found)
-    return SimulateResult(found, times, forces, plans)
+    return SimulateResult(found, times, forces, extras)
 
 
 def _step(mechanism: Mechanism, integrator: str, step: float | None, time: float) -> float:
@@ -191,11 +197,10 @@ def _check_slip(mechanism: Mechanism, slip: float | None) -> None:
         raise UsageError(f"slip: no pair of {mechanism.name} has dry friction; add `mu` in `friction`, or leave it out")
 
 
-def _planned(mechanism: Mechanism, texts: Sequence[str]) -> list[PlannedGraph]:
-    """Return the graphs of texts; raise UsageError for an unknown column."""
-    units = {**dict.fromkeys(column_names(mechanism), ""), **reaction_units(mechanism)}
-    vocabulary = Vocabulary(mechanism, units)
-    return [plan for text in texts for plan in vocabulary.plans(text, only_angle(mechanism))]
+def _extras(mechanism: Mechanism, measure: str | Sequence[str] = (), plot: str | Sequence[str] = ()) -> Extras:
+    """Read the texts of quantities and graphs; raise UsageError for an unknown one."""
+    units = {**dict.fromkeys(column_names(mechanism), ""), **reaction_units(mechanism)} if texts(plot) else None
+    return Extras(mechanism, measure, plot, columns=units)
 
 
 class SimulateResult(RowsResult):
@@ -203,12 +208,12 @@ class SimulateResult(RowsResult):
 
     KIND = "simulation"
 
-    def __init__(
-        self, found: Simulation, times: FloatArray, forces: Forces | None, plans: Sequence[PlannedGraph] = ()
-    ) -> None:
+    def __init__(self, found: Simulation, times: FloatArray, forces: Forces | None, extras: Extras) -> None:
         self.mechanism, self.found, self.times, self.forces = found.mechanism, found, times, forces
-        self._plans = plans
-        self._table = simulation_table(found, times, forces)
+        self._extras = extras
+        self._table = table = simulation_table(found, times, forces)
+        if extras.record.measures:
+            self._table = Table((*table.columns, *self._padded(extras.measured(self._state, table.names))))
 
     @property
     def complete(self) -> bool:
@@ -255,13 +260,18 @@ class SimulateResult(RowsResult):
         missing = np.full((len(z), len(self.times) - z.shape[1]), complex(np.nan, np.nan))
         return np.concatenate([z, missing], axis=1)
 
-    def state(self) -> State:
-        """Return the rows that were reached, of which any quantity may be asked by its name."""
+    def _padded(self, columns: Sequence[Column]) -> list[Column]:
+        """Return columns with NaN in rows that were not reached."""
+        missing = np.full(len(self.times) - len(self.found.time), np.nan)
+        return [Column(c.name, np.concatenate([c.values, missing]), c.unit) for c in columns]
+
+    @cached_property
+    def _state(self) -> MotionState:
         found, own, course = self.found, self.mechanism, self.found.course()
         turned = [turning(own, course, k) for k in range(FRAME + 1, len(own.members))]
         angles = np.stack(turned, axis=1) if turned else np.zeros((2, 0, len(found.time)))
         rates = MotionRates(own, 2, found.nodes, angles)
-        zero, start = np.zeros(len(found.time)), found.nodes[0, :, 0]
+        zero, start = np.zeros(len(found.time)), np.zeros(len(own.nodes), dtype=complex)
         motion = Motion(
             own, found.time / own.duration, found.inputs[0], found.nodes[0], zero.astype(int), zero, zero, start
         )
@@ -270,10 +280,18 @@ class SimulateResult(RowsResult):
             forces=lambda: self.forces or find_reactions(found), given=found.inputs, rates=rates,
         )  # fmt: skip
 
+    def state(self) -> State:
+        """Return the rows that were reached, of which any quantity may be asked by its name."""
+        return self._state
+
     def _asked(self, columns: list[NDArray[Any]]) -> Any:
         """Return one column (rows,), or several (rows, columns); NaN in rows that were not reached."""
-        missing = len(self.times) - len(self.found.time)
-        return super()._asked([np.concatenate([column, np.full(missing, np.nan)]) for column in columns])
+        return super()._asked([one.values for one in self._padded([Column("", column) for column in columns])])
+
+    @property
+    def measured(self) -> dict[str, Any]:
+        """Ranges of the measures, and their results for the whole motion."""
+        return self._extras.report(self._state.motion, self._state)
 
     @property
     def open(self) -> list[str]:
@@ -293,7 +311,7 @@ class SimulateResult(RowsResult):
             "solved": len(found.time), "residual": found.contradiction, "status": found.status.word,
             "end": found.end, "events": self.events, "energy_drift": found.worst_drift,
             "energy_corrected": found.corrected, "evaluations": found.evaluations, "integrator_steps": found.steps,
-            "reachable": _reached(found), "open": self.open,
+            "reachable": _reached(found), "open": self.open, **self.measured,
         }  # fmt: skip
 
     def picture(self) -> Content | None:
@@ -315,14 +333,13 @@ class SimulateResult(RowsResult):
 
     def graphs(self) -> list[CurveGraph]:
         """Return the graphs of the picture as data."""
-        if not self._plans:
+        if not self._extras.plans:
             return self._usual_graphs()
-        columns = {column.name: column for column in self.table().columns}
-        names = {name for plan in self._plans for name in plan.columns} - columns.keys()
-        for item in filter(None, map(catalogue(self.mechanism).column, sorted(names))):
-            columns[item.head.name] = Column(item.head.name, self[item.head.name], item.head.unit)
+        table = self.table()
+        beside = self._padded(self._extras.beside(self._state, table.names))
+        columns = {column.name: column for column in (*table.columns, *beside)}
         events = [(e["kind"], {"time": e["time"], **e["at"]}) for e in self.events if e["time"] <= self.found.end]
-        return [drawn(plan, columns, columns["time"], events) for plan in self._plans]
+        return [drawn(plan, columns, columns["time"], events) for plan in self._extras.plans]
 
     def _usual_graphs(self) -> list[CurveGraph]:
         """Return graphs of inputs, speeds and energies over the time, with the events."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gimcli.errors import UsageError
+from gimcli.library.extras import Extras
 from gimcli.library.inputs import Jit, OneOf, Seed, checked, in_file_units, inputs_of
 from gimcli.library.places import angles, coordinates, places
 from gimcli.library.result import ByName, Result
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
     from gimcli.output.geometry import Geometry
     from gimcli.output.model import ModelText
     from gimcli.output.picture import Content
-    from gimcli.quantities.state import State
+    from gimcli.quantities.state import SeparateState
     from gimcli.rates.instant import Instant
 
 
@@ -42,7 +43,7 @@ EXACT = 1e-9
 def solve(
     mechanism: Mechanism, at: Mapping[str, Any] | None = None, *, method: str = "auto", strategy: str = "spectral",
     tolerance: float = 1e-10, start: Annotated[str, OneOf(STARTS)] = "drawn", seed: Seed = 0, history: bool = False,
-    velocities: bool = False, jit: Jit = "auto", sequence: str = "", **inputs: Any,
+    velocities: bool = False, measure: str | Sequence[str] = (), jit: Jit = "auto", sequence: str = "", **inputs: Any,
 ) -> Any:  # fmt: skip
     """Solve one position, for example `solve(m, motor=45)`, or one for each value of arrays of inputs.
 
@@ -56,6 +57,7 @@ def solve(
         seed: seed of the random start.
         history: keep the error after every sweep (only with method "gim").
         velocities: also find velocities and accelerations, at the input rates of the laws.
+        measure: quantities of the report, of arrays in the columns; a text or a list, such as "rod.omega" or "|A.f|".
         jit: "auto" compiles the kernels where this saves time; "on", "off". The numbers are the same.
         sequence: with method "gim": the moves of one sweep, such as "A>B O4>B": FROM>TO imposes a distance,
             ARM^VERTEX>TO an angle. By default the best sequence is searched.
@@ -73,13 +75,14 @@ def solve(
     """
     if history and method != "gim":
         raise UsageError("history, the error after every sweep, needs method gim (--method gim)")
+    extras = Extras(mechanism, measure)
     given = {**(at if isinstance(at, Mapping) else {}), **inputs}
     if any(np.ndim(value) for value in given.values()):
         if (method, start, history, velocities, sequence) != ("auto", "drawn", False, False, ""):
             raise UsageError("arrays of inputs are solved by method auto: remove method, start, history, velocities")
         from gimcli.library.solved_positions import solved_positions
 
-        return solved_positions(mechanism, given, tolerance)
+        return solved_positions(mechanism, given, tolerance, extras)
     chosen = Options.checked(method, strategy, tolerance, jit, sequence, seed if start == "random" else None)
     values = inputs_of(mechanism, at, inputs)
     with explained(mechanism):
@@ -95,7 +98,7 @@ def solve(
         from gimcli.rates.instant import instant
 
         moving = instant(mechanism, position.inputs, position.z)
-    return SolveResult(position, law, moving)
+    return SolveResult(position, law, moving, extras)
 
 
 class SolveResult(Result):
@@ -106,8 +109,9 @@ class SolveResult(Result):
 
     KIND = "solve"
 
-    def __init__(self, position: Position, law: ErrorLaw | None, moving: Instant | None) -> None:
+    def __init__(self, position: Position, law: ErrorLaw | None, moving: Instant | None, extras: Extras) -> None:
         self.mechanism, self.position, self.law, self.moving = position.mechanism, position, law, moving
+        self.measured = extras.beside(self.state(), ()) if extras.wanted else []
 
     @property
     def answered(self) -> bool:
@@ -156,7 +160,7 @@ class SolveResult(Result):
         z = self.position.z if self.position.status.solved else self.position.known
         return np.full((len(self.mechanism.nodes), 1), complex(np.nan, np.nan)) if z is None else z[:, None]
 
-    def state(self) -> State:
+    def state(self) -> SeparateState:
         """Return the position, of which any quantity may be asked by its name, at the rates of the laws there."""
         from gimcli.library.solved_positions import positions_state
 
@@ -193,6 +197,8 @@ class SolveResult(Result):
         }
         if position.status.value:
             report |= {"worst": position.worst, "reason": self.reason}
+        if self.measured:
+            report["measures"] = {c.name: {"unit": c.unit, "value": float(c.values[0])} for c in self.measured}
         if self.law is not None:
             law = self.law
             report |= {

@@ -11,6 +11,7 @@ import numpy as np
 from gimcli.errors import UsageError
 from gimcli.families.designs import Designs
 from gimcli.families.family import Family
+from gimcli.library.extras import Extras
 from gimcli.library.inputs import inputs_of
 from gimcli.library.places import angles, pairs, places
 from gimcli.library.result import ByName, RowsResult
@@ -23,7 +24,9 @@ from gimcli.structure.drive_check import explained
 from gimcli.table import Column, Table
 
 
-def solved_positions(mechanism: Mechanism, at: Mapping[str, Any], tolerance: float) -> SolvedPositions:
+def solved_positions(
+    mechanism: Mechanism, at: Mapping[str, Any], tolerance: float, extras: Extras
+) -> SolvedPositions:  # fmt: skip
     """Return the positions at inputs of which some are arrays (rows,); the others are the same in all rows."""
     try:
         given = np.broadcast_arrays(*(np.asarray(values, dtype=np.float64) for values in at.values()))
@@ -35,7 +38,7 @@ def solved_positions(mechanism: Mechanism, at: Mapping[str, Any], tolerance: flo
     inputs = np.array(rows).reshape(len(rows), -1)
     with explained(mechanism):
         found = Family(mechanism, [], tolerance).solve(np.empty((len(rows), 0)), inputs=inputs[:, :, None])
-    return SolvedPositions(mechanism, found, inputs.T)
+    return SolvedPositions(mechanism, found, inputs.T, extras)
 
 
 def positions_state(
@@ -74,8 +77,8 @@ class SolvedPositions(RowsResult):
 
     KIND = "solve"
 
-    def __init__(self, mechanism: Mechanism, found: Designs, inputs: FloatArray) -> None:
-        self.mechanism, self._found, self._inputs = mechanism, found, inputs
+    def __init__(self, mechanism: Mechanism, found: Designs, inputs: FloatArray, extras: Extras) -> None:
+        self.mechanism, self._found, self._inputs, self._extras = mechanism, found, inputs, extras
         self._table = None
 
     @cached_property
@@ -115,6 +118,7 @@ class SolvedPositions(RowsResult):
         columns = [Column(a.name, state.row(a.name), own.unit_of(a)) for a in own.actuators]
         for one in (*asked, *members):
             columns += [Column(h.name, np.asarray(state.value(one, k)), h.unit) for k, h in enumerate(one.heads)]
+        columns += self._extras.beside(state, [column.name for column in columns])
         words = np.array([status.word for status in Status])[self._found.codes[:, 0]]
         return Table((*columns, Column("residual", self._found.residual[:, 0]), Column("status", words)))
 

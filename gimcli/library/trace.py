@@ -101,8 +101,7 @@ def traced(
 ) -> MotionTrace | CircuitTrace | MachineTables:  # fmt: skip
     """Begin a trace with the arguments of `trace`; its tables can be written piece by piece. `keep` keeps all rows."""
     chosen = Options.checked(method, strategy, tolerance, jit, sequence)
-    specs = [measure] if isinstance(measure, str) else list(measure)
-    extras = partial(Extras, mechanism, specs, plot, derivatives)
+    extras = partial(Extras, mechanism, measure, plot, derivatives)
     own = extras()
     with explained(mechanism):
         if not mechanism.actuators:
@@ -118,7 +117,7 @@ def traced(
             from gimcli.library.machines import MachineTables, driven_machines
 
             begun = {
-                name: circuits(one, extras=partial(Extras, one, specs, plot, derivatives), progress=progress)
+                name: circuits(one, extras=partial(Extras, one, measure, plot, derivatives), progress=progress)
                 for name, one, *_ in driven_machines(mechanism)
             }
             return next(iter(begun.values())) if len(begun) == 1 else MachineTables(mechanism, begun)

@@ -128,7 +128,10 @@ class Catalogue:
             return found
         own = self.expression(text, "measure")
         if own.kind.what != "rows" or own.reduces:
-            raise UsageError(f"measure '{text}': expected a column, with a value for each row, such as hypot(P.x, P.y)")
+            raise UsageError(
+                f"measure '{text}': expected a column, with a value for each row, such as hypot(P.x, P.y); `gim sweep"
+                " --keep` has numbers of a motion"
+            )
         return tuple(_items(Formula(self, own)))
 
     # -- the names of expressions ------------------------------------------------------------------------

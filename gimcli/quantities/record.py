@@ -36,9 +36,9 @@ class Record:
         derivatives = derivatives_of(motion)
         return [outline for measure in self.measures for outline in measure.outlines(derivatives)]
 
-    def results(self, motion: Motion) -> dict[str, dict[str, Any]]:
-        """Return ranges and results of the measures for the whole motion, of which `motion` has some rows."""
-        state, report = MotionState(motion, memory=self.memory), {}
+    def results(self, state: MotionState) -> dict[str, dict[str, Any]]:
+        """Return ranges and results of the measures for the whole motion, of which `state` has some rows."""
+        report = {}
         for measure in self.measures:
             columns = {head.name: {"unit": head.unit, **asdict(self.ranges[head.name])} for head in measure.heads}
             report[measure.spec] = {"columns": columns, **measure.whole(state, self.ranges)}

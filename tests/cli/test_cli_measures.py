@@ -257,7 +257,7 @@ def test_velocities_are_differences_of_positions(model):
     h = 1e-5
     sides = []
     for sign in (-1.0, 1.0):
-        shifted = middle + sign * h * found.input_rate + 0.5 * h**2 * found.input_acceleration
+        shifted = middle + sign * h * found.given[1] + 0.5 * h**2 * found.given[2]
         there = solve(mechanism, shifted, Options(tolerance=1e-13))
         sides.append(there.z)
     assert not found.singular

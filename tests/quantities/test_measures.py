@@ -689,7 +689,7 @@ def test_pieces_give_the_same_results_as_the_whole_motion():
     several = [recorded(parts, piece) for piece in pieces]
     for k, column in enumerate(one):
         assert np.concatenate([s[k] for s in several]) == pytest.approx(column, rel=1e-12, abs=1e-9)
-    results = [r.results(Motion.joined(pieces)) for r in (whole, parts)]
+    results = [r.results(MotionState(Motion.joined(pieces), memory=r.memory)) for r in (whole, parts)]
     assert results[0].keys() == results[1].keys()
     angle = "transmission:coupler/rocker"
     assert [t[angle]["worst"] for t in results] == pytest.approx(
@@ -779,7 +779,7 @@ def test_every_kind_measures_every_model(model, monkeypatch):
     assert {spec.partition(":")[0] for spec in specs} <= set(KINDS)
     record = Record([q for spec in specs for q in quantities_of(mechanism, spec)])
     assert all(len(values) == 7 for values in recorded(record, motion))
-    assert record.results(motion).keys() >= set(specs[:4])
+    assert record.results(MotionState(motion, memory=record.memory)).keys() >= set(specs[:4])
 
 
 def _joints(mechanism):
