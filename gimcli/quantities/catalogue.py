@@ -163,18 +163,19 @@ class Catalogue:
 
     def unknown(self, name: str, rest: str = "") -> UsageError:
         """Return the error for an unknown name, with a similar one."""
-        if name.partition(":")[0] in KINDS:
+        kind, colon, _ = name.partition(":")
+        if kind in KINDS:
             try:
                 quantities_of(self.mechanism, name)
             except UsageError as error:
                 return error
         words = [*self.words, *self.mechanism.quantities, *KINDS, *self.columns]
-        near = guess(name, words)
+        near = guess(kind, KINDS) if colon else guess(name, words)
         if f"{name}.length" in self.words:
             near = f"did you mean '{name}.length'?"
         elif name in self.members:
             near = f"did you mean '{name}.angle'?"
-        if near.startswith("known:"):
+        if near.startswith("known:") and not colon:
             near = f"known: {', '.join(words[:LISTED])}, ..."
         return UsageError(f"no {self.what} '{name}'; {near}")
 

@@ -14,7 +14,7 @@ from bundled import FILES
 
 import gimcli
 from gimcli import loads
-from gimcli.errors import ModelError, UsageError
+from gimcli.errors import GimError, ModelError
 from gimcli.mechanism import Mechanism
 from gimcli.model.compile import compile_model
 from gimcli.model.dimensions import dimension, dimensions
@@ -161,33 +161,13 @@ def test_formulas_are_values_too():
     assert dimension(loads(TEXT).with_({"a": "38/2"}), "b").value == 41.0
 
 
-@pytest.mark.parametrize(("changes", "error", "text"), [
-    ({"a": -6}, ModelError, "<text> with a = -6: rod.length: expected a number above 0, got 0.0"),
-    ({"rod": -3}, ModelError, "<text> with rod.length = -3: rod.length: expected a number above 0, got -3.0"),
-    ({"rod": 1e-12}, ModelError, "rod.length: length 1e-12 is too small for a mechanism of size"),
-    ({"A.x": 0, "A.y": 0}, ModelError, "crank: nodes O and A of 'crank' coincide"),
-    ({"motor.to": 1e9}, ModelError, "<text> with motor.to = 1e+09: motor: the law reaches 1e+09"),
-    ({"duration": 0}, ModelError, "duration: expected a number of at least 1e-12, got 0.0"),
-    ({"a": "2*b"}, ModelError, "<text> with a = 2*b: b: b depends on itself: b -> a -> b"),
-    ({"b": "1/(a - 38)"}, ModelError, "b: expected a number, got '1/(a - 38)'; division by zero at a = 38"),
-    ({"b": "2*c"}, UsageError, "b: expected a number, got '2*c'; 'c' is not a parameter"),
-    ({"rodd": 3}, UsageError, "'rodd' is not a dimension; did you mean 'rod'?"),
-    ({"motor": 3}, UsageError, "'motor' is not a dimension; it has motor.from, motor.to"),
-    ({"motor.by": 3}, UsageError, "'motor.by' is not a dimension; did you mean 'motor.to'?"),
-    ({"other.shape.A.x": 3}, UsageError, "'other.shape.A.x' is not a dimension"),
-    ({"a": math.nan}, UsageError, "a: expected a finite number, got nan"),
-    ({"a": True}, UsageError, "a: expected a finite number, got True"),
-    ({"a": -(10**5000)}, UsageError, "a: expected a finite number, got inf"),
-    ({"a": None}, UsageError, "a: expected a finite number, got None"),
-    ({"rod": 3, "rod.length": 4}, UsageError, "two values for one dimension"),
-])  # fmt: skip
-def test_faults_have_the_names_of_dimensions(changes, error, text):
+@pytest.mark.parametrize("changes", [{"a": -6}, {"A.x": 0, "A.y": 0}, {"b": "1/(a - 38)"}, {"a": -(10**5000)}])
+def test_nothing_of_a_refused_change_is_left(changes):
     mechanism = loads(TEXT)
-    with pytest.raises(error) as refused:
+    with pytest.raises(GimError) as refused:
         mechanism.with_(changes)
-    assert text in str(refused.value)
     assert "\n" not in str(refused.value)
-    assert same(mechanism.with_({"a": 38}), mechanism)  # nothing of the failure is left
+    assert same(mechanism.with_({"a": 38}), mechanism)
 
 
 def test_dual_numbers_pass_through_formulas():
@@ -225,8 +205,9 @@ def test_a_substituted_model_compiles_to_the_same_mechanism():
 def test_a_model_in_memory_has_dimensions():
     found = gimcli.load(yaml.safe_load(TEXT))
     assert same(found.with_({"a": 40}), loads(TEXT).with_({"a": 40}))
-    with pytest.raises(ModelError, match=r"<dict> with a = -6: rod\.length"):
+    with pytest.raises(ModelError) as refused:
         found.with_({"a": -6})
+    assert refused.value.faults[0].startswith("<dict> with a = -6: rod.length")
 
 
 def test_a_mechanism_from_another_process_has_dimensions():

@@ -94,7 +94,7 @@ def test_a_model_in_memory_is_written_as_a_file():
 
 def test_a_text_that_has_no_place_for_the_value_is_refused():
     text = REST + "links:\n  rod: # a comment\n  - A\n  - B\n"
-    with pytest.raises(UsageError, match="cannot be written in place"):
+    with pytest.raises(UsageError):
         written_with(loads(text), {"rod": 95})
 
 

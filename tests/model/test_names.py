@@ -102,33 +102,9 @@ def test_special_characters_within_a_name_are_accepted(name, tmp_path):
     assert name in load(path).traced
 
 
-TWICE = {
-    "coordinate": ("m", "A.x", "trace", ("--steps", "2"), "A.x"),
-    "velocity": ("m", "A.vx", "trace", ("--derivatives", "1"), "A.vx"),
-    "angular velocity": ("m", "crank.omega", "trace", ("--derivatives", "1"), "crank.omega"),
-    "measure": ("m", "curvature:A.radius", "trace", ("--measure", "curvature:A"), "curvature:A.radius"),
-    "limit": ("m", "A.x", "trace", ("--at-limit", "skip"), "A.x"),
-    "circuit": ("m", "A.x", "trace", ("--circuit",), "A.x"),
-    "branch": ("m", "branch", "trace", ("--all-branches",), "branch"),
-    "reaction": ("m", "G.fx", "forces", (), "G.fx"),
-    "power": ("m", "power.drive", "forces", (), "power.drive"),
-    "shaking force": ("D", "shaking", "forces", (), "shaking.fx"),
-    "energy": ("m", "energy.drift", "simulate", (), "energy.drift"),
-    "coordinate in a simulation": ("m", "A.x", "simulate", (), "A.x"),
-    "reaction in a simulation": ("m", "G.fx", "simulate", ("--reactions",), "G.fx"),
-    "path": ("m", "x", "workspace", ("--point", "B"), "x"),
-}
 TRACED = MODEL.replace("points: {P: {on: crank, at: [1, 1]}}\n", "trace: [A]\n")
 """MODEL with A traced; PINNED has two more links, one pinned at D."""
 PINNED = TRACED.replace("C: [6, 0.5],", "C: [6, 0.5], E: [7, 3],").replace("B]}\nel", "B], e: [D, E], f: [C, E]}\nel")
-
-
-@pytest.mark.parametrize("case", TWICE)
-def test_two_columns_of_the_same_name_are_rejected(case, run):
-    old, new, command, more, column = TWICE[case]
-    code, out, err, heads = run(renamed(PINNED, old, new), command, *more, "--no-png")
-    assert (code, out, heads) == (2, "", []), err
-    assert f"two columns would be named '{column}'" in err
 
 
 @pytest.mark.parametrize(

@@ -18,7 +18,7 @@ from bundled import MODELS
 from in_process import printed, refused as printed_error
 
 import gimcli
-from gimcli.errors import ModelError, UsageError
+from gimcli.errors import ModelError
 from gimcli.families.family import Family
 from gimcli.model.json_schema import json_schema
 from gimcli.model.source import read_yaml
@@ -330,18 +330,6 @@ def test_derivatives_follow_the_placed_nodes(name):
     assert np.allclose(found[0], (high - low) / (2.0 * step), rtol=1e-6, atol=1e-7)
 
 
-def test_impossible_dimensions_name_the_links():
-    with pytest.raises(ModelError, match=r"with coupler.length = 300: B: cannot be placed") as caught:
-        gimcli.load(four_bar("left")).with_({"coupler": 300})
-    assert "coupler (300)" in str(caught.value)
-
-
-def test_positions_are_no_dimensions():
-    mechanism = gimcli.load(four_bar("left"))
-    with pytest.raises(UsageError, match="has no coordinates"):
-        mechanism.with_({"B.x": 3})
-
-
 # -- sides ----------------------------------------------------------------------------------------------
 
 
@@ -609,63 +597,6 @@ def test_all_models_are_found_without_their_coordinates(name):
 
 
 # -- errors ---------------------------------------------------------------------------------------------
-
-
-def without(data, *path):
-    part = data
-    for key in path[:-1]:
-        part = part[key]
-    del part[path[-1]]
-    return data
-
-
-def with_value(data, value, *path):
-    part = data
-    for key in path[:-1]:
-        part = part[key]
-    part[path[-1]] = value
-    return data
-
-
-def with_masses(data):
-    return {**data, "masses": {"B": {"mass": 1}}, "friction": {"B": 0.1}, "trace": ["B"]}
-
-
-ERRORS = {
-    "a length is missing": (
-        without(four_bar(), "links", "coupler", "length"), ["nodes.B", "the `length` of coupler", "coordinates"],
-    ),
-    "an input is missing": (without(four_bar(), "actuators"), ["nodes.A", "nothing drives nodes A, B", "actuator"]),
-    "a ground node": (with_value(four_bar(), None, "nodes", "C"), ["nodes.C", "needs coordinates", "ground"]),
-    "a mass, a friction and a trace of a node that is not placed": (
-        without(with_masses(four_bar()), "links", "coupler", "length"), ["nodes.B", "the `length` of coupler"],
-    ),
-    "a mass and a friction of a node with an error": (
-        with_value(with_masses(four_bar()), "left", "nodes", "B"), ["nodes.B", "{side: left}"],
-    ),
-    "an unused node": (with_value(four_bar(), None, "nodes", "X"), ["nodes.X", "belongs to no member"]),
-    "too short": (four_bar(coupler=10.0, rocker=10.0, start=0.0), ["A and C are 60 apart", "reach only 20", "40 too"]),
-    "too long": (four_bar(coupler=300.0, start=0.0), ["A and C are 60 apart", "at least 220", "160 more"]),
-    "a slider": (
-        with_value(slider_crank(start=90), 10.0, "links", "rod", "length"),
-        ["A is 20 from the line of slide", "rod (10)", "10 too short"],
-    ),
-    "a side with another word": (with_value(four_bar(), {"side": "top"}, "nodes", "B"), ["left, right", "'top'"]),
-    "another key": (with_value(four_bar(), {"sid": "left"}, "nodes", "B"), ["unknown key 'sid'", "'side'"]),
-    "coordinates by name": (with_value(four_bar(), {"x": 1, "y": 2}, "nodes", "B"), ["'x'", "[x, y]"]),
-    "coinciding centres": (
-        with_value(four_bar(crank=100.0, start=0.0, coupler=80.0), None, "nodes", "B"), ["A and C coincide"],
-    ),
-    "a link to an unknown node": (with_value(four_bar(), ["A", "Z"], "links", "coupler", "nodes"), ["'Z'"]),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("case", ERRORS)
-def test_an_error_names_the_node_and_the_remedy(case):
-    data, fragments = ERRORS[case]
-    faults = refused(data)
-    assert any(all(fragment in fault for fragment in fragments) for fault in faults), faults
-    assert case == "coordinates by name" or len(faults) == 1, faults
 
 
 def test_all_missing_lengths_are_reported_with_their_lines():
