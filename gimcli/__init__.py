@@ -8,6 +8,7 @@
     t = gimcli.trace(m, steps=360, derivatives=2)
     t.save("crank_rocker.csv", "crank_rocker.png")
 
+In the place of a mechanism, functions also take what `load` takes: `gimcli.trace("crank_rocker", 360)`.
 Arguments and results use the units and the names of the model file. Importing the package is fast: each function
 imports its own modules when it is first used.
 """
@@ -55,6 +56,7 @@ __all__ = [
     "shipped_models", "simulate", "singularities", "solve", "sweep", "trace", "tradeoff", "workspace",
 ]  # fmt: skip
 
+_NO_VERBS = ("load", "loads", "shipped_models")
 _ERRORS = ("GimError", "ModelError", "OutputError", "StructureError", "UnassembledError", "UsageError")
 _MODULES = {name: f"gimcli.library.{name}" for name in __all__ if name.islower()} | {
     "loads": "gimcli.library.load", "Mechanism": "gimcli.mechanism", **dict.fromkeys(_ERRORS, "gimcli.errors"),
@@ -65,8 +67,24 @@ def __getattr__(name: str) -> Any:
     """Import a public name when it is first used."""
     if name not in _MODULES:
         raise AttributeError(f"module 'gimcli' has no attribute '{name}'")
-    found = globals()[name] = getattr(import_module(_MODULES[name]), name)
-    return found
+    found = getattr(import_module(_MODULES[name]), name)
+    globals()[name] = _of_any_model(found) if name.islower() and name not in _NO_VERBS else found
+    return globals()[name]
+
+
+def _of_any_model(verb: Any) -> Any:
+    """Return a verb that also takes what `load` takes, such as a path, in the place of the mechanism."""
+    from functools import wraps
+
+    from gimcli.library.load import load
+    from gimcli.mechanism import Mechanism
+
+    @wraps(verb)
+    def decorated(mechanism: Any, *args: Any, **kwargs: Any) -> Any:
+        return verb(mechanism if isinstance(mechanism, Mechanism) else load(mechanism), *args, **kwargs)
+
+    decorated.__module__ = __name__  # where pickle finds it
+    return decorated
 
 
 def __dir__() -> list[str]:

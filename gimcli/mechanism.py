@@ -279,6 +279,21 @@ class Mechanism:
         )
         return f"Mechanism {self.name!r}: " + ", ".join(f"{n} {word}{'s' * (n != 1)}" for n, word in counts)
 
+    def __eq__(self, other: object) -> bool:
+        """Return whether both say the same: numbers, names, formulas and tables; comments and paths do not count."""
+        if self is other or not isinstance(other, Mechanism):
+            return self is other
+        return self._contents() == other._contents()
+
+    def __hash__(self) -> int:
+        return hash((self.name, self.nodes, self.drawn.tobytes()))
+
+    def _contents(self) -> list[bytes]:
+        from gimcli.contents import contents
+
+        said = replace(self, files=(), path=None, left_out=(), complete=None, written=None)
+        return [*contents(said), *contents(self.written and self.written.model)]
+
     @cached_property
     def machines(self) -> tuple[Machine, ...]:
         """The independent machines; one, the mechanism itself, if there are not several."""

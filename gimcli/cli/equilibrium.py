@@ -29,7 +29,7 @@ def _print(result: EquilibriumResult) -> None:
         typer.echo("up, down: greatest effort on the path to the next equilibrium (-: the input reaches a limit)")
     for name, value in result.holding.items():
         unit = result.unit(found.released[result.released.index(name)])
-        where = at_inputs(mechanism, result.inputs(found.start_inputs))
+        where = at_inputs(mechanism, result.report()["at"])
         besides = " besides its own" * (name in result.driven)
         typer.echo(f"effort of {name}{besides} that holds the mechanism at {where}: {number(value, found.size)} {unit}")
     for sentence in remarks(result):

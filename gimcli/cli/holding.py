@@ -18,7 +18,7 @@ def print_holding(result: HoldingResult) -> None:
     """Print efforts, reactions and the shaking force of one position."""
     from gimcli.cli.force_tables import print_open
 
-    values = result.values()
+    values = result.forces
     size = greatest(abs(value) for value, _ in values.values())
     rows = []
     for name, (value, unit) in values.items():

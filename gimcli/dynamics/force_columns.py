@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator
 from functools import partial
+from operator import attrgetter
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -76,12 +77,16 @@ def reactions(statics: Statics) -> Iterator[ForceColumn]:
 
 def totals(statics: Statics) -> Iterator[ForceColumn]:
     """Yield the force and the moment on the frame, powers and energies."""
-    yield ForceColumn("shaking.f", "N", lambda forces: forces.shaking_force, True)
-    yield ForceColumn("shaking.moment", "N m", lambda forces: forces.shaking_moment)
+    yield ForceColumn("shaking.f", "N", attrgetter("shaking_force"), True)
+    yield ForceColumn("shaking.moment", "N m", attrgetter("shaking_moment"))
     for kind in ("drive", *POWERS, "error"):
         yield ForceColumn(f"power.{kind}", "W", partial(_power, kind=kind))
-    yield ForceColumn("energy.kinetic", "J", lambda forces: _only(forces, forces.loads.kinetic))
-    yield ForceColumn("energy.potential", "J", lambda forces: _only(forces, forces.loads.potential))
+    yield ForceColumn("energy.kinetic", "J", partial(_energy, kind="kinetic"))
+    yield ForceColumn("energy.potential", "J", partial(_energy, kind="potential"))
+
+
+def _energy(forces: Forces, kind: str) -> FloatArray:
+    return _only(forces, getattr(forces.loads, kind))
 
 
 def _power(forces: Forces, kind: str) -> FloatArray:

@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gimcli.assemblies import Configurations, all_configurations, drawn_configuration
 from gimcli.library.inputs import in_file_units, inputs_of, refuse_linked
@@ -89,17 +90,17 @@ class ConfigurationsResult(Result):
         """Whether the list is proved complete."""
         return bool(self.found.complete)
 
-    @property
-    def status(self) -> tuple[str, ...]:
+    @cached_property
+    def status(self) -> NDArray[np.str_]:
         """The status words (configurations,), all "ok"."""
-        return ("ok",) * self.count
+        return np.full(self.count, "ok")
 
     @property
     def signs(self) -> tuple[str, ...]:
         """The signs (configurations,), such as "+-": the sides of the dyads, "(2)" the number of a group's solution."""
         return self.found.signs
 
-    @property
+    @cached_property
     def inputs(self) -> dict[str, float]:
         """The inputs in the file's units."""
         return in_file_units(self.mechanism, self.found.inputs)

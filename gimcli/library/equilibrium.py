@@ -181,7 +181,7 @@ class EquilibriumResult(Result):
         """The equilibria: inputs, potential, stability, stiffness, pushes over the next one, coordinates of nodes."""
         return self.records.report()
 
-    def inputs(self, values: FloatArray) -> dict[str, float]:
+    def _inputs(self, values: FloatArray) -> dict[str, float]:
         """Return inputs (actuators,) in the file's units."""
         found = in_file_units(self.mechanism, values)
         return {name: value if abs(value) > ROUND else 0.0 for name, value in found.items()}
@@ -206,7 +206,7 @@ class EquilibriumResult(Result):
         """Return the report that --json prints."""
         found = self.found
         report: dict[str, Any] = {
-            "released": list(self.released), "time": self.time, "at": self.inputs(found.start_inputs),
+            "released": list(self.released), "time": self.time, "at": self._inputs(found.start_inputs),
             "holding": {name: value if math.isfinite(value) else None for name, value in self.holding.items()},
             "everywhere": found.everywhere, "conservative": found.conservative, "complete": self.complete,
             "status": self.outcome,
@@ -229,7 +229,7 @@ class EquilibriumResult(Result):
         matrices = [None if one.stiffness is None else one.stiffness.tolist() for one in found]
         return Records(
             RowField("number", range(1, len(found) + 1), int, head=""),
-            InputsField(mechanism, "inputs", [self.inputs(one.inputs) for one in found]),
+            InputsField(mechanism, "inputs", [self._inputs(one.inputs) for one in found]),
             RowField("potential", [one.potential for one in found], float, "J", head="potential", size=energy),
             RowField("stability", [one.stability for one in found], str, head="stability", text=words),
             RowField("negative", [one.negative for one in found], int, head=None if single else "unstable directions"),
@@ -257,7 +257,7 @@ class EquilibriumResult(Result):
         for sense, word in SENSES.items():
             own = [next((p for p in one.pushes if p.sense == sense), None) for one in found]
             efforts = [p and (math.nan if p.effort is None else p.effort) for p in own]
-            at = [p and self.inputs(p.inputs)[actuator.name] for p in own]
+            at = [p and self._inputs(p.inputs)[actuator.name] for p in own]
             barriers, heads = [p and p.barrier for p in own], (word, "barrier") if pushed else (None, None)
             yield RowField(f"{word}.effort", efforts, float, self.unit(main), head=heads[0], key=False)
             yield RowField(f"{word}.at", at, float, self.mechanism.unit_of(actuator), key=False)
@@ -265,7 +265,7 @@ class EquilibriumResult(Result):
 
     def _push(self, push: Push) -> dict[str, Any]:
         return {
-            "sense": SENSES[push.sense], "effort": push.effort, "at": self.inputs(push.inputs),
+            "sense": SENSES[push.sense], "effort": push.effort, "at": self._inputs(push.inputs),
             "barrier": push.barrier, "to": push.target + 1,
         }  # fmt: skip
 

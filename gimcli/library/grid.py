@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator
-from dataclasses import dataclass, fields, is_dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from gimcli.contents import contents
 from gimcli.mechanism import ComplexArray, Dynamics, FloatArray, Mechanism
 from gimcli.motion.scatter import Scatterer, scattered, with_kernel
 from gimcli.output.parts import Parts
@@ -94,26 +94,6 @@ def model_hash(mechanism: Mechanism) -> str:
 def contents_hash(value: Any) -> str:
     """Return a hash of all numbers and names of a model or a part of one."""
     found = hashlib.sha256()
-    for part in _contents(value):
+    for part in contents(value):
         found.update(part)
     return found.hexdigest()
-
-
-def _contents(value: Any) -> Iterator[bytes]:
-    """Yield all numbers and names of the moving parts, and of their laws and tables."""
-    if isinstance(value, np.ndarray):
-        yield value.tobytes()
-    elif isinstance(value, tuple | list):
-        for part in value:
-            yield from _contents(part)
-    elif isinstance(value, dict):
-        yield from _contents(tuple(value.items()))
-    elif is_dataclass(value) or type(value).__module__.startswith("gimcli."):
-        own = [field.name for field in fields(value)] if is_dataclass(value) else sorted(vars(value))
-        yield type(value).__name__.encode()
-        for name in own:
-            yield from _contents(getattr(value, name))
-    elif hasattr(value, "c") and hasattr(value, "x"):  # a piecewise polynomial
-        yield value.x.tobytes() + value.c.tobytes()
-    else:
-        yield repr(value).encode()

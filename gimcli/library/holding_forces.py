@@ -82,7 +82,7 @@ class HoldingResult(Result):
         self.mechanism, self.position, self.time = position.mechanism, position, time
 
     @cached_property
-    def forces(self) -> Forces:
+    def _forces(self) -> Forces:
         """The efforts and reactions; NaN where they are not determined."""
         return self._state.forces
 
@@ -98,14 +98,14 @@ class HoldingResult(Result):
         """Return the position at rest, of which any quantity may be asked by its name."""
         return self._state
 
-    @property
+    @cached_property
     def inputs(self) -> dict[str, float]:
         """The inputs in the file's units."""
         return in_file_units(self.mechanism, self.position.inputs)
 
     @cached_property
     def _table(self) -> Table:
-        table = force_table(self._state.motion, self.forces)
+        table = force_table(self._state.motion, self._forces)
         left_out = [*LEFT_OUT, *(f"{a.name}.hold.{end}" for a in self.mechanism.actuators for end in LIMITS)]
         return Table(tuple(c for c in table.columns if c.name not in left_out and not c.name.startswith("power.")))
 
@@ -113,7 +113,7 @@ class HoldingResult(Result):
         """Return one row: time, inputs, efforts, reactions, shaking force, potential energy, status."""
         return self._table
 
-    @property
+    @cached_property
     def status(self) -> str:
         """The status word: "ok", that of the position, "singular", or "standstill" with dry friction."""
         return str(self._table["status"][0])
@@ -137,10 +137,11 @@ class HoldingResult(Result):
     @property
     def open(self) -> list[str]:
         """Names of the reactions that redundant constraints leave undetermined."""
-        return open_reactions(self.forces)
+        return open_reactions(self._forces)
 
-    def values(self) -> dict[str, tuple[complex | float, str]]:  # type: ignore[override]  # with units
-        """Return efforts, normal forces and moments as numbers, pin forces as x + iy, by name, with their units."""
+    @property
+    def forces(self) -> dict[str, tuple[complex | float, str]]:
+        """Efforts, normal forces and moments as numbers, pin forces as x + iy, by name, with their units."""
         found: dict[str, tuple[complex | float, str]] = {}
         columns = {column.name: column for column in self._table.columns if column.unit in UNITS}
         for name, column in columns.items():
@@ -161,7 +162,7 @@ class HoldingResult(Result):
             name: {"x": value.real, "y": value.imag, "magnitude": abs(value), "unit": unit}
             if isinstance(value, complex)
             else {"value": value, "unit": unit}
-            for name, (value, unit) in self.values().items()
+            for name, (value, unit) in self.forces.items()
         }
         return {
             "status": self.status, "reason": self.reason, "time": self.time, "inputs": self.inputs, "forces": forces,
@@ -180,7 +181,7 @@ class HoldingResult(Result):
         points = {point.name: found[point.name] for point in mechanism.points}
         vectors = {
             name: (found[node], value)
-            for name, (value, _) in self.values().items()
+            for name, (value, _) in self.forces.items()
             if isinstance(value, complex) and (node := self._node(name)) and np.isfinite(value)
         }
         title = f"{titled(mechanism, self.inputs)}: forces at rest"

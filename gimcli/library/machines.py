@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from functools import wraps
+from functools import cached_property, wraps
 from inspect import signature
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar, cast
@@ -49,6 +49,12 @@ class MachinesResult(Result):
         if not values or not all(isinstance(value, dict) for value in values.values()):
             raise AttributeError(f"of several machines '{name}' is an attribute of each: .each[NAME].{name}")
         return _joined(name, values)
+
+    @cached_property
+    def inputs(self) -> dict[str, Any]:
+        """The inputs of all machines: of the rows (rows,), or those of all rows of a machine."""
+        own = self.__getattr__("inputs")
+        return super().inputs if any(isinstance(one, np.ndarray) for one in own.values()) else own
 
     @property
     def complete(self) -> bool:

@@ -80,7 +80,7 @@ class MobilityResult(Result):
         """The number of freedoms: confirmed by the rank at neighbouring positions where the position is singular."""
         return self.found.mobility
 
-    @property
+    @cached_property
     def status(self) -> str:
         """The kind of the drawn position: "regular", or the kind of singular position."""
         return self.start

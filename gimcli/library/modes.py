@@ -167,7 +167,7 @@ class ModesResult(Result):
 
     # -- what was found -------------------------------------------------------------------------------
 
-    @property
+    @cached_property
     def status(self) -> str:
         """The status word; "ok" if the modes were found."""
         return self.code.word
@@ -177,7 +177,7 @@ class ModesResult(Result):
         """Whether the modes were found."""
         return self.code is Status.OK
 
-    @property
+    @cached_property
     def inputs(self) -> dict[str, float]:
         """The inputs of the position in the file's units."""
         return in_file_units(self.mechanism, self._inputs, ROUND)

@@ -102,6 +102,9 @@ class NodesField(RowField):
 class Records:
     """Rows with the same fields. A view takes all fields that it shows, or those of the given names in their order."""
 
+    made_again = True
+    """Whether a result is pickled without it."""
+
     def __init__(self, *fields: RowField) -> None:
         self.fields = fields
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import asdict
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from gimcli.dynamics.flywheel import Flywheel, flywheel
@@ -84,6 +85,11 @@ class ReduceResult(RowsResult):
     def __init__(self, found: Reduction, wheel: Flywheel | None) -> None:
         self.mechanism, self.found, self.wheel = found.mechanism, found, wheel
         self._table = reduction_table(found)
+
+    @cached_property
+    def inputs(self) -> dict[str, Any]:
+        """The input that remains (rows,) by name, in the file's unit."""
+        return {self.mechanism.actuators[self.found.actuator].name: self["q"]}
 
     @property
     def complete(self) -> bool:

@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from abc import abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, NoReturn, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,7 +38,39 @@ LISTED = 20
 """Number of known names in the message for an unknown name."""
 
 
-class Result(Mapping[str, NDArray[Any]]):
+DICT: Any = dict
+"""The class of dicts; for type checkers it would have to come before that of mappings."""
+
+
+class Columns(Mapping[str, Any], DICT):  # type: ignore[misc]  # a class of type Any
+    """A mapping that cannot be changed, and a dict: pandas makes columns of dicts only. The dict itself is not used."""
+
+    def __new__(cls, *_: Any, **__: Any) -> Self:
+        """Return the mapping; `json` takes an empty dict for an empty mapping, therefore something is in it."""
+        made: Self = super().__new__(cls)
+        DICT.__setitem__(made, "", None)
+        return made
+
+    def _refuse(self, *_: Any, **__: Any) -> NoReturn:
+        raise TypeError("a result cannot be changed; dict(result) is a copy of its columns that can")
+
+    __setitem__ = __delitem__ = __ior__ = clear = pop = popitem = setdefault = update = _refuse
+
+    def copy(self) -> dict[str, Any]:
+        """Return the columns as a dict."""
+        return dict(self)
+
+    def __or__(self, other: Any) -> Any:
+        return dict(self) | other
+
+    def __ror__(self, other: Any) -> Any:
+        return other | dict(self)
+
+    def __reduce__(self) -> Any:
+        return Columns.__new__, (type(self),), self.__getstate__()  # not the items
+
+
+class Result(Columns):
     """A mapping from the names of the columns to arrays; `print` shows it, a notebook also draws it.
 
     `len(result)` is therefore the number of columns, not of rows. `save` writes files.
@@ -54,6 +87,28 @@ class Result(Mapping[str, NDArray[Any]]):
     def outcome(self) -> str:
         """The status word of the search: "ok" or "work-limit"."""
         return (Status.WORK_LIMIT if self.limited else Status.OK).word
+
+    @cached_property
+    def status(self) -> Any:
+        """The status words of the rows (rows,); one word, that of the search, if its rows have none."""
+        return self.table()["status"] if "status" in self else self.outcome
+
+    @cached_property
+    def time(self) -> Any:
+        """The time of the rows (rows,), or the one of all rows [s]; AttributeError if they have none."""
+        return self._of_rows("time", ["time"])["time"]
+
+    @cached_property
+    def inputs(self) -> dict[str, Any]:
+        """The inputs of the rows (rows,), or those of all rows, by name in the file's units; AttributeError without."""
+        return self._of_rows("inputs", [actuator.name for actuator in self.mechanism.actuators])
+
+    def _of_rows(self, attribute: str, names: Sequence[str]) -> dict[str, NDArray[Any]]:
+        """Return the columns of some names; raise AttributeError if there are none."""
+        found = {column.name: column.values for column in self.table().columns if column.name in names}
+        if not found:
+            raise AttributeError(f"{attribute}: the rows of a {type(self).__name__} have none")
+        return found
 
     def by_machine(self) -> dict[str, Result]:
         """Return the results that are shown, by the names of their machines; of one machine the name is empty."""
@@ -234,9 +289,7 @@ class Result(Mapping[str, NDArray[Any]]):
     __hash__ = object.__hash__
 
     def __getstate__(self) -> dict[str, Any]:
-        return {
-            name: value for name, value in vars(self).items() if not isinstance(value, ByName | State)
-        }  # made again
+        return {name: value for name, value in vars(self).items() if not getattr(value, "made_again", False)}
 
     def __repr__(self) -> str:
         return "\n".join([self.headline(), *lines(self.table())])
@@ -288,11 +341,6 @@ class RowsResult(Result):
 
     _table: Table | None
 
-    @property
-    def status(self) -> Any:
-        """The status words (rows,)."""
-        return self.table()["status"]
-
     def table(self) -> Table:
         """Return one row for each step."""
         if self._table is None:
@@ -302,6 +350,9 @@ class RowsResult(Result):
 
 class ByName(Mapping[str, Any]):
     """A mapping from names of the file to values; each value is computed when it is read."""
+
+    made_again = True
+    """Whether a result is pickled without it."""
 
     def __init__(self, names: tuple[str, ...], find: Callable[[str], Any]) -> None:
         self._names, self._find = names, find

@@ -142,7 +142,7 @@ class SensitivityResult(Result):
         bad = self.motion.good & ~self.good if not self.reduced else np.zeros_like(self.motion.good)
         return np.where(bad, int(Status.SINGULAR), self.motion.codes)
 
-    @property
+    @cached_property
     def status(self) -> Any:
         """The status word; of a motion those of the rows (rows,)."""
         words = status_column(self.codes).values
@@ -185,7 +185,8 @@ class SensitivityResult(Result):
     def _largest(self, k: int) -> LargestEffect:
         effects, name = self.effects[k], self.names[k]
         if self.spread is None:
-            sizes = np.array([one.unit != "angle" and one.name not in self._inputs for one in self.dimensions])
+            inputs = {a.name for a in self.mechanism.actuators}
+            sizes = np.array([one.unit != "angle" and one.name not in inputs for one in self.dimensions])
             effects = np.where(sizes, effects, -1.0) if sizes.any() else effects
         first = first_greatest(effects)
         one, average = self.dimensions[first], " (root mean square over the motion)" if self.by_rows else ""
@@ -204,16 +205,16 @@ class SensitivityResult(Result):
         )
         return LargestEffect(one.name, text, share)
 
-    @property
-    def _inputs(self) -> set[str]:
-        return {a.name for a in self.mechanism.actuators}
+    @cached_property
+    def inputs(self) -> dict[str, Any]:
+        """The inputs of the rows (rows,), or those of the position, by name in the file's units."""
+        return super().inputs if self.whole else self.mechanism.inputs_to_file(self.motion.inputs[:, 0])
 
     def headline(self) -> str:
         """Return the result in one line."""
-        inputs = {} if self.whole else self.mechanism.inputs_to_file(self.motion.inputs[:, 0])
         where = f"{self.mechanism.name}, motion in {len(self.motion.time) - 1} steps" if self.whole else ""
         word = f": {self.status}" if not self.by_rows else ""
-        return f"{where or titled(self.mechanism, inputs)}: derivatives of {', '.join(self.names)}{word}"
+        return f"{where or titled(self.mechanism, self.inputs)}: derivatives of {', '.join(self.names)}{word}"
 
     # -- report -----------------------------------------------------------------------------------
 
@@ -227,7 +228,7 @@ class SensitivityResult(Result):
         if self.whole:
             found["steps"] = len(self.motion.time) - 1
         else:
-            found["inputs"] = self.mechanism.inputs_to_file(self.motion.inputs[:, 0])
+            found["inputs"] = self.inputs
         if self.reason:
             found["reason"] = self.reason
         if self.fixed:

@@ -83,7 +83,7 @@ class SingularitiesResult(Result):
         """The singular positions: kind, inputs, branches, tangents, coordinates of the nodes."""
         return self.records.report()
 
-    def inputs(self, one: Found) -> dict[str, float]:
+    def _inputs(self, one: Found) -> dict[str, float]:
         """Return the inputs at a singular position in the file's units."""
         return in_file_units(
             self.mechanism, self.found.curve.inputs(first_turn(self.found, float(one.what.p[-1]))), ZERO
@@ -114,7 +114,7 @@ class SingularitiesResult(Result):
         return Records(
             RowField("number", range(1, len(found) + 1), int, head="", key=False),
             RowField("kind", [one.what.kind for one in found], str, head="kind", text=kinds),
-            InputsField(self.mechanism, "at", [self.inputs(one) for one in found]),
+            InputsField(self.mechanism, "at", [self._inputs(one) for one in found]),
             RowField("end", [one.what.end or None for one in found]),
             RowField("about", [list(one.what.about) for one in found], list, head="members"),
             RowField("freer", [one.what.loose for one in found]),
@@ -178,7 +178,7 @@ class SingularitiesResult(Result):
 
         kind = one.what.kind
         words = f"{', '.join(one.what.about)} stationary" if kind == STATIONARY else kind
-        text = f"{words} at {at_inputs(self.mechanism, self.inputs(one))}"
+        text = f"{words} at {at_inputs(self.mechanism, self._inputs(one))}"
         return SingularPlace(part_of(circuit, number, one.what), kind, text, one.what.p)
 
 

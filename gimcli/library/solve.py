@@ -118,7 +118,7 @@ class SolveResult(Result):
         """Whether the position was found, and its velocities if they were requested."""
         return self.position.status.solved and not (self.moving is not None and self.moving.singular)
 
-    @property
+    @cached_property
     def status(self) -> str:
         """The status word; "ok" if the position is solved."""
         return self.position.status.word
@@ -128,7 +128,7 @@ class SolveResult(Result):
         """The largest error of a constraint, relative to the mechanism's size."""
         return float(self.position.residual.total[0])
 
-    @property
+    @cached_property
     def inputs(self) -> dict[str, float]:
         """The inputs in the file's units."""
         return in_file_units(self.mechanism, self.position.inputs)

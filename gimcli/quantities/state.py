@@ -59,6 +59,9 @@ class Valued(Protocol):
 class State(ABC):
     """Positions and their derivatives by the time [s]; arrays (..., rows) in the normal frame, angles in rad."""
 
+    made_again = True
+    """Whether a result is pickled without it."""
+
     mechanism: Mechanism
 
     def __init__(self, mechanism: Mechanism) -> None:

@@ -37,7 +37,7 @@ def test_an_arm_with_two_motors_and_no_laws(one, two):
     assert found["elbow.effort"] == pytest.approx(elbow, abs=1e-12)
     assert found["shoulder.effort"] == pytest.approx(elbow + 9.81 * a * (3 / 2 + 2 + 1.5), abs=1e-12)
     assert (found["O.fx"][0], found["O.fy"][0]) == pytest.approx((0.0, 9.81 * 6.5), abs=1e-12)
-    assert found.values()["O"] == (pytest.approx(9.81 * 6.5j, abs=1e-12), "N")
+    assert found.forces["O"] == (pytest.approx(9.81 * 6.5j, abs=1e-12), "N")
     assert (found.status, found.answered, found.reason, found.open) == ("ok", True, "", [])
 
 

@@ -1,0 +1,177 @@
+"""Results as Python sees them: mappings and tables of pandas, and mechanisms that are equal or given by their paths."""
+
+from __future__ import annotations
+
+import copy
+import json
+import pickle
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from bundled import MODELS
+
+import gimcli
+
+CALLS: dict[str, tuple[str, dict[str, Any]]] = {
+    "check": ("crank_rocker", {}),
+    "circuits": ("crank_rocker", {"samples": 4}),
+    "configurations": ("crank_rocker", {"motor": 30}),
+    "equilibrium": ("swing", {}),
+    "fit": ("crank_rocker", {"goal": "max(P.y)", "vary": {"crank.length": (39, 41)}, "starts": 1}),
+    "forces": ("engine", {"steps": 4}),
+    "groups": ("watt_1", {}),
+    "holding_forces": ("lift_table", {"cylinder": 0.5}),
+    "mobility": ("crank_rocker", {}),
+    "modes": ("double_pendulum", {}),
+    "reduce": ("engine", {"steps": 4}),
+    "sensitivity": ("crank_rocker", {"of": "P.x", "steps": 4}),
+    "sequence": ("ten_bar", {}),
+    "simulate": ("swing", {"time": 0.01}),
+    "singularities": ("parallelogram", {}),
+    "solve": ("crank_rocker", {"motor": 30}),
+    "sweep": ("crank_rocker", {"vary": {"crank.length": [39, 41]}, "steps": 4}),
+    "trace": ("crank_rocker", {"steps": 4}),
+    "tradeoff": ("crank_rocker", {"steps": 2, "tolerances": [1e-4]}),
+    "workspace": ("crank_rocker", {}),
+}
+"""Verbs that return results, with a model and arguments."""
+
+OTHERS: dict[str, tuple[str, dict[str, Any]]] = {
+    "assembled": ("crank_rocker", {"assembly": 2}),
+    "convert": ("crank_rocker", {}),
+    "evaluator": ("crank_rocker", {"dimensions": ["crank.length"], "keep": ["max(P.y)"]}),
+}
+
+TIMED = ("tradeoff",)
+"""Verbs that measure computing times, which differ."""
+
+
+def run(verb: str, *, path: Any = str) -> Any:
+    model, arguments = (CALLS | OTHERS)[verb]
+    return getattr(gimcli, verb)(path(MODELS / f"{model}.yaml"), **arguments)
+
+
+def same(found: Any, wanted: Any) -> bool:
+    return list(found) == list(wanted) and all(
+        np.array_equal(found[name], wanted[name], equal_nan=found[name].dtype.kind == "f") for name in wanted
+    )
+
+
+def test_the_list_has_all_verbs() -> None:
+    own = {name for name in gimcli.__all__ if name.islower()} - {"load", "loads", "shipped_models"}
+    assert own == CALLS.keys() | OTHERS.keys()
+
+
+@pytest.mark.parametrize("verb", CALLS)
+def test_a_result_is_a_mapping_a_dict_and_a_table(verb):
+    found = run(verb)
+    names = list(found)
+    assert names == list(found.table().names) == list(found.keys())
+    assert (len(found), bool(found)) == (len(names), True)
+    assert same(dict(found), found)
+    assert same({**found}, found)
+    assert same(found.copy(), found)
+    assert same(found | {}, found)
+    assert same({} | found, found)
+    assert same(dict(found.items()), found)
+    assert all(value.shape == (len(found.table()),) for value in found.values())
+    assert "" not in found
+    assert found.get("") is None
+    for copied in (copy.copy(found), copy.deepcopy(found), pickle.loads(pickle.dumps(found))):
+        assert type(copied) is type(found)
+        assert same(copied, found)
+    with pytest.raises(TypeError, match="serializable"):
+        json.dumps(found)
+    for change in (found.clear, found.popitem, lambda: found.update(a=1), lambda: found.__setitem__("a", 1)):
+        with pytest.raises(TypeError, match="dict"):
+            change()
+    pandas = pytest.importorskip("pandas")
+    assert pandas.DataFrame(found).equals(found.to_frame())
+    assert list(pandas.DataFrame(found)) == names
+
+
+@pytest.mark.parametrize("verb", CALLS)
+def test_time_inputs_and_status_are_those_of_the_rows_or_of_all_rows(verb):
+    found = run(verb)
+    rows, inputs = len(found.table()), [one.name for one in found.mechanism.actuators]
+    for name in inputs:
+        assert name not in found or found.inputs[name] is not None
+    for value in [getattr(found, "time", 0.0), *getattr(found, "inputs", {}).values(), found.status]:
+        assert np.shape(value) in ((), (rows,)) or verb == "configurations"
+    assert set(getattr(found, "inputs", {})) <= set(inputs)
+
+
+def test_time_and_inputs_follow_the_law():
+    """The crank of the model turns once in 1 s."""
+    found = run("trace")
+    assert found.time == pytest.approx(np.linspace(0.0, 1.0, 5))
+    assert found.inputs["motor"] == pytest.approx(np.linspace(0.0, 360.0, 5))
+    assert list(found.status) == ["ok"] * 5
+    one = gimcli.holding_forces(MODELS / "lift_table.yaml", cylinder=0.5, time=2.0)
+    assert (one.time, one.inputs, one.status) == (2.0, {"cylinder": pytest.approx(0.5)}, "ok")
+    with pytest.raises(AttributeError, match="time"):
+        _ = run("groups").time
+
+
+def test_inputs_of_several_machines():
+    hexagon = gimcli.load(MODELS / "floating_hexagon.yaml")
+    found = gimcli.trace(hexagon, 3)
+    assert list(found.inputs) == [one.name for one in hexagon.actuators]
+
+
+@pytest.mark.parametrize("verb", CALLS | OTHERS)
+def test_a_verb_takes_what_load_takes(verb):
+    wanted = run(verb, path=gimcli.load)
+    for path in (str, Path):
+        found = run(verb, path=path)
+        if verb in OTHERS:
+            assert type(found) is type(wanted)
+        elif verb not in TIMED:
+            assert same(found, wanted)
+
+
+def test_a_verb_takes_a_dict_a_name_and_no_other_thing():
+    rod = {
+        "nodes": {"O": [0, 0], "A": [1, 0]}, "ground": ["O"], "links": {"rod": ["O", "A"]},
+        "actuators": {"motor": {"type": "rotary", "pivot": "O", "arm": "A"}},
+    }  # fmt: skip
+    assert gimcli.solve(rod, motor=90).xy["A"] == pytest.approx([0.0, 1.0])
+    assert gimcli.mobility("crank_rocker").mobility == 1
+    with pytest.raises(gimcli.ModelError, match="no such file"):
+        gimcli.solve("none.yaml")
+    assert pickle.loads(pickle.dumps(gimcli.solve)) is gimcli.solve
+
+
+@pytest.mark.parametrize("model", ["crank_rocker", "excavator", "planetary_gear", "punch", "snap_hinge"])
+def test_mechanisms_are_equal_if_their_files_say_the_same(model, tmp_path):
+    path = MODELS / f"{model}.yaml"
+    one = gimcli.load(path)
+    assert one == gimcli.load(path)
+    assert hash(one) == hash(gimcli.load(path))
+    assert one == pickle.loads(pickle.dumps(one))
+    remarked = tmp_path / path.name
+    remarked.write_text("# a comment\n" + path.read_text(encoding="utf-8"), encoding="utf-8")
+    assert gimcli.load(remarked, path.parent) == one
+    name = next(name for name, own in one.written.dimensions.items() if isinstance(own.value, float) and own.value)
+    value = one.written.dimension(name).value
+    other = one.with_({name: value * (1 + 1e-6)})
+    assert other != one
+    assert other == one.with_({name: value * (1 + 1e-6)})
+    assert one != str(path)
+
+
+def test_another_assembly_and_another_table_make_another_mechanism(tmp_path):
+    one = gimcli.load("crank_rocker")
+    assert gimcli.assembled(one, 2) != one
+    assert gimcli.assembled(one, 2) == gimcli.load("crank_rocker", assembly=2)
+    text = (MODELS / "hatch.yaml").read_text(encoding="utf-8")
+    found = []
+    for factor in (1.0, 1.01):
+        rows = (MODELS / "hatch_hand.csv").read_text(encoding="utf-8").splitlines()
+        pairs = [[float(cell) for cell in row.split(",")] for row in rows if row[:1] in "-0123456789"]
+        table = "".join(f"{at},{factor * value}\n" for at, value in pairs)
+        (tmp_path / "hatch_hand.csv").write_text(table, encoding="utf-8")
+        found.append(gimcli.loads(text, tmp_path))
+    assert found[0] != found[1]
