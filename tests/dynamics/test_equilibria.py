@@ -19,7 +19,6 @@ from gimcli.dynamics.equilibria_balance import StaticBalance
 from gimcli.dynamics.equilibria_freedoms import Freedoms, released_inputs_line
 from gimcli.dynamics.equilibria_search import EquilibriumSearch
 from gimcli.dynamics.small_motions import linearised
-from gimcli.errors import ModelError, StructureError, UsageError
 from gimcli.status import Status
 
 G = 9.81
@@ -620,26 +619,6 @@ def test_an_npz_file_has_the_curve(tmp_path):
 
 
 # -- errors -----------------------------------------------------------------------------------------
-
-
-def test_arguments_are_checked():
-    mechanism = load(MODELS / "five_bar.yaml")
-    with pytest.raises(ModelError, match="no masses, loads or springs"):
-        equilibrium(mechanism, "motor_1")
-    model = double_pendulum()
-    for one in model["actuators"].values():
-        del one["free"]
-    mechanism = load(model)
-    with pytest.raises(UsageError, match="none is free: name those that are released, such as --free q"):
-        equilibrium(mechanism)
-    with pytest.raises(UsageError, match="no actuator 'w'"):
-        equilibrium(mechanism, "w")
-    with pytest.raises(UsageError, match="starts"):
-        equilibrium(mechanism, "q,r", starts=0)
-    with pytest.raises(UsageError, match="time"):
-        equilibrium(mechanism, "q", time=math.nan)
-    with pytest.raises(StructureError, match="has no actuator"):
-        equilibrium(replace(mechanism, actuators=()))
 
 
 def test_an_iteration_that_does_not_converge_is_listed_and_leaves_the_answer_open():

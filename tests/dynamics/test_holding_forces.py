@@ -11,7 +11,6 @@ from bundled import MODELS
 from in_process import gim
 
 import gimcli
-from gimcli import ModelError, UsageError
 
 ARM = """
 units: {length: mm}
@@ -107,10 +106,3 @@ def test_a_position_that_is_not_assembled_has_a_reason():
     done = gim("forces", MODELS / "lift_table.yaml", "--at", "cylinder=5")
     assert done.code == 5
     assert "instead of 5 m" in done.text
-
-
-def test_what_is_missing_is_refused():
-    with pytest.raises(ModelError, match="no masses"):
-        gimcli.holding_forces(gimcli.load("crank_rocker"), motor=30)
-    with pytest.raises(UsageError, match="time: expected a finite number"):
-        gimcli.holding_forces(gimcli.load("engine"), time=math.inf)

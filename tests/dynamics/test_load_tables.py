@@ -26,7 +26,7 @@ def test_a_table_that_ends_inside_the_law(command, start, end, warned, tmp_path)
     (tmp_path / "m.yaml").write_text(ENGINE.format(start=start, end=end))
     done = ran(command, "m.yaml", *(["--steps", "4", "--no-png"] if command == "forces" else []), cwd=tmp_path)
     text = done.error + done.text
-    assert ("the table of load gas covers motor = 0 to 360" in text) == warned
+    assert ("covers motor = 0 to 360" in text) == warned
 
 
 def test_reversing_at_limits_reports_both(tmp_path):

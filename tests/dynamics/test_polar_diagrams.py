@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import gimcli
-from gimcli import UsageError
 
 MODEL = """
 units: {length: mm}
@@ -44,8 +43,3 @@ def test_a_pin_of_several_members_and_the_marks_over_time(tmp_path):
     assert 2 <= len(graph.marks) <= 13
     found.save(tmp_path / "p.png", tmp_path / "p.svg", tmp_path / "p.pdf")
     assert (tmp_path / "p.svg").read_text(encoding="utf-8").startswith("<?xml")
-
-
-def test_a_member_that_is_not_at_the_pin_is_refused():
-    with pytest.raises(UsageError, match="O@rod"):
-        gimcli.forces(gimcli.loads(MODEL), 4, plot="hodograph:O@rod")

@@ -164,12 +164,5 @@ def test_an_invalid_rotor_is_refused(rotor, words):
     assert words in str(caught.value)
 
 
-def test_a_linear_input_needs_the_lead():
-    with pytest.raises(ModelError, match="`lead` is missing"):
-        gimcli.loads(SLIDER.replace("ROTOR", "{inertia: 1}"))
-    with pytest.raises(ModelError, match="`ratio` is not of a linear input"):
-        gimcli.loads(SLIDER.replace("ROTOR", "{inertia: 1, ratio: 2}"))
-
-
 def test_the_numbers_of_a_rotor_are_dimensions():
     assert gimcli.reduce(disc().with_({"motor.rotor.ratio": 10}), steps=2)["J"] == pytest.approx(DISC + 100 * ROTOR)

@@ -21,7 +21,7 @@ from gimcli.dynamics.forces import inverse_dynamics
 from gimcli.dynamics.simulation import Settings, simulate
 from gimcli.dynamics.simulation_table import reactions
 from gimcli.dynamics.statics import statics
-from gimcli.errors import GimError, ModelError, StructureError, UsageError
+from gimcli.errors import UsageError
 from gimcli.kernels.jit import compiled
 from gimcli.positions.dispatch import plain
 from gimcli.status import Status
@@ -108,16 +108,6 @@ def test_the_drift_of_euler_is_in_proportion_to_its_step_and_half_with_the_exact
     for method in ("euler", "euler-exact"):
         assert drift[method, 1e-3] / drift[method, 1e-4] == pytest.approx(10.0, rel=0.03)
     assert drift["euler-exact", 1e-4] / drift["euler", 1e-4] == pytest.approx(0.5, rel=0.01)
-
-
-def test_a_step_is_for_integrators_with_equal_steps(tmp_path):
-    model = pendulum(tmp_path)
-    for integrator in ("", "dop853", "radau"):
-        with pytest.raises(GimError, match=r"step: is for rk4 \[s\], euler \[rad or length\], euler-exact"):
-            gimcli.simulate(model, 1.0, integrator=integrator, step=0.01)
-    for step in (0.0, -1e-3, 3.0, math.nan):
-        with pytest.raises(GimError, match="step: expected a number above 0 and at most 1"):
-            gimcli.simulate(model, 1.0, integrator="euler", step=step)
 
 
 @pytest.mark.parametrize(("unit", "size"), [("m", 1.0), ("mm", 1000.0)])
@@ -492,23 +482,6 @@ def test_the_effort_of_a_driven_input_beside_a_free_one(tmp_path):
 
 
 # -- errors and the command ------------------------------------------------------------------------------------
-
-
-def test_a_model_without_a_free_input_is_rejected(tmp_path):
-    text = re.sub(r", (free|start|speed): [^,}]+", "", DOUBLE)
-    with pytest.raises(StructureError, match="write `free: true` at one of one, two"):
-        simulate(written(tmp_path, text), np.linspace(0.0, 1.0, 3))
-
-
-def test_a_model_without_masses_is_rejected(tmp_path):
-    text = DOUBLE.split("masses")[0]
-    with pytest.raises(ModelError, match="no masses"):
-        simulate(written(tmp_path, text), np.linspace(0.0, 1.0, 3))
-
-
-def test_euler_rejects_two_free_inputs(tmp_path):
-    with pytest.raises(UsageError, match="one free input"):
-        simulate(written(tmp_path, DOUBLE), np.linspace(0.0, 1.0, 3), Settings("euler"))
 
 
 def test_the_command_writes_report_table_and_picture(tmp_path):

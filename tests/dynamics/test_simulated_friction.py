@@ -20,7 +20,6 @@ from gimcli.dynamics.integration import Integration
 from gimcli.dynamics.simulation import Settings, simulate
 from gimcli.dynamics.simulation_table import reaction_units, reactions, simulation_table
 from gimcli.dynamics.statics import statics
-from gimcli.errors import StructureError, UsageError
 from gimcli.kernels.jit import compiled
 from gimcli.mechanism import FRAME
 from gimcli.positions.dispatch import plain
@@ -364,31 +363,6 @@ def test_without_dry_friction_nothing_changes():
 
 
 # -- errors and the command -----------------------------------------------------------------------------
-
-
-def test_redundant_constraints_leave_friction_open():
-    """A bar on two guides in line: which of the two bears the load is open."""
-    text = """
-units: {length: m}
-nodes: {G: [-1, 0], H: [1, 0], P: [0, 0], Q: [0.2, 0], R: [0.4, 0], S: [0.6, 0]}
-ground: [G, H]
-elements: {bar: {nodes: [P, Q, R, S]}}
-prismatic: {one: {nodes: [P, Q], guide: [G, H]}, two: {nodes: [R, S], guide: [G, H]}}
-actuators: {travel: {node: P, guide: [G, H], free: true}}
-masses: {bar: {mass: 2, inertia: 0.1}}
-gravity: [0, -9.81]
-friction: {one: {mu: 0.2, length: 0.1}}
-"""
-    with pytest.raises(StructureError, match="forces in one indeterminate"):
-        run(text, 0.1, 3)
-
-
-def test_slip_needs_dry_friction_and_a_positive_number():
-    block = gimcli.load(MODELS / "spring_block.yaml")
-    with pytest.raises(UsageError, match="above 0, got 0"):
-        gimcli.simulate(block, 1.0, slip=0.0)
-    with pytest.raises(UsageError, match="has dry friction"):
-        gimcli.simulate(gimcli.load(MODELS / "watt_durango.yaml"), 1.0, slip=1e-3)
 
 
 def test_the_command_reports_the_slip_speed(tmp_path):

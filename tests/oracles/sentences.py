@@ -1,11 +1,11 @@
 """Tables of sentences: for each package, what causes a message, and the exact message (tests/tables/sentences).
 
 A case has a `cause`: a command line that begins with `gim`, or an expression of Python with all names of gimcli, numpy
-as `np`, the numbers Dual and Recording, `formula(text)` in the parameters a = 1.5 and b_2 = -0.25, `replace` of
+as `np`, `yaml`, the numbers Dual and Recording, `formula(text)` in the parameters a = 1.5 and b_2 = -0.25, `replace` of
 dataclasses, and `m`, the mechanism of the case. Its `model` is a text of the table's `models`, a shipped model or the
 text itself; `change` replaces texts in it, `more` is written below it. A command line finds it as m.yaml, and the
-`files` beside it. Either `says` is the whole message, with the kind of error or the exit status, or `prints` is a part
-of what a command prints.
+`files` beside it. Either `says` is the whole message, with the kind of error or the exit status, or the text that an
+expression gives, or `prints` is a part of what a command prints.
 
 After a change of words: `python tests/oracles/sentences.py` writes the new messages into the tables; read what
 `git diff` shows.
@@ -42,7 +42,7 @@ class Names(dict):
 
     def __init__(self, text):
         super().__init__(
-            text=text, np=np, gimcli=gimcli, Dual=Dual, Recording=Recording, formula=formula, replace=replace
+            text=text, np=np, yaml=yaml, gimcli=gimcli, Dual=Dual, Recording=Recording, formula=formula, replace=replace
         )
 
     def __missing__(self, name):
@@ -77,14 +77,19 @@ def said(case, text):
     with TemporaryDirectory() as folder, chdir(folder):
         for name, content in (case.get("files", {}) | ({} if text is None else {"m.yaml": text})).items():
             Path(name).write_text(content, encoding="utf-8")
-        if case["cause"].startswith("gim "):
-            done = ran(*(part.strip("'") for part in re.findall(r"'[^']*'|\S+", case["cause"])[1:]))
-            return done.text + done.error if "prints" in case else f"exit {done.code}: {done.error.strip()}"
-        try:
-            eval(case["cause"], Names(text))
-        except Exception as error:
-            return f"{type(error).__name__}: {error.args[0] if isinstance(error, KeyError) else error}"
-    return "nothing"
+        return _answer(case, text).replace(folder, "FOLDER")
+
+
+def _answer(case, text):
+    if case["cause"].startswith("gim "):
+        done = ran(*(part.strip("'") for part in re.findall(r"'[^']*'|\S+", case["cause"])[1:]))
+        if "prints" in case:
+            return " ".join((done.text + done.error).split())
+        return f"exit {done.code}: {done.error.strip()}"
+    try:
+        return str(eval(case["cause"], Names(text)))
+    except Exception as error:
+        return f"{type(error).__name__}: {error.args[0] if isinstance(error, KeyError) else error}"
 
 
 def rewritten(table):
