@@ -11,7 +11,6 @@ from bundled import MODELS
 from in_process import gim, ran, refused
 
 import gimcli
-from gimcli.errors import UnassembledError, UsageError
 from gimcli.model.source import read_source
 
 COMMANDS = {
@@ -181,15 +180,3 @@ def test_signs_that_begin_with_minus_need_no_equals_sign():
 @pytest.mark.parametrize("options", [("--all",), ("--start", "random")])
 def test_options_that_exclude_it(options):
     assert "--assembly" in refused("solve", MODELS / "watt_1.yaml", "--assembly", "2", *options)
-
-
-def test_python_errors():
-    m = gimcli.load(MODELS / "crank_rocker.yaml")
-    with pytest.raises(UsageError, match="expected a number from 1 to 2"):
-        gimcli.assembled(m, 3)
-    with pytest.raises(UsageError, match="no actuator"):
-        gimcli.assembled(m, 1, engine=3)
-    far = read_source(MODELS / "crank_rocker.yaml").data
-    far["links"]["coupler"]["length"] = 1000.0
-    with pytest.raises(UnassembledError, match="assembly 1 does not exist"):
-        gimcli.assembled(gimcli.load(far), 1)
