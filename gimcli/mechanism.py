@@ -78,7 +78,7 @@ class Member:
     def extent(self) -> float:
         """The greatest distance between two of its nodes, without the remote ones."""
         near = self.shape[: len(self.nodes) - len(self.remote)]
-        return float(np.max(np.abs(near[:, None] - near), initial=0.0))
+        return float(nominal(np.max(np.abs(near[:, None] - near), initial=0.0)))
 
     def local(self, node: int) -> complex:
         """Return the coordinates of a node in the member's own frame."""

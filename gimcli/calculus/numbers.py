@@ -102,8 +102,8 @@ def nominal(number: Any) -> Any:
 
 
 def scalar(number: Any) -> Any:
-    """Return a Python complex, or the number if it is not plain."""
-    return number if isinstance(number, RuleNumber) else complex(number)
+    """Return a Python complex, or the number if it is not plain, or an array with a number for each row."""
+    return number if isinstance(number, RuleNumber) or getattr(number, "ndim", False) else complex(number)
 
 
 def phase(number: Any) -> Any:

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from gimcli.dynamics.loading import Loading
-from gimcli.dynamics.statics import Statics, statics
-from gimcli.kernels.equilibrium import ALONG, COUPLE, KNOWN, MOMENT, TURN, X, Y, balance_rows
-from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+from gimcli.dynamics.statics import Statics
+from gimcli.kernels.equilibrium import ALONG, KNOWN, MOMENT, TURN, X, Y, balance_rows
+from gimcli.mechanism import ComplexArray, FloatArray
 from gimcli.positions.newton import Run
-from gimcli.structure.derived import derived
 
 SINGULAR = 1e-10
 """Ratio of least to greatest pivot, or singular value, of a scaled block below which its reactions are undetermined."""
@@ -43,37 +40,20 @@ def directions(statics: Statics, z: ComplexArray) -> ComplexArray:
     return result
 
 
-@derived
-def scales(mechanism: Mechanism) -> tuple[FloatArray, FloatArray]:
-    """Return factors (equations,) and (unknowns,) that relate moments and couples to the extent of their own body.
-
-    They are powers of two: scaling is exact.
-    """
-    own = statics(mechanism)
-    extents = [mechanism.members[body.member].extent if body.member >= 0 else 0.0 for body in own.bodies]
-    lengths = [2.0 ** round(math.log2(extent)) if extent > 0.0 else 1.0 for extent in extents]
-    rows, columns = np.ones(own.equations), np.ones(len(own.reactions))
-    for body, first, length in zip(own.bodies, own.first_row, lengths, strict=True):
-        rows[first + 2 :][: int(body.member >= 0)] = 1.0 / length
-    for c, reaction in enumerate(own.reactions):
-        if reaction.kind == COUPLE:
-            columns[c] = max(lengths[body] for body, *_ in own.entries(reaction))
-    return rows, columns
-
-
 class Balance:
-    """The equations of equilibrium in the arrays of the kernel, scaled by `scales`."""
+    """The equations of equilibrium in the arrays of the kernel, scaled by `Statics.scales`."""
 
     def __init__(self, statics: Statics) -> None:
         self.statics = statics
         reactions = statics.reactions
         turned = [(c, r.vector.u, r.vector.v, r.kind == ALONG) for c, r in enumerate(reactions) if r.vector.u >= 0]
         self.turned = np.array(turned, dtype=np.int64).reshape(-1, 4)
-        self.vectors = np.array([(r.vector.z.real, r.vector.z.imag) for r in reactions]).reshape(-1, 2)
+        z = np.broadcast_arrays(*(np.atleast_1d(r.vector.z) for r in reactions))
+        self.vectors = np.stack([np.real(z), np.imag(z)], axis=-1).swapaxes(0, 1).copy()
         blocks = statics.blocks
         self.own_rows = np.array([row for block in blocks for row in block.rows], dtype=np.int64)
         self.own_columns = np.array([column for block in blocks for column in block.columns], dtype=np.int64)
-        self.rows, self.columns = scales(statics.mechanism)
+        self.rows, self.columns = statics.scales
         terms, ends = self._terms()
         self.terms = np.array([t[:-1] for t in terms], dtype=np.int64).reshape(-1, 6)
         self.factors = np.array([t[-1] for t in terms], dtype=float)
@@ -85,8 +65,8 @@ class Balance:
         block_of = {row: (g, i) for g, block in enumerate(statics.blocks) for i, row in enumerate(block.rows)}
         own = {column: (g, j) for g, block in enumerate(statics.blocks) for j, column in enumerate(block.columns)}
         by_block: list[list[EquilibriumTerm]] = [[] for _ in statics.blocks]
-        for c, reaction in enumerate(statics.reactions):
-            for body, axis, kind, factor, node in statics.entries(reaction):
+        for c, entered in enumerate(statics.entered):
+            for body, axis, kind, factor, node in entered:
                 g, i = block_of[statics.first_row[body] + axis]
                 j = own[c][1] if own[c][0] == g else KNOWN
                 scaled = factor * self.rows[statics.first_row[body] + axis] * self.columns[c]
@@ -105,7 +85,7 @@ class Balance:
         x, y, scaled = np.ascontiguousarray(z.real), np.ascontiguousarray(z.imag), right * self.rows[:, None]
         run(balance_rows)(
             x, y, self.vectors, self.turned, self.terms, self.factors, self.blocks, self.own_rows, self.own_columns,
-            scaled, SINGULAR, np.zeros((widest, widest)), np.zeros(2 * widest), np.zeros(widest), self.vectors.copy(),
+            scaled, SINGULAR, np.zeros((widest, widest)), np.zeros(2 * widest), np.zeros(widest), np.zeros((count, 2)),
             out, weakest,
         )  # fmt: skip
         return out * self.columns[:, None], weakest
@@ -115,8 +95,8 @@ def equilibrium(statics: Statics, z: ComplexArray) -> FloatArray:
     """Return the equations of equilibrium (rows, equations, unknowns) at positions z (nodes, rows)."""
     table = np.zeros((z.shape[1], statics.equations, len(statics.reactions)))
     unit = directions(statics, z)
-    for c, reaction in enumerate(statics.reactions):
-        for body, axis, kind, factor, node in statics.entries(reaction):
+    for c, entered in enumerate(statics.entered):
+        for body, axis, kind, factor, node in entered:
             arm = z[node] - z[statics.bodies[body].node]
             part = {X: unit[c].real, Y: unit[c].imag, MOMENT: (arm.conj() * unit[c]).imag, TURN: 1.0}[kind]
             table[:, statics.first_row[body] + axis, c] += factor * part

@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gimcli.coupling_data import BELT, CROSSED, GearPair
-from gimcli.dynamic_data import DampingForce, RotorInertia, SpringForce
 from gimcli.dynamics.bearing_loads import reaction_name
 from gimcli.dynamics.forces import Forces
 from gimcli.dynamics.kinematic_history import reading
@@ -98,19 +97,20 @@ def _power(forces: Forces, kind: str) -> FloatArray:
 def rotors(statics: Statics) -> Iterator[ForceColumn]:
     """Yield torque [N m] and speed [rev/min] of each rotor, positive in its own positive sense."""
     mechanism = statics.mechanism
-    for rotor in mechanism.dynamics.rotors:
+    for k, rotor in enumerate(mechanism.dynamics.rotors):
         name = f"{mechanism.actuators[rotor.actuator].name}.rotor"
-        yield ForceColumn(f"{name}.torque", "N m", partial(_rotor_torque, rotor=rotor))
-        yield ForceColumn(f"{name}.speed", "1/min", partial(_rotor_speed, rotor=rotor))
+        yield ForceColumn(f"{name}.torque", "N m", partial(_rotor_torque, number=k))
+        yield ForceColumn(f"{name}.speed", "1/min", partial(_rotor_speed, number=k))
 
 
-def _rotor_torque(forces: Forces, rotor: RotorInertia) -> FloatArray:
-    own = forces.mechanism
+def _rotor_torque(forces: Forces, number: int) -> FloatArray:
+    own, rotor = forces.mechanism, forces.mechanism.dynamics.rotors[number]
     metre = 1.0 if own.actuators[rotor.actuator].rotary else own.dynamics.metre or 1.0
     return forces.effort(rotor.actuator) * metre / rotor.ratio
 
 
-def _rotor_speed(forces: Forces, rotor: RotorInertia) -> FloatArray:
+def _rotor_speed(forces: Forces, number: int) -> FloatArray:
+    rotor = forces.mechanism.dynamics.rotors[number]
     rate = reading(forces.mechanism, forces.mechanism.actuators[rotor.actuator], forces.course)[1]
     return _only(forces, rotor.ratio * rate * 30.0 / math.pi)
 
@@ -122,26 +122,28 @@ def springs(statics: Statics) -> Iterator[ForceColumn]:
         True: ("angle", "torque", mechanism.angle_unit, "N m"),
         False: ("length", "force", mechanism.length_unit, "N"),
     }
-    for spring in mechanism.dynamics.springs:
+    for k, spring in enumerate(mechanism.dynamics.springs):
         value, effort, unit, newton = words[mechanism.gauges[spring.gauge].rotary]
-        yield ForceColumn(f"{spring.name}.{value}", unit, partial(_spring_value, spring=spring))
-        yield ForceColumn(f"{spring.name}.{effort}", newton, partial(_spring_effort, spring=spring))
-    for damper in mechanism.dynamics.dampers:
+        yield ForceColumn(f"{spring.name}.{value}", unit, partial(_spring_value, number=k))
+        yield ForceColumn(f"{spring.name}.{effort}", newton, partial(_spring_effort, number=k))
+    for k, damper in enumerate(mechanism.dynamics.dampers):
         newton = words[mechanism.gauges[damper.gauge].rotary][3]
-        yield ForceColumn(f"{damper.name}.damping", newton, partial(_damper_effort, damper=damper))
+        yield ForceColumn(f"{damper.name}.damping", newton, partial(_damper_effort, number=k))
 
 
-def _spring_value(forces: Forces, spring: SpringForce) -> FloatArray:
-    own = forces.mechanism
+def _spring_value(forces: Forces, number: int) -> FloatArray:
+    own, spring = forces.mechanism, forces.mechanism.dynamics.springs[number]
     factor = own.scale if not own.gauges[spring.gauge].rotary else math.degrees(1.0) if own.angle_unit == "deg" else 1.0
     return forces.loads.gauges[spring.gauge][0] * factor
 
 
-def _spring_effort(forces: Forces, spring: SpringForce) -> FloatArray:
+def _spring_effort(forces: Forces, number: int) -> FloatArray:
+    spring = forces.mechanism.dynamics.springs[number]
     return spring.stiffness * _metre(forces, spring.gauge) * (forces.loads.gauges[spring.gauge][0] - spring.free)
 
 
-def _damper_effort(forces: Forces, damper: DampingForce) -> FloatArray:
+def _damper_effort(forces: Forces, number: int) -> FloatArray:
+    damper = forces.mechanism.dynamics.dampers[number]
     return damper.damping * _metre(forces, damper.gauge) * forces.loads.gauges[damper.gauge][1]
 
 

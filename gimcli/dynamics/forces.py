@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gimcli.dynamics.equilibrium_equations import SINGULAR, Balance, directions, equilibrium, right_side, scales
+from gimcli.dynamics.equilibrium_equations import SINGULAR, Balance, directions, equilibrium, right_side
 from gimcli.dynamics.kinematic_history import Course, Courses, Turns, reading
 from gimcli.dynamics.loading import Loading, loading
 from gimcli.dynamics.physical import require_action
@@ -241,7 +241,7 @@ def piece_forces(
 
 def _least(statics: Statics, z: ComplexArray, right: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return the least-norm reactions, the unit self-stresses, and the ratio of least to greatest singular value."""
-    count, weakest, (rows, columns) = len(statics.reactions), np.zeros(z.shape[1]), scales(statics.mechanism)
+    count, weakest, (rows, columns) = len(statics.reactions), np.zeros(z.shape[1]), statics.scales
     found, free = np.full((count, len(weakest)), np.nan), np.zeros((statics.surplus, count, len(weakest)))
     good = np.flatnonzero(np.all(np.isfinite(right), axis=0) & np.all(np.isfinite(z), axis=0))
     for start in range(0, len(good), AT_ONCE):

@@ -23,7 +23,7 @@ FRICTION_GAUGE = "friction in "
 
 def is_vector(mechanism: Mechanism, spring: SpringForce) -> bool:
     """Return whether the force of a spring is the vector k (a - b): a free length of 0 between two nodes."""
-    return mechanism.gauges[spring.gauge].kind == SPAN and spring.free == 0.0
+    return mechanism.gauges[spring.gauge].kind == SPAN and not np.any(spring.free)
 
 
 def with_force_gauges(mechanism: Mechanism) -> Mechanism:

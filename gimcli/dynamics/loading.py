@@ -99,7 +99,7 @@ class _Loader:
     def _outside(self, place: ComplexArray, force: ComplexArray) -> None:
         """Add an external or inertia force to the force on the frame."""
         self.found.support += force
-        self.found.support_moment += (place.conj() * force).imag
+        self.found.support_moment += ((place - self.statics.pole).conj() * force).imag
 
     def _act(self, part: Inertia | AppliedLoad, place: ComplexArray, force: ComplexArray) -> None:
         """Apply a force to the member of a part at a point, or to the pin of its node."""
@@ -137,12 +137,12 @@ class _Loader:
         found.support_moment -= spin
         found.kinetic += 0.5 * mass * metre**2 * np.abs(speed) ** 2 + 0.5 * inertia.moment * omega**2
         found.kinetic_rate += metre * (speed.conj() * inertial).real + inertia.moment * omega * alpha
-        if self.dynamics.gravity:
+        if np.any(self.dynamics.gravity):
             weight = np.full(len(place), mass * self.dynamics.gravity)
             self._act(inertia, place, weight)
             self._outside(place, weight)
             found.power["gravity"] += metre * (speed.conj() * weight).real
-            found.potential -= metre * (place.conj() * weight).real
+            found.potential -= metre * ((place - self.statics.pole).conj() * weight).real
 
     def _rotor(self, rotor: RotorInertia) -> None:
         """Add the kinetic energy of a rotor, and the effort for it, which the members do not bear."""
@@ -156,7 +156,7 @@ class _Loader:
     def _load(self, load: AppliedLoad) -> None:
         mechanism, nodes = self.mechanism, self.course.nodes
         factor = load.factor(self.course.time, self.course.inputs)
-        if load.torque:
+        if np.any(load.torque):
             torque = np.broadcast_to(factor * load.torque, self.course.time.shape)
             self._twist(load.member, torque)
             self.found.support_moment += torque / self.metre

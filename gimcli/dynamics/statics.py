@@ -9,14 +9,18 @@ nodes slide. The order of the blocks is the reverse order of formation.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from gimcli.calculus.numbers import RuleNumber, nominal
 from gimcli.dynamics.carried_direction import carried_direction
 from gimcli.kernels.equilibrium import ALONG, COUPLE, MOMENT, PUSH, TURN, X, Y
-from gimcli.mechanism import FRAME, HEIGHT, SPAN, Mechanism, PairRow
+from gimcli.mechanism import FRAME, HEIGHT, SPAN, FloatArray, Mechanism, PairRow
 from gimcli.structure.derived import derived
 from gimcli.structure.dulmage_mendelsohn import EquationBlock, split
 from gimcli.structure.rotation import members_of
@@ -96,6 +100,11 @@ class Statics:
             count += 3 if body.member != NONE else 2
         return tuple(starts)
 
+    @cached_property
+    def pole(self) -> complex:
+        """The fixed node at the origin: moments on the frame are about it, and heights are measured from it."""
+        return next((z for z in self.mechanism.members[FRAME].shape if nominal(z) == 0.0), 0.0j)
+
     def senses(self, reaction: Reaction) -> list[tuple[int, int, int]]:
         """Return body, sense (1 or -1) and node of the sides of a reaction, without the frame."""
         sides = [(reaction.plus, 1, reaction.node), (reaction.minus, -1, reaction.other)]
@@ -106,7 +115,7 @@ class Statics:
         turns = [MOMENT] if self.bodies[body].member != NONE else []
         if reaction.kind == COUPLE:
             return turns
-        fixed = reaction.vector.u == NONE
+        fixed = reaction.vector.u == NONE and not isinstance(reaction.vector.z, RuleNumber)
         axes = [X] * (not fixed or reaction.vector.z.real != 0.0) + [Y] * (not fixed or reaction.vector.z.imag != 0.0)
         return axes + (turns if node != self.bodies[body].node else [])
 
@@ -122,17 +131,38 @@ class Statics:
         return found
 
     @cached_property
+    def entered(self) -> tuple[tuple[tuple[int, int, int, float, int], ...], ...]:
+        """Where each unknown enters the equations."""
+        return tuple(tuple(self.entries(reaction)) for reaction in self.reactions)
+
+    @cached_property
     def columns(self) -> tuple[tuple[int, ...], ...]:
         """The equations that each unknown enters."""
         return tuple(
-            tuple(dict.fromkeys(self.first_row[body] + axis for body, axis, *_ in self.entries(r)))
-            for r in self.reactions
+            tuple(dict.fromkeys(self.first_row[body] + axis for body, axis, *_ in own)) for own in self.entered
         )
 
     @cached_property
     def blocks(self) -> tuple[EquationBlock, ...]:
         """Equations and unknowns in the order of solution."""
         return split(self.equations, self.columns)
+
+    @cached_property
+    def scales(self) -> tuple[FloatArray, FloatArray]:
+        """Factors (equations,) and (unknowns,) that relate moments and couples to the extent of their own body.
+
+        They are powers of two: scaling is exact.
+        """
+        members = self.mechanism.members
+        extents = [members[body.member].extent if body.member >= 0 else 0.0 for body in self.bodies]
+        lengths = [2.0 ** round(math.log2(extent)) if extent > 0.0 else 1.0 for extent in extents]
+        rows, columns = np.ones(self.equations), np.ones(len(self.reactions))
+        for body, first, length in zip(self.bodies, self.first_row, lengths, strict=True):
+            rows[first + 2 :][: int(body.member >= 0)] = 1.0 / length
+        for c, reaction in enumerate(self.reactions):
+            if reaction.kind == COUPLE:
+                columns[c] = max(lengths[body] for body, *_ in self.entered[c])
+        return rows, columns
 
     @cached_property
     def open_pins(self) -> frozenset[int]:

@@ -7,9 +7,11 @@ milliseconds each. Full turns of directions are counted as in a trace (`rates.me
 
 from __future__ import annotations
 
-from typing import Any
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gimcli.canonical import TURN, phase
 from gimcli.families.column_names import SOLVED, TYPE, ColumnNames
@@ -22,6 +24,11 @@ from gimcli.quantities.catalogue import catalogue
 from gimcli.quantities.quantity import Item
 from gimcli.quantities.state import ApartError, MotionState, State
 from gimcli.rates.member_angles import CLEAR, COUNTED, LawAngles, full_turn
+
+if TYPE_CHECKING:
+    from gimcli.dynamics.forces import Forces
+
+Number = TypeVar("Number", np.float64, np.complex128)
 
 FINEST = 64
 """Largest number of parts of a step in which an angle is followed to count its turns."""
@@ -122,6 +129,7 @@ class DesignColumns(State):
         self.solved, self.designs = motions.solved, motions.solved.designs
         self._columns: dict[str, Any] = {}
         self._angles: dict[int, FloatArray] = {}
+        self._options = {name: motions.options[name] for name in ("jit", "notify") if name in motions.options}
         self._rates: tuple[ComplexArray, FloatArray] | None = None
 
     def __getitem__(self, name: str) -> Any:
@@ -173,6 +181,26 @@ class DesignColumns(State):
         """Return omega, alpha or angular jerk of a member (designs, rows)."""
         return self.rates(order)[1][:, order - 1, member - 1]
 
+    @cached_property
+    def forces(self) -> Forces:
+        """The forces in the rows of all designs, one after another."""
+        made = self.motions.family.forces
+        if made is None:
+            raise ApartError
+        from gimcli.dynamics.kinematic_history import Course  # imported late: few sweeps have forces
+
+        time, inputs = self.motions.time * self.motions.durations[:, None], self.solved.inputs
+        nodes, angles = self.rates(2)
+        count, rows = self.solved.codes.shape
+        inputs = np.broadcast_to(inputs, (count, *inputs.shape[1:]))
+        time = np.broadcast_to(time, (count, rows)).ravel()
+        course = Course(time, _in_line(inputs), _in_line(nodes), _in_line(angles))
+        return made(self.designs, course, **self._options)
+
+    def shaped(self, found: Any) -> Any:
+        """Return values of the rows of all designs as designs x rows."""
+        return found.reshape(self.solved.codes.shape)
+
     def counted(self, member: int) -> Any:
         """Return the direction of a member (designs, rows) in the file's angle unit, full turns counted."""
         if member not in self._angles:
@@ -196,9 +224,8 @@ class DesignColumns(State):
         Those of nodes are (designs, order + 1, nodes, rows), those of members (designs, order, members, rows).
         """
         if self._rates is None or self._rates[1].shape[1] < order:
-            motions, made = self.motions, self.motions.family.rates(order)
-            options = {name: motions.options[name] for name in ("jit", "notify") if name in motions.options}
-            self._rates = made(self.designs, self.solved.z, motions.input_rates(order), **options)
+            made, given = self.motions.family.rates(order), self.motions.input_rates(order)
+            self._rates = made(self.designs, self.solved.z, given, **self._options)
         return self._rates
 
     def _one_by_one(self, name: str) -> FloatArray:
@@ -211,6 +238,11 @@ class DesignColumns(State):
                 assert item is not None
                 found[k] = MotionState(motion, lambda _, member, k=k: self.counted(member)[k]).value(*item)
         return found
+
+
+def _in_line(values: NDArray[Number]) -> NDArray[Number]:
+    """Return values (designs, ..., rows) with the rows of all designs one after another (..., designs x rows)."""
+    return np.moveaxis(values, 0, -2).reshape(*values.shape[1:-1], -1)
 
 
 class ColumnsAtRow:

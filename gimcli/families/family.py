@@ -6,9 +6,10 @@ import math
 import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from dataclasses import replace
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -29,10 +30,14 @@ from gimcli.positions.inputs import law_inputs, scales
 from gimcli.positions.newton import Accuracy, NewtonConstants
 from gimcli.positions.options import Options
 from gimcli.positions.program import plan_program
+from gimcli.quantities.state import ApartError
 from gimcli.status import Status
 from gimcli.structure.plan import make_plan
 from gimcli.structure.residual import allowed, residual as constraint_errors
 from gimcli.structure.steps import Plan
+
+if TYPE_CHECKING:
+    from gimcli.families.design_forces import DesignForces
 
 SHARE = 256
 """Greatest number of designs that one thread solves in one call."""
@@ -131,6 +136,15 @@ class Family:
         if order not in self._rates:
             self._rates[order] = DesignRates(order, *self.recorded)
         return self._rates[order]
+
+    @cached_property
+    def forces(self) -> DesignForces | None:
+        """What computes forces of designs together; None for mechanisms for which that is not possible."""
+        from gimcli.families.design_forces import DesignForces  # imported late: few sweeps have forces
+
+        with suppress(ApartError):
+            return DesignForces(self.mechanism, self.names)
+        return None
 
     # -- positions ----------------------------------------------------------------------------
 

@@ -58,17 +58,20 @@ def balance_rows(
 ) -> None:  # fmt: skip
     """Compute reactions `out` (unknowns, rows) that balance `right` (equations, rows); NaN if a block is singular.
 
-    x, y (nodes, rows): positions. vectors (unknowns, 2): z. directions (unknowns, 2): a copy of z, overwritten by d for
-    the `turned` unknowns. turned (., 4): unknown, u, v, and 1 to normalise d. terms (., 6): row and column in the
-    block, unknown, axis, node of action, node of reference. factors (terms,): 1 or -1, for couples any number. blocks
-    (., 3): size, first and end of its terms. own_rows, own_columns: equations and unknowns, block after block. a,
-    order, b: scratch. weakest (rows,): result, the least ratio of smallest to greatest pivot of a block.
+    x, y (nodes, rows): positions. vectors (1 or rows, unknowns, 2): z. turned (., 4): unknown with d other than z, u,
+    v, and 1 to normalise d. terms (., 6): row and column in the block, unknown, axis, node of action, node of
+    reference. factors (terms,): 1 or -1, for couples any number. blocks (., 3): size, first and end of its terms.
+    own_rows, own_columns: equations and unknowns, block after block. a, order, b, directions (unknowns, 2): scratch.
+    weakest (rows,): result, the least ratio of smallest to greatest pivot of a block.
     """
     for k in range(x.shape[1]):
+        z = vectors[k % vectors.shape[0]]
+        for c in range(z.shape[0]):
+            directions[c, 0], directions[c, 1] = z[c, 0], z[c, 1]
         for t in range(turned.shape[0]):
             c, u, v = turned[t, 0], turned[t, 1], turned[t, 2]
             ex, ey = x[v, k] - x[u, k], y[v, k] - y[u, k]
-            dx, dy = vectors[c, 0] * ex - vectors[c, 1] * ey, vectors[c, 0] * ey + vectors[c, 1] * ex
+            dx, dy = z[c, 0] * ex - z[c, 1] * ey, z[c, 0] * ey + z[c, 1] * ex
             norm = math.sqrt(dx * dx + dy * dy) if turned[t, 3] == 1 else 1.0
             directions[c, 0], directions[c, 1] = dx / norm, dy / norm
         first, weak = 0, 1.0

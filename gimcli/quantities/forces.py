@@ -29,7 +29,7 @@ class ForceQuantity(Quantity):
         """Return the value, of a vector its components."""
         if self.own.dry and state.forces.dry is None:
             raise ApartError(NO_LIMITS)
-        found = self.own.find(state.forces)
+        found = state.shaped(self.own.find(state.forces))
         return (found.real, found.imag) if self.own.vector else [found]
 
 

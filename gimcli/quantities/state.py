@@ -109,6 +109,10 @@ class State(ABC):
         """Return the derivatives along the path of a motion, for what is summed up from row to row."""
         raise ApartError(NO_MOTION)
 
+    def shaped(self, found: Any) -> Any:
+        """Return values of the rows of `forces` as values (..., rows) of this state."""
+        return found
+
     def value(self, quantity: Valued, column: int) -> Any:
         """Return a column of a quantity (..., rows) in the file's units."""
         if quantity.spec not in self._found:

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from gimcli.calculus.numbers import phase
+from gimcli.calculus.numbers import phase, scalar
 from gimcli.mechanism import FRAME, SPAN, ComplexArray, Mechanism, PairRow
 
 
@@ -28,8 +28,9 @@ def carried(mechanism: Mechanism, z: Any, index: int, local: complex) -> Any:
         return local
     member = mechanism.members[index]
     u, v, span = member.ends
-    share = (local - complex(member.shape[0])) / span
-    return z[u] + (z[v] - z[u]) * share if share else z[u]
+    share = (local - scalar(member.shape[0])) / span
+    at_first = isinstance(share, complex) and share == 0.0
+    return z[u] if at_first else z[u] + (z[v] - z[u]) * share
 
 
 def unit_of(mechanism: Mechanism, z: Any, index: int) -> Any:
@@ -42,13 +43,13 @@ def unit_of(mechanism: Mechanism, z: Any, index: int) -> Any:
 
 def turned(mechanism: Mechanism, gauge: PairRow, z: Any) -> Any:
     """Return e^(i angle) of the angle that a gauge or an actuator measures."""
-    reference = unit_of(mechanism, z, gauge.guide) * complex(gauge.reference)
-    return unit_of(mechanism, z, gauge.members[0]) * complex(gauge.arm) * reference.conjugate()
+    reference = unit_of(mechanism, z, gauge.guide) * scalar(gauge.reference)
+    return unit_of(mechanism, z, gauge.members[0]) * scalar(gauge.arm) * reference.conjugate()
 
 
 def height(mechanism: Mechanism, gauge: PairRow, z: Any) -> Any:
     """Return the height of a node over a line of a member that a gauge or an actuator measures."""
-    unit = unit_of(mechanism, z, gauge.guide) * complex(gauge.normal)
+    unit = unit_of(mechanism, z, gauge.guide) * scalar(gauge.normal)
     return ((z[gauge.node] - carried(mechanism, z, gauge.guide, gauge.point)) * unit.conjugate()).real
 
 

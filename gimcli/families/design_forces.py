@@ -1,0 +1,94 @@
+"""Forces of many designs: the equations of the nominal mechanism for the rows of all designs, one after another.
+
+Masses, centres, lengths, springs and the like are numbers of each row. What decides the equations (bodies, unknowns,
+blocks) is that of the nominal design.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from copy import copy
+from dataclasses import is_dataclass
+from typing import Any
+
+import numpy as np
+
+from gimcli.calculus.numbers import RuleNumber
+from gimcli.calculus.recorded import Recorded
+from gimcli.dynamics.force_motion import EACH
+from gimcli.dynamics.forces import Forces, inverse_dynamics
+from gimcli.dynamics.kinematic_history import Course, Turns
+from gimcli.dynamics.statics import statics
+from gimcli.mechanism import FloatArray, Mechanism
+from gimcli.positions.dispatch import choose
+from gimcli.quantities.state import ApartError
+
+
+class DesignForces:
+    """Computes the forces of designs along their motions."""
+
+    def __init__(self, mechanism: Mechanism, names: Sequence[str]) -> None:
+        """Record the numbers of the equations; raise ApartError for mechanisms whose designs are computed singly.
+
+        They have dry friction, gears, inputs that follow others, or redundant constraints.
+        """
+        recorded, self.recording = mechanism.written.recorded(mechanism, names, True)
+        dry = any(_given(friction.mu) for friction in recorded.dynamics.frictions)
+        if dry or recorded.gears or recorded.couplings or mechanism.complete:
+            raise ApartError
+        self.statics = statics(recorded)
+        if self.statics.surplus:
+            raise ApartError
+        self.terms = sum(map(len, self.statics.columns))
+        _ = self.statics.blocks, self.statics.scales, self.statics.pole, [member.ends for member in recorded.members]
+        wanted = defaultdict[int, float](float)
+        _with_numbers(self.statics, wanted)
+        self.wanted = list(wanted)
+
+    def __call__(self, designs: FloatArray, course: Course, jit: str = "auto", notify: Any = None) -> Forces:
+        """Return the forces of designs (designs, dimensions) along a course with the rows of all designs."""
+        found, count = self.recording.evaluate(designs.T, self.wanted), len(designs)
+        row = np.repeat(np.arange(count), len(course.time) // count)
+        own = _with_numbers(self.statics, {place: np.broadcast_to(x, count)[row] for place, x in found.items()})
+        if any(not np.all(spring.free) for spring in own.mechanism.dynamics.springs if np.ndim(spring.free)):
+            raise ApartError
+        run = choose(jit, EACH * len(row) * self.terms, notify, ("balance_rows",))
+        return inverse_dynamics(own, course, run, _DesignTurns(count))
+
+
+class _DesignTurns(Turns):
+    """Continues the angles of the springs of each design from its initial position."""
+
+    def __init__(self, designs: int) -> None:
+        super().__init__()
+        self.designs = designs
+
+    def followed(self, key: int, angle: FloatArray, drawn: Any) -> FloatArray:
+        """Return an angle [rad] without jumps (rows,)."""
+        firsts = np.broadcast_to(drawn, angle.shape).reshape(self.designs, -1)[:, 0]
+        own = zip(angle.reshape(self.designs, -1), firsts.tolist(), strict=True)
+        return np.concatenate([Turns().followed(key, part, first) for part, first in own])
+
+
+def _given(number: Any) -> bool:
+    """Return whether a number is not 0 in some design."""
+    return isinstance(number, RuleNumber) or number != 0.0
+
+
+def _with_numbers(part: Any, found: Mapping[int, Any]) -> Any:
+    """Return a part of a mechanism or of its equations with numbers in place of the recorded ones."""
+    if isinstance(part, Recorded):
+        return found[part.place]
+    if isinstance(part, tuple) or (isinstance(part, np.ndarray) and part.dtype == object):
+        several = [_with_numbers(one, found) for one in part]
+        return part if all(new is old for new, old in zip(several, part, strict=True)) else several
+    if not is_dataclass(part):
+        return part
+    fields = {name: _with_numbers(old, found) for name, old in vars(part).items() if name != "_derived"}
+    if all(new is vars(part)[name] for name, new in fields.items()):
+        return part
+    own: Any = copy(part)
+    own.__dict__.pop("_derived", None)
+    own.__dict__.update(fields)
+    return own

@@ -1,0 +1,82 @@
+"""Forces of designs that are computed together equal those of each changed model."""
+
+import numpy as np
+import pytest
+from bundled import MODELS
+
+import gimcli
+from gimcli.families.family import Family
+from gimcli.model.dimensions import dimensions
+
+STEPS = 24
+
+TOGETHER = (
+    "balanced_lamp", "double_pendulum", "engine", "excavator", "garage_door", "hatch", "knuckle_press", "lift_table",
+    "pick_and_place", "pump_jack", "punch", "shaper", "snap_hinge", "strandbeest", "suspension", "swing",
+    "toggle_clamp", "watt_1", "watt_durango", "wiper",
+)  # fmt: skip
+"""Models with masses, springs, dampers, loads over the time and over an input, rotors, several inputs, guides."""
+
+SINGLY = ("crank_press", "planetary_gear", "rack_lift", "spring_block")
+"""Models with dry friction, gears or redundant constraints: each design is computed by itself."""
+
+
+AWAY = {"from", "to", "start", "effort", "polynomial", "teeth"}
+"""Parts of the names of dimensions that cannot change alone or a little, or have the name of a column."""
+
+
+def designs(name, seed):
+    """Return a model and values near its own of some of its dimensions (3 designs)."""
+    m, generator = gimcli.load(MODELS / f"{name}.yaml"), np.random.default_rng(seed)
+    own = [d for d in dimensions(m) if d.given and not d.formula and AWAY.isdisjoint(d.name.split("."))]
+    chosen = [own[k] for k in sorted(generator.permutation(len(own))[:12])]
+    changes = 1.0 + 1e-3 * generator.uniform(-1.0, 1.0, (3, len(chosen)))
+    return m, [{d.name: d.value * x for d, x in zip(chosen, row, strict=True)} for row in changes]
+
+
+def names_of(m):
+    """Return all columns of `gim forces` that are forces, moments, powers or energies."""
+    table = gimcli.forces(m, STEPS).table()
+    known = ("time", "residual", "power.error", *(a.name for a in m.actuators))
+    return [c.name for c in table.columns if c.values.dtype.kind == "f" and c.name not in known]
+
+
+@pytest.mark.parametrize("name", TOGETHER + SINGLY)
+def test_forces_of_designs_are_those_of_each_changed_model(name):
+    m, chosen = designs(name, 1)
+    names = names_of(m)
+    assert (Family(m, list(chosen[0])).forces is not None) == (name in TOGETHER)
+    found = gimcli.sweep(m, chosen, steps=STEPS, keep=names, rows=True)
+    for k, design in enumerate(chosen):
+        f = gimcli.forces(m.with_(design), STEPS)
+        for column in names:
+            wanted = np.asarray(f[column], dtype=float)
+            size = np.nanmax(np.abs(wanted), initial=1e-6)
+            assert found.curves[column][k] == pytest.approx(wanted, abs=1e-10 * size, nan_ok=True), (column, k)
+
+
+@pytest.mark.parametrize("name", TOGETHER)
+def test_power_of_all_forces_of_designs_is_the_rate_of_the_kinetic_energy(name):
+    m, chosen = designs(name, 2)
+    powers = ["drive", "load", "gravity", "spring", "damping", "error"]
+    found = gimcli.sweep(m, chosen, steps=STEPS, keep=[f"max(abs(power.{word}))" for word in powers])
+    *parts, error = (found[f"max(abs(power.{word}))"] for word in powers)
+    size = np.nanmax(parts, initial=0.0)
+    assert np.nanmax(error) <= 1e-9 * size
+
+
+def test_forces_are_undetermined_in_the_same_rows():
+    """A slider-crank that is driven by its slider has a dead point where rod and crank are in line."""
+    m = gimcli.load({
+        "units": {"length": "m"}, "nodes": {"O": [0, 0], "A": [0, 1], "B": [2, 0], "G": [4, 0]}, "ground": ["O", "G"],
+        "links": {"crank": {"nodes": ["O", "A"], "length": 1}, "rod": {"nodes": ["A", "B"], "length": 2}},
+        "prismatic": {"guide": {"node": "B", "guide": ["O", "G"]}},
+        "actuators": {"push": {"node": "B", "guide": ["O", "G"], "law": {"from": 2, "to": 3}}},
+        "masses": {"crank": {"mass": 1, "inertia": 1}, "rod": {"mass": 2, "inertia": 1}},
+    })  # fmt: skip
+    found = gimcli.sweep(m, {"rod.length": [1.9, 2.0, 2.1], "crank.mass": [1.0, 2.0]}, steps=10, keep="A.fx", rows=True)
+    for k in range(6):
+        own = {name: float(found[name][11 * k]) for name in ("rod.length", "crank.mass")}
+        f = gimcli.forces(m.with_(own), 10)
+        assert found.curves["A.fx"][k] == pytest.approx(np.asarray(f["A.fx"], dtype=float), rel=1e-9, nan_ok=True)
+    assert 0 < np.isnan(found.curves["A.fx"]).sum() < found.curves["A.fx"].size
