@@ -52,25 +52,6 @@ def test_the_slider_runs_along_its_line_at_45_degrees():
         assert complex(*solved.xy["D"]) == pytest.approx(pin + (1 + 1j) * rod, abs=1e-9)
 
 
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"Joints": 5}, "Joints: expected a list"),
-        ({"Joints": [5]}, r"Joints\.0: expected a joint"),
-        ({"Joints": [joint("0", 0, ["ground", "a"])]}, r"Joints\.0: expected finite numbers"),
-        ({"Joints": [joint(0, float("nan"), ["ground", "a"])]}, r"Joints\.0: expected finite numbers"),
-        ({"Joints": [joint(0, 10**400, ["ground", "a"])]}, r"Joints\.0: expected finite numbers"),
-        ({"Joints": [joint(0, 0, ["ground", "a"], "G")]}, r"Joints\.0: gear teeth"),
-        ({"Joints": [joint(0, 0, ["ground", "a"], "Q")]}, r"Joints\.0\.TypeOfJoint: expected R, P or RP, got 'Q'"),
-        ({"Joints": [joint(0, 0, ["ground", ""])]}, r"Joints\.0\.Links: expected a list of names"),
-        ({"Joints": []}, "no joints found"),
-    ],
-)
-def test_faults_are_reported_with_their_keys(change, message):
-    with pytest.raises(ModelError, match=message):
-        model_of(draft_of(json.dumps({**SLIDER_CRANK, **change}), "a.pmks"))
-
-
 def test_damaged_files_are_models_or_model_errors():
     text = json.dumps(SLIDER_CRANK, indent=1)
     deep = '{"Joints": ' + "[" * 100_000

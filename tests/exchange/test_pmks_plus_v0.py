@@ -81,22 +81,6 @@ def test_blocks_of_2021_have_no_mass():
     assert found == pytest.approx((crank.real + along, 0.15), abs=1e-9)
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "message"),
-    [
-        ("A,0,0,AB,R", "A,x,0,AB,R", "j= line 1: 'A,x,0,AB,R"),
-        ("A,0,0,AB,R", "A,nan,0,AB,R", "j= line 1"),
-        ("AB,1,0.5,1,0,A%7CB", "AB,1,0.5", "l= line 1"),
-        ("4,0.5,t,t,10", "4,0.5,t", "f= line 1"),
-        ("s=10,", "s=ten,", "s=: 'ten' is not a speed"),
-        ("A%7CB", "A%7CQ", "'Q' is missing"),
-    ],
-)
-def test_damage_is_reported_with_its_line(old, new, message):
-    with pytest.raises(ModelError, match=message):
-        draft(NINE.replace(old, new, 1))
-
-
 def test_damaged_addresses_are_models_or_model_errors():
     for damaged in [*cut(NINE), *changed(NINE, 200), *with_numbers(NINE)]:
         try:
