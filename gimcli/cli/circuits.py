@@ -21,7 +21,7 @@ def _print(result: CircuitsResult) -> None:
     print_records(result.headline(), result.curves)
     if result.initial is not None:
         typer.echo("*: the circuit of the initial configuration")
-    typer.echo(verdict(result.found))
+    typer.echo(verdict(result._found))
     for hint in triangle_hints(result.mechanism):
         typer.echo(hint)
 

@@ -45,7 +45,7 @@ def _print(png: Path | None, result: ConfigurationsResult) -> None:
     from gimcli.structure.rigid_triangles import triangle_hints
 
     end_bars()
-    found, mechanism = result.found, result.mechanism
+    found, mechanism = result._found, result.mechanism
     typer.echo(titled(mechanism, result.inputs))
     typer.echo(verdict(found))
     if not len(found):

@@ -23,7 +23,7 @@ SHOWN = 40
 
 
 def _print(result: EquilibriumResult) -> None:
-    mechanism, found = result.mechanism, result.found
+    mechanism, found = result.mechanism, result._found
     print_records(result.headline(), result.records, most=SHOWN)
     if any(one.pushes for one in found.found):
         typer.echo("up, down: greatest effort on the path to the next equilibrium (-: the input reaches a limit)")
@@ -46,7 +46,7 @@ def _print(result: EquilibriumResult) -> None:
 
 def remarks(result: EquilibriumResult) -> list[str]:
     """Return what the list of equilibria does not prove, and why, as sentences."""
-    found, lines = result.found, []
+    found, lines = result._found, []
     if found.everywhere and found.history is not None and found.size:
         lines.append(f"the potential is {found.history.potential[0]:.10g} J on the whole circuit")
     if not found.conservative:

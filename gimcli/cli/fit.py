@@ -139,7 +139,7 @@ def _print(result: FitResult) -> None:
     from gimcli.table import labelled
 
     typer.echo(result.headline())
-    if result.found is None:
+    if result._found is None:
         return
     rows = [(name, f"{value:.12g}") for name, value in result.dimensions.items()]
     print_table("", ("dimension", "value"), rows, right=(1,))

@@ -80,7 +80,7 @@ def _print_part(result: ForcesResult) -> None:
     part = min((one.part for one in result.statistics.values()), default=1.0)
     if part < 1.0:
         typer.echo(f"means over the determined rows, {100.0 * part:.3g} % of the time of the motion")
-    balance, mechanism = result.found.balance, result.mechanism
+    balance, mechanism = result._found.balance, result.mechanism
     if balance.left_out:
         places = [at_inputs(mechanism, mechanism.inputs_to_file(at)) for at in balance.left_out_at]
         more = ["..."] * (balance.left_out > len(places))

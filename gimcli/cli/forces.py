@@ -124,7 +124,7 @@ def _hold(
 
 
 def _print(full: bool, result: ForcesResult) -> None:
-    found, check = result.found, result.found.balance
+    found, check = result._found, result._found.balance
     balance = ""
     if found.determined:
         from gimcli.cli.force_tables import print_full, print_statistics

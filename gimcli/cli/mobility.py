@@ -50,7 +50,7 @@ def command(
 
 
 def _print(result: MobilityResult) -> None:
-    found = result.found
+    found = result._found
     everywhere = result.start == Status.TANGENT.word
     print_table(result.mechanism.name, ("", ""), result.rows())
     if everywhere:

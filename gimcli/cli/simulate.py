@@ -42,7 +42,7 @@ def _registered(name: str) -> str:
 
 def _print(result: SimulateResult) -> None:
     end_bars()
-    found = result.found
+    found = result._found
     _print_events(result)
     typer.echo(
         f"{found.mechanism.name}: {len(found.time)} of {len(result.times)} rows, {found.steps} steps,"

@@ -19,7 +19,7 @@ EXAMPLES = ("gim singularities parallelogram -o positions.png",)
 
 
 def _print(result: SingularitiesResult) -> None:
-    found, mechanism = result.found, result.mechanism
+    found, mechanism = result._found, result.mechanism
     print_records(mechanism.name, result.records, "number", "kind", "at", "branches", "about", "rates")
     if all(one.what.kind == STATIONARY for one in found.found):
         typer.echo("no limit, dead point, change point or tangency")

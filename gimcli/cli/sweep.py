@@ -162,6 +162,6 @@ def _print(found: SweepResult) -> None:
         empty = str(one["empty"]) if one["empty"] else ""
         rows.append((labelled(name, one["unit"]), number(one["least"], size), number(one["greatest"], size), empty))
     print_table("", ("", "least", "greatest", "empty"), rows, (1, 2, 3))
-    if found.found.best is not None:
-        head, *best = cells(found.found.best)
+    if found._found.best is not None:
+        head, *best = cells(found._found.best)
         print_table("best designs", head, best, range(len(head) - 1))

@@ -36,7 +36,7 @@ def _tolerances(text: str) -> list[float]:
 
 
 def _print(result: TradeoffResult) -> None:
-    found = result.found
+    found = result._found
     print_records(result.headline(), result.records, *SEEN)
     if found.entries:
         typer.echo(

@@ -120,12 +120,12 @@ class CircuitTraceResult(TraceResult):
     """Rows along whole circuits, one circuit after another; `circuits` describes each."""
 
     def __init__(self, found: CircuitTrace, table: Table | None) -> None:
-        self.mechanism, self.found, self.motions, self._table = found.mechanism, found, found.motions, table
+        self.mechanism, self._found, self.motions, self._table = found.mechanism, found, found.motions, table
 
     @cached_property
     def circuits(self) -> list[dict[str, Any]]:
         """For each circuit: whether it is closed, intervals of its inputs, limits, change points, points, measures."""
-        found = self.found
+        found = self._found
         return [
             _of_circuit(self.mechanism, n, circuit, singularities(circuit)) | {"points": points} | extras.report(motion)
             for n, circuit, extras, motion, points in zip(
@@ -156,7 +156,7 @@ class CircuitTraceResult(TraceResult):
         """Return the report that --json prints."""
         circuits = self.circuits
         return {
-            "steps": self.found.steps, "solved": self.solved, "residual": self.worst, "reachable": self.reachable,
+            "steps": self._found.steps, "solved": self.solved, "residual": self.worst, "reachable": self.reachable,
             "events": self.events,
             "circuits": [{k: v for k, v in one.items() if k != "events"} for one in circuits],
             "status": next((m.overall.word for m in self.motions if not m.good.all()), "ok"),
@@ -165,7 +165,7 @@ class CircuitTraceResult(TraceResult):
 
     def turns(self, member: int) -> FloatArray:
         """Return the directions of a member (rows,) in the file's angle unit, full turns counted along each circuit."""
-        return np.concatenate([self.found.angles(motion, member) for motion in self.motions])
+        return np.concatenate([self._found.angles(motion, member) for motion in self.motions])
 
     def picture(self) -> Content | None:
         """Return positions on the first circuit, and the curves, areas and graphs of all circuits."""
@@ -175,7 +175,7 @@ class CircuitTraceResult(TraceResult):
         mechanism, outlines = self.mechanism, list[ComplexArray]()
         paths: dict[str, ComplexArray] = {}
         more: dict[str, ComplexArray] = {}
-        for number, motion, extras in zip(self.found.numbers, self.motions, self.found.extras, strict=True):
+        for number, motion, extras in zip(self._found.numbers, self.motions, self._found.extras, strict=True):
             tail = self._tail(number)
             paths |= {name + tail: curve for name, curve in traced_paths(motion).items()}
             more |= {name + tail: curve for name, curve in extras.curves(motion).items()}
@@ -194,7 +194,7 @@ class CircuitTraceResult(TraceResult):
         from gimcli.output.graph import named
 
         found: list[CurveGraph] = []
-        each = zip(self.found.numbers, self.motions, self.found.extras, strict=True)
+        each = zip(self._found.numbers, self.motions, self._found.extras, strict=True)
         for k, (number, motion, extras) in enumerate(each):
             if extras.plans:
                 events = self.circuits[k]["events"]
@@ -209,7 +209,7 @@ class CircuitTraceResult(TraceResult):
         """Return the circuits with their events and columns."""
         from gimcli.library.circuit_animation import circuit_trace_animation
 
-        return circuit_trace_animation(self.motions, self.circuits, self.found.extras)
+        return circuit_trace_animation(self.motions, self.circuits, self._found.extras)
 
 
 def _of_circuit(mechanism: Mechanism, number: int, circuit: Circuit, found: list[Any]) -> dict[str, Any]:

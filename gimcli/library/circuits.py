@@ -70,37 +70,37 @@ class CircuitsResult(Result):
     KIND = "circuits"
 
     def __init__(self, mechanism: Mechanism, found: Circuits, limited: bool = False) -> None:
-        self.mechanism, self.found, self.limited = mechanism, found, limited
+        self.mechanism, self._found, self.limited = mechanism, found, limited
 
     @property
     def count(self) -> int:
         """The number of circuits."""
-        return self.found.count
+        return self._found.count
 
     @property
     def answered(self) -> bool:
         """Whether there is at least one circuit."""
-        return bool(self.found.strands)
+        return bool(self._found.strands)
 
     @property
     def complete(self) -> bool:
         """Whether all configurations at the samples are proved to be known, and each is on a circuit of the list."""
-        return self.found.complete
+        return self._found.complete
 
     def headline(self) -> str:
         """Return the result in one line."""
-        return f"{self.mechanism.name}: {self.found.count} circuit{'s' * (self.found.count != 1)}"
+        return f"{self.mechanism.name}: {self._found.count} circuit{'s' * (self._found.count != 1)}"
 
     @cached_property
     def initial(self) -> int | None:
         """The index of the curve of the initial configuration; None if it is on none."""
-        drawn = drawn_configuration(self.found.start)
-        return next((k for k, _ in self.found.places[drawn]), None) if drawn is not None else None
+        drawn = drawn_configuration(self._found.start)
+        return next((k for k, _ in self._found.places[drawn]), None) if drawn is not None else None
 
     @cached_property
     def curves(self) -> Records:
         """The curves of the circuits, one row each."""
-        found, strands, labels = self.found, self.found.strands, self._labels
+        found, strands, labels = self._found, self._found.strands, self._labels
         ways, spans = [s.circuit for s in strands], [span(found, s) for s in strands]
         ranges = [intervals(self.mechanism, s, c.turns, "\n") for s, c in zip(spans, ways, strict=True)]
         at = at_inputs(self.mechanism, inputs_at(found, found.curve.begin()))
@@ -121,21 +121,21 @@ class CircuitsResult(Result):
         )  # fmt: skip
 
     def _ends(self, branch: CircuitBranch) -> dict[str, dict[str, float]]:
-        return {"from": inputs_at(self.found, branch.start), "to": inputs_at(self.found, branch.end)}
+        return {"from": inputs_at(self._found, branch.start), "to": inputs_at(self._found, branch.end)}
 
     def _there(self, curve: int) -> str:
         """Return the configurations on a curve, as text."""
-        several = len(self.found.strands[curve].branches) > 1
-        there = ((i, b) for i, at in enumerate(self.found.places) for k, b in at if k == curve)
+        several = len(self._found.strands[curve].branches) > 1
+        there = ((i, b) for i, at in enumerate(self._found.places) for k, b in at if k == curve)
         return ", ".join(f"{i + 1}{f' (branch {b + 1})' * several}" for i, b in there) or "none"
 
     @property
     def _labels(self) -> list[str]:
-        return [curve_label(self.found, k) for k in range(len(self.found.strands))]
+        return [curve_label(self._found, k) for k in range(len(self._found.strands))]
 
     def report(self) -> dict[str, Any]:
         """Return the report that --json prints."""
-        found, mechanism = self.found, self.mechanism
+        found, mechanism = self._found, self.mechanism
         listed = [
             {
                 "circuit": found.strands[at[0][0]].number + 1 if at else None,
@@ -152,7 +152,7 @@ class CircuitsResult(Result):
 
     def table(self) -> Table:
         """Return one row for each branch: curve, circuit, and the ends of the interval of every input."""
-        found = self.found
+        found = self._found
         rows = [(curve_label(found, k), s.number + 1, b) for k, s in enumerate(found.strands) for b in s.branches]
         return Records(
             RowField("curve", [curve for curve, _, _ in rows], str),
@@ -165,19 +165,19 @@ class CircuitsResult(Result):
         """Return the paths of one point on all circuits and a graph over the input; None if there is no circuit."""
         from gimcli.library.circuits_picture import circuits_picture
 
-        return circuits_picture(self.found, self._labels, self.headline()) if self.found.strands else None
+        return circuits_picture(self._found, self._labels, self.headline()) if self._found.strands else None
 
     def geometry(self) -> Geometry | None:
         """Return the paths of the traced points on all circuits and a position, in true size; None without circuits."""
         from gimcli.library.circuits_picture import circuits_geometry
 
-        return circuits_geometry(self.found, self._labels) if self.found.strands else None
+        return circuits_geometry(self._found, self._labels) if self._found.strands else None
 
     def animation(self) -> Animation | None:
         """Return the circuits, one clip for each curve; None if there is no circuit."""
         from gimcli.library.circuit_animation import ShownCircuit, SingularPlace, circuits_animation
 
-        found, mechanism, shown = self.found, self.mechanism, []
+        found, mechanism, shown = self._found, self.mechanism, []
         for k, strand in enumerate(found.strands):
             branches = f"; {len(strand.branches)} branches" * (len(strand.branches) > 1)
             note = intervals(mechanism, span(found, strand), strand.circuit.turns) + branches

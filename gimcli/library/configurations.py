@@ -73,12 +73,12 @@ class ConfigurationsResult(Result):
     KIND = "configurations"
 
     def __init__(self, found: Configurations, drawn: int | None) -> None:
-        self.mechanism, self.found, self.drawn, self.limited = found.mechanism, found, drawn, found.limited
+        self.mechanism, self._found, self.drawn, self.limited = found.mechanism, found, drawn, found.limited
 
     @property
     def count(self) -> int:
         """The number of configurations."""
-        return len(self.found)
+        return len(self._found)
 
     @property
     def answered(self) -> bool:
@@ -88,7 +88,7 @@ class ConfigurationsResult(Result):
     @property
     def complete(self) -> bool:
         """Whether the list is proved complete."""
-        return bool(self.found.complete)
+        return bool(self._found.complete)
 
     @cached_property
     def status(self) -> NDArray[np.str_]:
@@ -98,36 +98,36 @@ class ConfigurationsResult(Result):
     @property
     def signs(self) -> tuple[str, ...]:
         """The signs (configurations,), such as "+-": the sides of the dyads, "(2)" the number of a group's solution."""
-        return self.found.signs
+        return self._found.signs
 
     @cached_property
     def inputs(self) -> dict[str, float]:
         """The inputs in the file's units."""
-        return in_file_units(self.mechanism, self.found.inputs)
+        return in_file_units(self.mechanism, self._found.inputs)
 
     @cached_property
     def xy(self) -> ByName:
         """Coordinates (configurations, 2) of nodes and points in the file's length unit."""
-        return places(self.mechanism, self.found.z.T, pairs)
+        return places(self.mechanism, self._found.z.T, pairs)
 
     @cached_property
     def angle(self) -> ByName:
         """Directions (configurations,) of the members, from their first node to their second, in the file's unit."""
-        return angles(self.mechanism, self.found.z.T, lambda a: a)
+        return angles(self.mechanism, self._found.z.T, lambda a: a)
 
     @cached_property
     def places(self) -> dict[str, Any]:
         """Coordinates of nodes, then of points, as complex numbers (configurations,) in the file's units."""
-        return dict(places(self.mechanism, self.found.z.T, lambda z: z))
+        return dict(places(self.mechanism, self._found.z.T, lambda z: z))
 
     def headline(self) -> str:
         """Return the result in one line."""
-        return f"{titled(self.mechanism, self.inputs)}: {verdict(self.found)}"
+        return f"{titled(self.mechanism, self.inputs)}: {verdict(self._found)}"
 
     @cached_property
     def records(self) -> Records:
         """The configurations, one row each."""
-        found, mechanism, numbers = self.found, self.mechanism, range(len(self.found))
+        found, mechanism, numbers = self._found, self.mechanism, range(len(self._found))
         numbered = [f"{k + 1}{' *' * (k == self.drawn)}" for k in numbers]
         radius = [f"{one:.0e}" if math.isfinite(one) else "multiple" for one in found.radius]
         unit, size = mechanism.length_unit, mechanism.size * mechanism.scale
@@ -151,7 +151,7 @@ class ConfigurationsResult(Result):
 
     def report(self) -> dict[str, Any]:
         """Return the report that --json prints."""
-        found = self.found
+        found = self._found
         return {
             "status": self.outcome,
             "complete": found.complete,
@@ -174,7 +174,7 @@ class ConfigurationsResult(Result):
 
     def table(self) -> Table:
         """Return one row for each node and point of each configuration."""
-        found, names, unit = self.found, list(self.places), self.mechanism.length_unit
+        found, names, unit = self._found, list(self.places), self.mechanism.length_unit
         z = np.array([self.places[n] for n in names]).T.ravel()
         each = len(names)
         return Table(
@@ -202,7 +202,7 @@ class ConfigurationsResult(Result):
         count = f"{self.count} configurations" if self.count > 1 else "one configuration"
         count += f", the first {PANELS}" if self.undrawn else ""
         return gallery_picture(
-            mechanism, mechanism.to_file(self.found.z[:shown]), titles, f"{titled(mechanism, self.inputs)}: {count}"
+            mechanism, mechanism.to_file(self._found.z[:shown]), titles, f"{titled(mechanism, self.inputs)}: {count}"
         )
 
     def animation(self) -> Animation | None:
@@ -213,7 +213,7 @@ class ConfigurationsResult(Result):
             return None
         notes = [f"--assembly {k + 1}" for k in range(self.count)]
         return configurations_animation(
-            self.mechanism, self.found.z, self.inputs, self.places, self.names(), notes, verdict(self.found)
+            self.mechanism, self._found.z, self.inputs, self.places, self.names(), notes, verdict(self._found)
         )
 
     def names(self) -> list[str]:

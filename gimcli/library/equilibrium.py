@@ -116,7 +116,7 @@ class EquilibriumResult(Result):
     KIND = "equilibrium"
 
     def __init__(self, mechanism: Mechanism, found: Equilibria, time: float, extras: Extras) -> None:
-        self.mechanism, self.found, self.time, self.limited = mechanism, found, time, found.limited
+        self.mechanism, self._found, self.time, self.limited = mechanism, found, time, found.limited
         self.measured = extras.beside(self._state, ()) if self.count and extras.wanted else []
 
     # -- what was found -------------------------------------------------------------------------------
@@ -124,34 +124,34 @@ class EquilibriumResult(Result):
     @property
     def count(self) -> int:
         """The number of equilibria in the list."""
-        return len(self.found.found)
+        return len(self._found.found)
 
     @property
     def everywhere(self) -> bool:
         """Whether all examined positions are in equilibrium."""
-        return self.found.everywhere
+        return self._found.everywhere
 
     @property
     def complete(self) -> bool:
         """Whether the whole circuit of one released input was examined; a search of several is no proof."""
-        found = self.found
+        found = self._found
         return found.history is not None and not (found.cut or found.crossings or found.limited) and self.answered
 
     @property
     def answered(self) -> bool:
         """Whether all iterations converged; of the starts with several released inputs, at least one."""
-        found = self.found
+        found = self._found
         lost = found.starts > 0 and found.failed == found.starts
         return not lost and all(one.status is Status.OK for one in found.found)
 
     @cached_property
     def assemblies(self) -> list[tuple[int | None, bool]]:
         """The numbers of the equilibria in the lists of `solve --all`, and whether they need `--assembly` there."""
-        return [assembly_of(self.mechanism, one.z, one.inputs) for one in self.found.found]
+        return [assembly_of(self.mechanism, one.z, one.inputs) for one in self._found.found]
 
     @cached_property
     def _state(self) -> SeparateState:
-        each = self.found.found
+        each = self._found.found
         inputs, z = np.stack([one.inputs for one in each], axis=1), np.stack([one.z for one in each], axis=1)
         return positions_at_rest(self.mechanism, self.time, inputs, z)
 
@@ -162,19 +162,19 @@ class EquilibriumResult(Result):
     @property
     def released(self) -> tuple[str, ...]:
         """The names of the released inputs."""
-        return tuple(self.mechanism.actuators[k].name for k in self.found.released)
+        return tuple(self.mechanism.actuators[k].name for k in self._found.released)
 
     @property
     def driven(self) -> tuple[str, ...]:
         """The names of the released inputs with an effort of their own in the file, which acts."""
         actuators = self.mechanism.actuators
-        own = [r for r in self.mechanism.dynamics.releases if r.actuator in self.found.released]
+        own = [r for r in self.mechanism.dynamics.releases if r.actuator in self._found.released]
         return tuple(actuators[r.actuator].name for r in own if r.effort != DrivingEffort())
 
     @property
     def holding(self) -> dict[str, float]:
         """The efforts [N m or N] of the released inputs, besides their own, that hold the mechanism at the start."""
-        return {name: float(value) for name, value in zip(self.released, self.found.holding, strict=True)}
+        return {name: float(value) for name, value in zip(self.released, self._found.holding, strict=True)}
 
     @property
     def equilibria(self) -> list[dict[str, Any]]:
@@ -194,7 +194,7 @@ class EquilibriumResult(Result):
 
     def headline(self) -> str:
         """Return the result in one line."""
-        name, found = self.mechanism.name, self.found
+        name, found = self.mechanism.name, self._found
         if found.everywhere:
             why = "no force acts on the released inputs" if not found.size else "all examined positions balance"
             return f"{name}: in equilibrium everywhere ({why})"
@@ -204,7 +204,7 @@ class EquilibriumResult(Result):
 
     def report(self) -> dict[str, Any]:
         """Return the report that --json prints."""
-        found = self.found
+        found = self._found
         report: dict[str, Any] = {
             "released": list(self.released), "time": self.time, "at": self._inputs(found.start_inputs),
             "holding": {name: value if math.isfinite(value) else None for name, value in self.holding.items()},
@@ -223,8 +223,8 @@ class EquilibriumResult(Result):
     @cached_property
     def records(self) -> Records:
         """The equilibria, one row each."""
-        found, mechanism = self.found.found, self.mechanism
-        energy, single = greatest(one.potential for one in found), len(self.found.released) == 1
+        found, mechanism = self._found.found, self.mechanism
+        energy, single = greatest(one.potential for one in found), len(self._found.released) == 1
         words = [one.stability + MULTIPLE.get(one.multiplicity, "") for one in found]
         matrices = [None if one.stiffness is None else one.stiffness.tolist() for one in found]
         return Records(
@@ -249,7 +249,7 @@ class EquilibriumResult(Result):
 
     def _of_one_input(self, energy: float) -> Iterator[RowField]:
         """Yield the fields of one released input: its stiffness, and what pushes it over the next equilibrium."""
-        found, main = self.found.found, self.found.released[0]
+        found, main = self._found.found, self._found.released[0]
         actuator, pushed = self.mechanism.actuators[main], any(one.pushes for one in found)
         stiffness = [math.nan if one.stiffness is None else float(one.stiffness[0, 0]) for one in found]
         unit = "N m/rad" if actuator.rotary else "N/m"
@@ -275,7 +275,7 @@ class EquilibriumResult(Result):
 
     def curve(self) -> Table | None:
         """Return inputs, potential [J] and holding effort along the circuit; None with several released inputs."""
-        history, mechanism = self.found.history, self.mechanism
+        history, mechanism = self._found.history, self.mechanism
         if history is None:
             return None
         effort = np.where(np.isfinite(history.effort), history.effort, np.nan)
@@ -288,7 +288,7 @@ class EquilibriumResult(Result):
                 Column("fraction", history.fraction),
                 *inputs,
                 Column("potential", history.potential, "J"),
-                Column("effort", effort, self.unit(self.found.released[0])),
+                Column("effort", effort, self.unit(self._found.released[0])),
             )
         )
 
@@ -302,7 +302,7 @@ class EquilibriumResult(Result):
         """Return potential and effort over the input, and the mechanism in each equilibrium."""
         from gimcli.library.equilibrium_picture import equilibrium_picture
 
-        return equilibrium_picture(self.mechanism, self.found, self.headline())
+        return equilibrium_picture(self.mechanism, self._found, self.headline())
 
 
 def _middle(mechanism: Mechanism, released: int, values: FloatArray) -> float:

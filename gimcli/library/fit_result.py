@@ -50,13 +50,13 @@ class FitResult(Result):
         self.status, self.undetermined = counts.ended, undetermined
         self.on_bounds = () if stand is None else tuple(n for n, on in zip(names, stand, strict=True) if on)
         self.reason = reason  # why no design is feasible
-        self.nominal, self.names, self.found, self.counts, self._task = nominal, names, found, counts, task
+        self.nominal, self.names, self._found, self.counts, self._task = nominal, names, found, counts, task
         self.mechanism = nominal if found is None else found.mechanism
 
     @property
     def feasible(self) -> bool:
         """Whether a design was found whose real motion passes the targets in order on one branch."""
-        return self.found is not None
+        return self._found is not None
 
     @property
     def complete(self) -> bool:
@@ -66,12 +66,12 @@ class FitResult(Result):
     @property
     def dimensions(self) -> dict[str, float]:
         """The fitted dimensions by name, in the file's units; empty if no design is feasible."""
-        return {} if self.found is None else {name: self.found.changes[name] for name in self.names}
+        return {} if self._found is None else {name: self._found.changes[name] for name in self.names}
 
     @property
     def error(self) -> float:
         """The sum of squares on the real motion; of an angle in the file's unit. NaN if no design is feasible."""
-        return math.nan if self.found is None else self.found.error * self._unit**2
+        return math.nan if self._found is None else self._found.error * self._unit**2
 
     @property
     def rms(self) -> float:
@@ -92,7 +92,7 @@ class FitResult(Result):
 
     def headline(self) -> str:
         """Return the result in one line."""
-        if self.found is None:
+        if self._found is None:
             return (
                 f"{self.nominal.name}: no feasible design was found from {self.counts.drawn} random designs:"
                 f" {self.reason or 'none satisfies the conditions'}; widen the bounds, use more starts, or relax the"
@@ -107,11 +107,11 @@ class FitResult(Result):
         """Return the report that --json prints."""
         counts = {"drawn": self.counts.drawn, "started": self.counts.started, "hits": self.counts.hits}
         report: dict[str, Any] = {"feasible": self.feasible, "kind": self.kind, "status": self.status, "starts": counts}
-        if self.found is None:
+        if self._found is None:
             return report | {"reason": self.headline()}
-        own: dict[str, Any] = {"dimensions": self.dimensions, "changes": self.found.changes}
+        own: dict[str, Any] = {"dimensions": self.dimensions, "changes": self._found.changes}
         own |= {"on_bounds": list(self.on_bounds), "undetermined": list(self.undetermined)}
-        return report | own | self._values() | {"transmission": self.found.motion.worst_transmission}
+        return report | own | self._values() | {"transmission": self._found.motion.worst_transmission}
 
     @property
     def kind(self) -> str:
@@ -127,15 +127,15 @@ class FitResult(Result):
     @property
     def sense(self) -> str:
         """Whether the input increases or decreases from target to target; "" with given inputs."""
-        if self.found is None or self.task.targets.unknown == 0 or not self.task.targets.in_order:
+        if self._found is None or self.task.targets.unknown == 0 or not self.task.targets.in_order:
             return ""
-        return "increasing" if self.found.inputs[-1] > self.found.inputs[0] else "decreasing"
+        return "increasing" if self._found.inputs[-1] > self._found.inputs[0] else "decreasing"
 
     @property
     def _inputs(self) -> FloatArray:
         """The inputs (targets,) in the file's unit; unknown ones of a turning input are in its first turn."""
-        assert self.found is not None
-        limits, inputs = self.task.targets.range, self.found.inputs
+        assert self._found is not None
+        limits, inputs = self.task.targets.range, self._found.inputs
         if limits.turning and self.task.targets.timing != GIVEN:
             inputs = limits.low + (inputs - limits.low) % (limits.high - limits.low)
         return np.asarray(self.nominal.value_to_file(0, inputs))
@@ -143,22 +143,22 @@ class FitResult(Result):
     @property
     def _distances(self) -> FloatArray:
         """The root of the squared differences (targets,) of each target."""
-        assert self.found is not None
-        residual, points = self.task.targets.residuals(self.found.motion.values), self.task.points
+        assert self._found is not None
+        residual, points = self.task.targets.residuals(self._found.motion.values), self.task.points
         centres = np.sum(points, axis=1, keepdims=True) / max(1, points.shape[1])
         apart = np.sum((points - centres) ** 2, axis=(1, 2))  # of pairs: their least possible error
         return np.asarray(np.sqrt(np.sum(residual**2, axis=1) + apart) * self._unit)
 
     def table(self) -> Table:
         """Return one row for each target: its input, its values, those of the motion, and their distance."""
-        if self.found is None:
+        if self._found is None:
             return Table(())
         actuator, targets = self.nominal.actuators[0], self.task.targets
         columns = [
             Column("target", np.arange(1, len(targets.values) + 1)),
             Column(actuator.name, self._inputs, self.nominal.unit_of(actuator)),
         ]
-        for head, values in (("target.", targets.values), ("", self.found.motion.values)):
+        for head, values in (("target.", targets.values), ("", self._found.motion.values)):
             for k in range(len(self.task.components)):
                 name, unit, factor = self.labelled(k)
                 columns.append(Column(head + name, values[:, k] * factor, unit))
@@ -173,8 +173,8 @@ class FitResult(Result):
 
     def checks(self) -> list[str]:
         """Return what was checked on the real motion, as sentences."""
-        assert self.found is not None
-        worst, unit = self.found.motion.worst_transmission, self.nominal.angle_unit
+        assert self._found is not None
+        worst, unit = self._found.motion.worst_transmission, self.nominal.angle_unit
         lines = [self._confirmed()]
         if worst is not None:
             lines.append(f"worst transmission angle {number(worst)} {unit} (from 0 and from a straight angle)")
@@ -203,22 +203,22 @@ class FitResult(Result):
         """Return the mechanism, the curve of its point and the targets; for a function its graph too."""
         from gimcli.library.fit_picture import fit_picture
 
-        return None if self.found is None else fit_picture(self.found.motion, self.task, self.table())
+        return None if self._found is None else fit_picture(self._found.motion, self.task, self.table())
 
     def animation(self) -> Animation | None:
         """Return the motion of the fitted mechanism; None if no design is feasible."""
-        return None if self.found is None else self.found.motion.trace.animation()
+        return None if self._found is None else self._found.motion.trace.animation()
 
     def model(self) -> ModelText | None:
         """Return the text of the model file with the fitted dimensions; None if no design is feasible.
 
         Raises UsageError if the mechanism was not read from a file.
         """
-        if self.found is None:
+        if self._found is None:
             return None
         from gimcli.library.model_text import changed_text
 
-        return changed_text(self.nominal, self.found.changes)
+        return changed_text(self.nominal, self._found.changes)
 
 
 class GoalResult(FitResult):
@@ -253,4 +253,4 @@ class GoalResult(FitResult):
 
     def picture(self) -> Content | None:
         """Return the motion of the fitted mechanism; None if no design is feasible."""
-        return None if self.found is None else self.found.motion.trace.picture()
+        return None if self._found is None else self._found.motion.trace.picture()

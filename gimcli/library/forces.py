@@ -185,7 +185,7 @@ class ForcesResult(RowsResult):
     KIND = "forces"
 
     def __init__(self, along: ForcesAlong, table: Table | None) -> None:
-        self.mechanism, self.found, self.steps = along.found.statics.mechanism, along.found, along.steps
+        self.mechanism, self._found, self.steps = along.found.statics.mechanism, along.found, along.steps
         self._options, self._rows = along.options, along.statistics
         self._table, self._extras = table, along.extras
         self._pieces, self._angles = along.pieces, along.angles
@@ -235,12 +235,12 @@ class ForcesResult(RowsResult):
     @property
     def measured(self) -> dict[str, Any]:
         """Ranges of the measures, and their results for the whole motion."""
-        return self._extras.report(self.found.summary.motion)
+        return self._extras.report(self._found.summary.motion)
 
     @property
     def complete(self) -> bool:
         """Whether the forces of all rows are determined."""
-        return self.found.determined == self.steps + 1
+        return self._found.determined == self.steps + 1
 
     @property
     def events(self) -> list[dict[str, Any]]:
@@ -251,15 +251,15 @@ class ForcesResult(RowsResult):
     def _motion(self) -> Motion:
         from gimcli.branching.event_refinement import sharpened
 
-        return sharpened(self.found.summary.motion)
+        return sharpened(self._found.summary.motion)
 
     def headline(self) -> str:
         """Return the result in one line."""
-        return f"{self.mechanism.name}: forces at {self.found.determined} of {self.steps + 1} positions"
+        return f"{self.mechanism.name}: forces at {self._found.determined} of {self.steps + 1} positions"
 
     def report(self) -> dict[str, Any]:
         """Return the report that --json prints."""
-        found, motion, balance = self.found, self.found.summary.motion, self.found.balance
+        found, motion, balance = self._found, self._found.summary.motion, self._found.balance
         whole = found.summary.solved < self.steps + 1 or self.complete
         return {
             "steps": self.steps, "solved": found.determined, "residual": found.summary.residual,
@@ -275,7 +275,7 @@ class ForcesResult(RowsResult):
         """Return the graphs, by default of the efforts; None if no forces are determined."""
         from gimcli.output.history import history_sheet
 
-        if not self.found.determined:
+        if not self._found.determined:
             return None
         plans, constant = self._shown()
         title = "; ".join([f"{self.mechanism.name}: forces", *constant])

@@ -46,19 +46,19 @@ class GroupsResult(Result):
     KIND = "groups"
 
     def __init__(self, mechanism: Mechanism, found: Formation) -> None:
-        self.mechanism, self.found = mechanism, found
+        self.mechanism, self._found = mechanism, found
 
     def headline(self) -> str:
         """Return the result in one line."""
-        return f"{self.mechanism.name}: {'  '.join(self.found.formula)}"
+        return f"{self.mechanism.name}: {'  '.join(self._found.formula)}"
 
     def report(self) -> dict[str, Any]:
         """Return the report that --json prints."""
-        return as_json(self.mechanism, self.found)
+        return as_json(self.mechanism, self._found)
 
     def rows(self) -> list[tuple[str, ...]]:
         """Return for each group, as text: formula, kind, class, order, links, links that it is joined to, actuators."""
-        found, rows = self.found, list[tuple[str, ...]]()
+        found, rows = self._found, list[tuple[str, ...]]()
         for group, formula in zip(found.groups, found.formula, strict=True):
             on = ", ".join(f"{found.links[k]} at {' '.join(names)}" for k, names in joined(found, group).items())
             note = f", {group.surplus} redundant" if group.surplus else ""
@@ -90,7 +90,7 @@ class GroupsResult(Result):
         """Return the frame and the groups, with their names for the legend and their lines in the diagram."""
         from gimcli.output.groups import Box
 
-        found, boxes = self.found, [Box(0, (f"0: {self.found.links[FRAME]}",), 0)]
+        found, boxes = self._found, [Box(0, (f"0: {self._found.links[FRAME]}",), 0)]
         for k, (group, layer, formula) in enumerate(
             zip(found.groups, layers(found), found.formula, strict=True), start=1
         ):
@@ -106,7 +106,7 @@ class GroupsResult(Result):
         """Return the pairs between the boxes."""
         from gimcli.output.groups import BoxJoint
 
-        found, joints = self.found, list[BoxJoint]()
+        found, joints = self._found, list[BoxJoint]()
         box_of = {link: k for k, group in enumerate(found.groups, start=1) for link in group.links} | {FRAME: 0}
         for k, group in enumerate(found.groups, start=1):
             above: dict[int, tuple[list[str], list[str]]] = {}

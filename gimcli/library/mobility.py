@@ -39,7 +39,7 @@ def mobility(mechanism: Mechanism, *, coordinates: Annotated[str, OneOf(COORDINA
     """
     parts = {one.name: MobilityResult(mechanism, *_of_machine(mechanism, one.mechanism)) for one in mechanism.machines}
     start = next((part.start for part in parts.values() if part.start != REGULAR), REGULAR)
-    return MobilityResult(mechanism, of_machines([part.found for part in parts.values()]), start, parts, coordinates)
+    return MobilityResult(mechanism, of_machines([part._found for part in parts.values()]), start, parts, coordinates)
 
 
 def _of_machine(whole: Mechanism, mechanism: Mechanism) -> tuple[Mobility, str]:
@@ -67,7 +67,7 @@ class MobilityResult(Result):
         self, mechanism: Mechanism, found: Mobility, start: str, each: Mapping[str, MobilityResult] | None = None,
         coordinates: str = NATURAL,
     ) -> None:  # fmt: skip
-        self.mechanism, self.found, self.start, self.each = mechanism, found, start, each or {}
+        self.mechanism, self._found, self.start, self.each = mechanism, found, start, each or {}
         self.coordinates, self.shows_jacobian = coordinates, False  # whether report and table are those of the matrix
 
     @cached_property
@@ -78,7 +78,7 @@ class MobilityResult(Result):
     @property
     def mobility(self) -> int:
         """The number of freedoms: confirmed by the rank at neighbouring positions where the position is singular."""
-        return self.found.mobility
+        return self._found.mobility
 
     @cached_property
     def status(self) -> str:
@@ -87,12 +87,12 @@ class MobilityResult(Result):
 
     def headline(self) -> str:
         """Return the result in one line."""
-        found = self.found
+        found = self._found
         return f"{self.mechanism.name}: mobility {found.mobility}, Grübler's count {found.gruebler}, rank {found.rank}"
 
     def report(self) -> dict[str, Any]:
         """Return the report that --json prints; of several independent machines also that of each."""
-        found, several = self.found, len(self.each) > 1
+        found, several = self._found, len(self.each) > 1
         return {
             "gruebler": found.gruebler, "rank": found.rank, "mobility": found.mobility,
             "redundant": list(found.redundant), "undriven": list(found.undriven),
@@ -116,7 +116,7 @@ class MobilityResult(Result):
 
     def _alternatives(self) -> dict[str, list[str]]:
         """Return for each redundant constraint those that could take its place: the choice is one of several."""
-        return dict(zip(self.found.redundant, map(list, self.found.alternatives), strict=True))
+        return dict(zip(self._found.redundant, map(list, self._found.alternatives), strict=True))
 
     def _followers(self) -> list[tuple[str, str]]:
         """Return the row of the inputs that follow others, if there are any."""
@@ -125,7 +125,7 @@ class MobilityResult(Result):
 
     def rows(self) -> list[tuple[str, str]]:
         """Return the quantities and their values as pairs of texts."""
-        found = self.found
+        found = self._found
         choice = " (one of several choices)" if any(found.alternatives) else ""
         return [
             ("Grübler's count", str(found.gruebler)),

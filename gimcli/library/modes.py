@@ -159,7 +159,7 @@ class ModesResult(Result):
         self, mechanism: Mechanism, released: tuple[int, ...], values: FloatArray, status: Status,
         found: Linearised | None, time: float,
     ) -> None:  # fmt: skip
-        self.mechanism, self._numbers, self._inputs, self.found = mechanism, released, values, found
+        self.mechanism, self._numbers, self._inputs, self._found = mechanism, released, values, found
         self.code, self.time = status, time
         solved = found if found is not None and status is Status.OK else None
         self.modes: tuple[Mode, ...] = natural_modes(solved) if solved is not None else ()
@@ -190,7 +190,7 @@ class ModesResult(Result):
     @property
     def unbalance(self) -> float:
         """The greatest remaining effort, relative to the forces that act; NaN if the position is not solved."""
-        return math.nan if self.found is None else float(np.max(self.found.unbalance))
+        return math.nan if self._found is None else float(np.max(self._found.unbalance))
 
     @property
     def stable(self) -> bool:
@@ -199,12 +199,12 @@ class ModesResult(Result):
 
     def turns(self, k: int) -> bool:
         """Return whether the quantity of participation 1 in mode k (from 0) is an angle: modal masses are in kg m^2."""
-        return self.found is not None and self.found.units[self.modes[k].lead] == "rad"
+        return self._found is not None and self._found.units[self.modes[k].lead] == "rad"
 
     def rough(self, k: int) -> float:
         """Return the modal stiffness of mode k (from 0) if all contributions had the same sign."""
         size = np.abs(self.modes[k].shape)
-        return float(size @ self.found.stiffness_scale @ size) if self.found is not None else 0.0
+        return float(size @ self._found.stiffness_scale @ size) if self._found is not None else 0.0
 
     @property
     def left_out(self) -> tuple[str, ...]:
@@ -216,11 +216,11 @@ class ModesResult(Result):
         """Why there are no modes; "" if there are."""
         if self.complete:
             return ""
-        if self.found is None:
+        if self._found is None:
             from gimcli.library.unassembled import reason
 
             return reason(self.mechanism, self.code, self._inputs)
-        rest = remaining(self.found) or "the steps became too short"
+        rest = remaining(self._found) or "the steps became too short"
         if self.code is Status.LIMIT:
             cure = "give the position there with --at, or release another input"
             return f"the forces push a released input to its limit: {rest}; {cure}"
@@ -278,7 +278,7 @@ class ModesResult(Result):
 
     def report(self) -> dict[str, Any]:
         """Return the report that --json prints."""
-        found = self.found
+        found = self._found
         report: dict[str, Any] = {
             "status": self.status, "inputs": self.inputs, "released": list(self.released), "time": self.time,
             "unbalance": self.unbalance, "modes": self.records.report(),
@@ -297,10 +297,12 @@ class ModesResult(Result):
         """Return the shapes, each in both extreme positions; None without modes."""
         from gimcli.library.modes_picture import modes_picture
 
-        return modes_picture(self.found, self.modes, self.time, self.headline()) if self.found and self.modes else None
+        return (
+            modes_picture(self._found, self.modes, self.time, self.headline()) if self._found and self.modes else None
+        )
 
     def animation(self) -> Animation | None:
         """Return one clip for each mode; None without modes."""
         from gimcli.library.modes_animation import modes_animation
 
-        return modes_animation(self.found, self.modes, self.time) if self.found and self.modes else None
+        return modes_animation(self._found, self.modes, self.time) if self._found and self.modes else None

@@ -83,32 +83,32 @@ class ReduceResult(RowsResult):
     KIND = "reduced"
 
     def __init__(self, found: Reduction, wheel: Flywheel | None) -> None:
-        self.mechanism, self.found, self.wheel = found.mechanism, found, wheel
+        self.mechanism, self._found, self.wheel = found.mechanism, found, wheel
         self._table = reduction_table(found)
 
     @cached_property
     def inputs(self) -> dict[str, Any]:
         """The input that remains (rows,) by name, in the file's unit."""
-        return {self.mechanism.actuators[self.found.actuator].name: self["q"]}
+        return {self.mechanism.actuators[self._found.actuator].name: self["q"]}
 
     @property
     def complete(self) -> bool:
         """Whether all rows are solved."""
-        return self.found.solved == len(self.found.q)
+        return self._found.solved == len(self._found.q)
 
     @property
     def overall(self) -> Status:
         """OK, or the status of the first row that is not solved."""
-        bad = self.found.codes[self.found.codes != Status.OK]
+        bad = self._found.codes[self._found.codes != Status.OK]
         return Status(int(bad[0])) if not self.complete else Status.OK
 
     def headline(self) -> str:
         """Return the result in one line."""
-        return f"{self.mechanism.name}: reduced at {self.found.solved} of {len(self.found.q)} positions"
+        return f"{self.mechanism.name}: reduced at {self._found.solved} of {len(self._found.q)} positions"
 
     def report(self) -> dict[str, Any]:
         """Return the report that --json prints."""
-        found, table = self.found, self.table()
+        found, table = self._found, self.table()
         report = {
             "input": self.mechanism.actuators[found.actuator].name, "steps": len(found.q) - 1,
             "solved": found.solved, "status": self.overall.word,
@@ -121,7 +121,7 @@ class ReduceResult(RowsResult):
         from gimcli.output.graph import Axis, Curve, CurveGraph
         from gimcli.output.history import history_sheet
 
-        found, table, actuator = self.found, self.table(), self.mechanism.actuators[self.found.actuator]
+        found, table, actuator = self._found, self.table(), self.mechanism.actuators[self._found.actuator]
         if found.solved < 2:
             return None
         q = table.floats("q")

@@ -209,7 +209,7 @@ class SimulateResult(RowsResult):
     KIND = "simulation"
 
     def __init__(self, found: Simulation, times: FloatArray, forces: Forces | None, extras: Extras) -> None:
-        self.mechanism, self.found, self.times, self.forces = found.mechanism, found, times, forces
+        self.mechanism, self._found, self.times, self.forces = found.mechanism, found, times, forces
         self._extras = extras
         self._table = table = simulation_table(found, times, forces)
         if extras.record.measures:
@@ -218,19 +218,19 @@ class SimulateResult(RowsResult):
     @property
     def complete(self) -> bool:
         """Whether all rows were reached."""
-        return len(self.found.time) == len(self.times)
+        return len(self._found.time) == len(self.times)
 
     @property
     def slip(self) -> tuple[float, float] | None:
         """The slip speed of dry friction in pins [rad/s] and guides [m/s]; None without dry friction."""
-        if self.found.friction is None:
+        if self._found.friction is None:
             return None
-        return self.found.slip, self.found.slip * (self.mechanism.dynamics.metre or 1.0)
+        return self._found.slip, self._found.slip * (self.mechanism.dynamics.metre or 1.0)
 
     @property
     def events(self) -> list[dict[str, Any]]:
         """Standstills, dead points, pairs that stick or slide, and the event that ended the motion early."""
-        return [event_report(self.mechanism, event) for event in self.found.events]
+        return [event_report(self.mechanism, event) for event in self._found.events]
 
     @cached_property
     def xy(self) -> ByName:
@@ -249,25 +249,25 @@ class SimulateResult(RowsResult):
     def _counted(self, name: str, angle: FloatArray) -> FloatArray:
         """Return the angles of a member (rows,); angular velocities show the full turns between two rows."""
         first, second = next(m for m in self.mechanism.members[FRAME + 1 :] if m.name == name).nodes[:2]
-        arm, rate = (self.found.nodes[k, second] - self.found.nodes[k, first] for k in (0, 1))
+        arm, rate = (self._found.nodes[k, second] - self._found.nodes[k, first] for k in (0, 1))
         omega = (arm.conj() * rate).imag / np.abs(arm) ** 2
-        ahead = 0.5 * (omega[1:] + omega[:-1]) * np.diff(self.found.time)
+        ahead = 0.5 * (omega[1:] + omega[:-1]) * np.diff(self._found.time)
         return counted(self.mechanism, angle, np.degrees(ahead) if self.mechanism.angle_unit == "deg" else ahead)
 
     @cached_property
     def _z(self) -> Any:
-        z = self.found.nodes[0]
+        z = self._found.nodes[0]
         missing = np.full((len(z), len(self.times) - z.shape[1]), complex(np.nan, np.nan))
         return np.concatenate([z, missing], axis=1)
 
     def _padded(self, columns: Sequence[Column]) -> list[Column]:
         """Return columns with NaN in rows that were not reached."""
-        missing = np.full(len(self.times) - len(self.found.time), np.nan)
+        missing = np.full(len(self.times) - len(self._found.time), np.nan)
         return [Column(c.name, np.concatenate([c.values, missing]), c.unit) for c in columns]
 
     @cached_property
     def _state(self) -> MotionState:
-        found, own, course = self.found, self.mechanism, self.found.course()
+        found, own, course = self._found, self.mechanism, self._found.course()
         turned = [turning(own, course, k) for k in range(FRAME + 1, len(own.members))]
         angles = np.stack(turned, axis=1) if turned else np.zeros((2, 0, len(found.time)))
         rates = MotionRates(own, 2, found.nodes, angles)
@@ -300,11 +300,11 @@ class SimulateResult(RowsResult):
 
     def headline(self) -> str:
         """Return the result in one line."""
-        return f"{self.mechanism.name}: {len(self.found.time)} of {len(self.times)} rows, {self.found.status.word}"
+        return f"{self.mechanism.name}: {len(self._found.time)} of {len(self.times)} rows, {self._found.status.word}"
 
     def report(self) -> dict[str, Any]:
         """Return the report that --json prints."""
-        found = self.found
+        found = self._found
         slip = {} if self.slip is None else {"slip": self.slip[0], "slip_of_guides": self.slip[1]}
         return slip | {
             "steps": len(self.times) - 1,
@@ -319,17 +319,17 @@ class SimulateResult(RowsResult):
         from gimcli.library.simulation_picture import with_mechanism
         from gimcli.output.history import history_sheet
 
-        if len(self.found.time) < 2:
+        if len(self._found.time) < 2:
             return None
-        return with_mechanism(self.found, history_sheet(self.graphs(), f"{self.mechanism.name}: simulation"))
+        return with_mechanism(self._found, history_sheet(self.graphs(), f"{self.mechanism.name}: simulation"))
 
     def geometry(self) -> Geometry | None:
         """Return the first position and the curves of the traced points in true size; None without rows."""
         from gimcli.library.motion_geometry import motion_geometry
 
-        if not len(self.found.time):
+        if not len(self._found.time):
             return None
-        return motion_geometry(self.mechanism, self.mechanism.to_file(self.found.nodes[0][:, 0]), self.table())
+        return motion_geometry(self.mechanism, self.mechanism.to_file(self._found.nodes[0][:, 0]), self.table())
 
     def graphs(self) -> list[CurveGraph]:
         """Return the graphs of the picture as data."""
@@ -338,12 +338,12 @@ class SimulateResult(RowsResult):
         table = self.table()
         beside = self._padded(self._extras.beside(self._state, table.names))
         columns = {column.name: column for column in (*table.columns, *beside)}
-        events = [(e["kind"], {"time": e["time"], **e["at"]}) for e in self.events if e["time"] <= self.found.end]
+        events = [(e["kind"], {"time": e["time"], **e["at"]}) for e in self.events if e["time"] <= self._found.end]
         return [drawn(plan, columns, columns["time"], events) for plan in self._extras.plans]
 
     def _usual_graphs(self) -> list[CurveGraph]:
         """Return graphs of inputs, speeds and energies over the time, with the events."""
-        found, mechanism, graphs = self.found, self.mechanism, list[CurveGraph]()
+        found, mechanism, graphs = self._found, self.mechanism, list[CurveGraph]()
         over = Axis("time", "s")
         for rotary, unit in ((True, mechanism.angle_unit), (False, mechanism.length_unit)):
             own = [k for k, a in enumerate(mechanism.actuators) if a.rotary is rotary]
@@ -361,7 +361,7 @@ class SimulateResult(RowsResult):
         """Return the motion with its events and columns; None if it has no row."""
         from gimcli.library.simulation_animation import simulation_animation
 
-        return simulation_animation(self.found, self.times, self.table())
+        return simulation_animation(self._found, self.times, self.table())
 
 
 def _times(time: float, dt: float | None) -> FloatArray:

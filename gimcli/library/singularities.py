@@ -66,12 +66,12 @@ class SingularitiesResult(Result):
     KIND = "singularities"
 
     def __init__(self, mechanism: Mechanism, found: Survey) -> None:
-        self.mechanism, self.found = mechanism, found
+        self.mechanism, self._found = mechanism, found
 
     @property
     def complete(self) -> bool:
         """Whether all branches that meet were followed."""
-        return self.found.complete
+        return self._found.complete
 
     @property
     def answered(self) -> bool:
@@ -86,28 +86,28 @@ class SingularitiesResult(Result):
     def _inputs(self, one: Found) -> dict[str, float]:
         """Return the inputs at a singular position in the file's units."""
         return in_file_units(
-            self.mechanism, self.found.curve.inputs(first_turn(self.found, float(one.what.p[-1]))), ZERO
+            self.mechanism, self._found.curve.inputs(first_turn(self._found, float(one.what.p[-1]))), ZERO
         )
 
     def interval(self, reach: tuple[float, float]) -> dict[str, list[float]]:
         """Return the smallest and the largest value of every input between two parameters of the curve."""
-        return interval_of(*(in_file_units(self.mechanism, self.found.curve.inputs(q), ZERO) for q in reach))
+        return interval_of(*(in_file_units(self.mechanism, self._found.curve.inputs(q), ZERO) for q in reach))
 
     def tangents(self, one: Found) -> list[BranchRates]:
         """Return the rates of inputs and members on each branch through a singular position."""
-        return [rates(self.found.curve, one.what.p, v) for v in one.what.branches]
+        return [rates(self._found.curve, one.what.p, v) for v in one.what.branches]
 
     def headline(self) -> str:
         """Return the result in one line."""
-        still = sum(one.what.kind == STATIONARY for one in self.found.found)
-        counts = ((len(self.found.found) - still, "singular"), (still, "stationary"))
+        still = sum(one.what.kind == STATIONARY for one in self._found.found)
+        counts = ((len(self._found.found) - still, "singular"), (still, "stationary"))
         text = ", ".join(f"{n} {kind} position{'s' * (n != 1)}" for n, kind in counts if n)
         return f"{self.mechanism.name}: {text or 'no singular position'}"
 
     @cached_property
     def records(self) -> Records:
         """The singular positions, one row each."""
-        found, curve = self.found.found, self.found.curve
+        found, curve = self._found.found, self._found.curve
         kinds = [f"{one.what.kind}{' (' + one.what.end + ')' if one.what.end else ''}" for one in found]
         tangents = [self.tangents(one) for one in found]
         texts = [_compared(own, one.what.loose) for own, one in zip(tangents, found, strict=True)]
@@ -128,9 +128,9 @@ class SingularitiesResult(Result):
         """Return the report that --json prints."""
         circuits = [
             {"branch": k + 1, "closed": c.closed, "ended": c.ended, "turns": abs(c.turns), "interval": self.interval(r)}
-            for k, (c, r) in enumerate(zip(self.found.branches.circuits, self.found.reach, strict=True))
+            for k, (c, r) in enumerate(zip(self._found.branches.circuits, self._found.reach, strict=True))
         ]
-        return {"circuits": circuits, "singularities": self.records.report(), "complete": self.found.complete}
+        return {"circuits": circuits, "singularities": self.records.report(), "complete": self._found.complete}
 
     def table(self) -> Table:
         """Return one row for each singular position: kind, inputs, coordinates of the nodes, members, branches."""
@@ -142,7 +142,7 @@ class SingularitiesResult(Result):
         from gimcli.output.singular import Shown, singular_picture
         from gimcli.structure.carried import carried_point
 
-        found, curve, mechanism = self.found, self.found.curve, self.mechanism
+        found, curve, mechanism = self._found, self._found.curve, self.mechanism
         several = len(found.branches.circuits) > 1
         names = mechanism.traced[: max(1, CURVES // len(found.branches.circuits))]
         curves = {}
@@ -163,9 +163,9 @@ class SingularitiesResult(Result):
         """Return the branches with all singular and stationary positions as events."""
         from gimcli.library.circuit_animation import ShownCircuit, circuits_animation
 
-        circuits, shown = self.found.branches.circuits, []
-        for number, (circuit, reach) in enumerate(zip(circuits, self.found.reach, strict=True)):
-            own = [one for one in self.found.found if number in one.circuits]
+        circuits, shown = self._found.branches.circuits, []
+        for number, (circuit, reach) in enumerate(zip(circuits, self._found.reach, strict=True)):
+            own = [one for one in self._found.found if number in one.circuits]
             places = tuple(self._place(circuit, number, one) for one in own)
             name = f"branch {number + 1}" if len(circuits) > 1 else "circuit"
             note = intervals(self.mechanism, self.interval(reach), circuit.turns)

@@ -204,22 +204,22 @@ class SweepResult(RowsResult):
     KIND = "sweep"
 
     def __init__(self, found: SweepTables, table: Table | None) -> None:
-        self.mechanism, self.found, self._table = found.mechanism, found, table
+        self.mechanism, self._found, self._table = found.mechanism, found, table
 
     @property
     def designs(self) -> int:
         """The number of designs that were computed, also those that are not kept."""
-        return self.found.job.table.count
+        return self._found.job.table.count
 
     @cached_property
     def counts(self) -> dict[str, int]:
         """The number of designs by their status, also of those that are not kept."""
-        return {Status(k).word: int(n) for k, n in enumerate(self.found.counts) if n}
+        return {Status(k).word: int(n) for k, n in enumerate(self._found.counts) if n}
 
     @property
     def solved(self) -> int:
         """The number of designs of which all rows are solved."""
-        return int(sum(self.found.counts[: Status.TANGENT + 1]))
+        return int(sum(self._found.counts[: Status.TANGENT + 1]))
 
     @property
     def complete(self) -> bool:
@@ -229,7 +229,7 @@ class SweepResult(RowsResult):
     @property
     def curves(self) -> dict[str, NDArray[Any]]:
         """The kept columns (designs, rows) by name, if `rows` was set."""
-        job = self.found.job
+        job = self._found.job
         return {q.text: self[q.text].reshape(-1, job.steps + 1) for q in job.kept if q.kind == "rows"}
 
     @property
@@ -239,26 +239,26 @@ class SweepResult(RowsResult):
 
     def headline(self) -> str:
         """Return the result in one line."""
-        job, kept = self.found.job, ""
+        job, kept = self._found.job, ""
         if job.where or job.best:
-            kept = f", {self.found.rows} kept"
+            kept = f", {self._found.rows} kept"
         return f"{self.mechanism.name}: {self.solved} of {self.designs} designs solved{kept}"
 
     @property
     def ranges(self) -> dict[str, dict[str, Any]]:
         """For each dimension and quantity: the least and greatest value of the kept designs, its unit."""
         return {
-            name: {"least": low, "greatest": high, "empty": missing, "unit": self.found.unit(name)}
-            for name, (low, high, missing) in self.found.ranges.items()
+            name: {"least": low, "greatest": high, "empty": missing, "unit": self._found.unit(name)}
+            for name, (low, high, missing) in self._found.ranges.items()
         }
 
     def report(self) -> dict[str, Any]:
         """Return the report that --json prints."""
-        job = self.found.job
-        best = {} if self.found.best is None else {"best": _listed(self.found.best)}
+        job = self._found.job
+        best = {} if self._found.best is None else {"best": _listed(self._found.best)}
         return {
-            "designs": self.designs, "solved": self.solved, "status": self.counts, "kept": self.found.rows,
-            "solved_one_by_one": self.found.careful, "resumed_chunks": self.found.run.resumed,
+            "designs": self.designs, "solved": self.solved, "status": self.counts, "kept": self._found.rows,
+            "solved_one_by_one": self._found.careful, "resumed_chunks": self._found.run.resumed,
             "chunks": job.chunks, "vary": {v.name: v.text for v in job.table.varied.variations},
             "ranges": self.ranges, **best,
         }  # fmt: skip
@@ -267,14 +267,14 @@ class SweepResult(RowsResult):
         """Return curves over one dimension, contours over two, otherwise distributions; None if there is nothing."""
         from gimcli.library.sweep_picture import sweep_picture
 
-        rows = np.concatenate(self.found.drawn) if self.found.drawn else np.empty(0, self.found.job.row)
-        return sweep_picture(self.found, rows)
+        rows = np.concatenate(self._found.drawn) if self._found.drawn else np.empty(0, self._found.job.row)
+        return sweep_picture(self._found, rows)
 
     def animation(self) -> Animation | None:
         """Return the motions of the designs, one slider for each dimension; None if no design is solved."""
         from gimcli.library.sweep_animation import sweep_animation
 
-        return sweep_animation(self.found)
+        return sweep_animation(self._found)
 
     @classmethod
     def suffixes(cls) -> tuple[str, ...]:

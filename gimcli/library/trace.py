@@ -203,7 +203,7 @@ class MotionTraceResult(TraceResult):
     """Rows of a motion along the actuators' laws."""
 
     def __init__(self, found: MotionTrace, table: Table | None) -> None:
-        self.mechanism, self.found, self.summary, self._table = found.mechanism, found, found.summary, table
+        self.mechanism, self._found, self.summary, self._table = found.mechanism, found, found.summary, table
         self.motions = found.kept or ()
 
     @cached_property
@@ -267,12 +267,12 @@ class MotionTraceResult(TraceResult):
     @cached_property
     def measured(self) -> dict[str, Any]:
         """Ranges of the measures, and their results for the whole motion."""
-        return self.found.extras.report(self.motion)
+        return self._found.extras.report(self.motion)
 
     @cached_property
     def points(self) -> dict[str, dict[str, Any]]:
         """For each traced point the ranges "x" and "y" of its coordinates, and its "curve" (see `TraceResult`)."""
-        return self.found.ranges.report(self.motion)
+        return self._found.ranges.report(self.motion)
 
     def headline(self) -> str:
         """Return the result in one line."""
@@ -287,7 +287,7 @@ class MotionTraceResult(TraceResult):
 
             why = {"reason": motion_reason(self.motion)}
         return {
-            "steps": self.found.steps, "solved": self.solved, "residual": self.worst, "reachable": self.reachable,
+            "steps": self._found.steps, "solved": self.solved, "residual": self.worst, "reachable": self.reachable,
             "events": self.events, "status": self.motion.overall.word, **why, "machines": self.machines,
             "points": self.points,
             **self.measured,
@@ -295,7 +295,7 @@ class MotionTraceResult(TraceResult):
 
     def turns(self, member: int) -> FloatArray:
         """Return the directions of a member (rows,) in the file's angle unit, full turns counted."""
-        angles = self.found.counted()
+        angles = self._found.counted()
         return np.concatenate([angles(motion, member) for motion in self.motions])
 
     def picture(self) -> Content | None:
@@ -305,7 +305,7 @@ class MotionTraceResult(TraceResult):
 
         if not self.solved:
             return None
-        motion, mechanism, extras = self.summary.motion, self.mechanism, self.found.extras
+        motion, mechanism, extras = self.summary.motion, self.mechanism, self._found.extras
         curves, outlines = extras.curves(motion), extras.outlines(motion)
         poses, paths = self.poses(motion), traced_paths(motion)
         picture = motion_picture(mechanism, poses, paths, mechanism.name, curves, outlines)
@@ -317,7 +317,7 @@ class MotionTraceResult(TraceResult):
 
         if not self.solved:
             return None
-        motion, extras = self.summary.motion, self.found.extras
+        motion, extras = self.summary.motion, self._found.extras
         found = motion_geometry(self.mechanism, self.poses(motion)[0], self.table())
         for name, curve in extras.curves(motion).items():
             found.add_curve(f"curve {name}", curve)
@@ -329,10 +329,10 @@ class MotionTraceResult(TraceResult):
         from gimcli.quantities.graphs import motion_events
 
         motion = self.summary.motion
-        return self.found.extras.graphs(motion, motion_events(motion))
+        return self._found.extras.graphs(motion, motion_events(motion))
 
     def animation(self) -> Animation | None:
         """Return the motion with its events, velocities and columns; None if no row is solved."""
         from gimcli.library.trace_animation import law_animation
 
-        return law_animation(self.motion, self.found.extras, self.found.steps, self.found.counted())
+        return law_animation(self.motion, self._found.extras, self._found.steps, self._found.counted())

@@ -73,26 +73,26 @@ class TradeoffResult(Result):
     KIND = "tradeoff"
 
     def __init__(self, found: Tradeoff, steps: int) -> None:
-        self.mechanism, self.found, self.steps = found.mechanism, found, steps
+        self.mechanism, self._found, self.steps = found.mechanism, found, steps
 
     @property
     def complete(self) -> bool:
         """Whether the motion was solved."""
-        return bool(self.found.reached)
+        return bool(self._found.reached)
 
     @property
     def status(self) -> str:
         """The status word of the motion."""
-        return self.found.motion.overall.word
+        return self._found.motion.overall.word
 
     def headline(self) -> str:
         """Return the result in one line."""
-        how = "compiled kernels" if self.found.compiled else "kernels not compiled"
+        how = "compiled kernels" if self._found.compiled else "kernels not compiled"
         return f"{self.mechanism.name}: values per position of a motion in {self.steps} steps, {how}"
 
     def report(self) -> dict[str, Any]:
         """Return the report that --json prints."""
-        found = self.found
+        found = self._found
         advice = [
             {
                 "digits": a.digits, "text": a.text, "options": a.best.method.options if a.best else None,
@@ -110,7 +110,7 @@ class TradeoffResult(Result):
     @cached_property
     def records(self) -> Records:
         """The methods and tolerances, one row each."""
-        found = self.found.entries
+        found = self._found.entries
         names = [e.method.name for e in found]
         labels = [e.method.label * (name != last) for e, name, last in zip(found, names, ["", *names], strict=False)]
         unknowns = [" + ".join(map(str, e.unknowns)) for e in found]
@@ -147,7 +147,7 @@ class TradeoffResult(Result):
         """Return the graph of the error over the time; None if there is nothing to draw."""
         from gimcli.output.tradeoff import tradeoff_sheet
 
-        found = self.found
+        found = self._found
         if not any(e.drawable for e in found.entries):
             return None
         drawable = (e for e in found.entries if e.drawable)

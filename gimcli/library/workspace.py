@@ -95,7 +95,7 @@ class WorkspaceResult(Result):
     KIND = "workspace"
 
     def __init__(self, found: Workspace | Reach, grid: Grid | None, limited: bool = False) -> None:
-        self.mechanism, self.found, self.grid, self.limited = found.task.mechanism, found, grid, limited
+        self.mechanism, self._found, self.grid, self.limited = found.task.mechanism, found, grid, limited
 
     @property
     def complete(self) -> bool:
@@ -104,11 +104,11 @@ class WorkspaceResult(Result):
 
     def headline(self) -> str:
         """Return the result in one line."""
-        return f"{self.mechanism.name}: workspace of {self.found.task.point}"
+        return f"{self.mechanism.name}: workspace of {self._found.task.point}"
 
     @cached_property
     def _report(self) -> dict[str, Any]:
-        return reach_report(self.found) if isinstance(self.found, Reach) else region_report(self.found)
+        return reach_report(self._found) if isinstance(self._found, Reach) else region_report(self._found)
 
     def report(self) -> dict[str, Any]:
         """Return the report that --json prints."""
@@ -116,7 +116,7 @@ class WorkspaceResult(Result):
 
     def table(self) -> Table:
         """Return one row for each point of a curve."""
-        return reach_table(self.found) if isinstance(self.found, Reach) else region_table(self.found)
+        return reach_table(self._found) if isinstance(self._found, Reach) else region_table(self._found)
 
     def arrays(self) -> dict[str, Any]:
         """Return the positions of the grid, if there is one, otherwise the columns."""
@@ -126,7 +126,7 @@ class WorkspaceResult(Result):
         """Return the region or the paths, with one position of the mechanism."""
         from gimcli.output.workspace import path_picture, workspace_picture
 
-        found, mechanism, name = self.found, self.mechanism, self.found.task.point
+        found, mechanism, name = self._found, self.mechanism, self._found.task.point
         places = self.grid.places.ravel() if self.grid else None
         pose, at = _pose(found.task)
         if isinstance(found, Reach):
@@ -140,10 +140,10 @@ class WorkspaceResult(Result):
 
     def geometry(self) -> Geometry | None:
         """Return the boundary or the paths, and one position of the mechanism, in true size; None without any."""
-        found = _geometry_of(self.found)
-        pose, at = _pose(self.found.task)
+        found = _geometry_of(self._found)
+        pose, at = _pose(self._found.task)
         if pose is not None:
-            found.add_mechanism(self.mechanism, pose, {} if at is None else {self.found.task.point: at})
+            found.add_mechanism(self.mechanism, pose, {} if at is None else {self._found.task.point: at})
         return found if found.layers else None
 
 

@@ -396,7 +396,7 @@ def test_circuits_are_chosen_from_a_list(browser, folder):
     found.save(path)
     page = OpenPage(browser, path)
     names = page.texts("#clip option")
-    assert len(names) == len(found.found.strands)
+    assert len(names) == len(found.report()["curves"])
     page.script("const s = document.getElementById('clip'); s.value = '1'; s.dispatchEvent(new Event('change'))")
     assert page.state["clip"] == 1
     assert page.script("return document.getElementById('toggle-velocity').disabled")

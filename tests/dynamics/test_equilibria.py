@@ -104,8 +104,8 @@ def test_a_soft_torsion_spring_is_wound_over_several_turns():
     expected = int(np.sum(np.diff(np.sign(kappa * phi - G * np.sin(phi))) != 0))  # phi has no sample at 0
     found = equilibrium(load(upright(kappa)))
     assert found.count == expected
-    assert not found.found.cut
-    assert found.found.winds
+    assert not found._found.cut
+    assert found.report()["winds"]
     phi = np.array(values(found)) - math.pi / 2
     assert np.abs(kappa * phi - G * np.sin(phi)).max() < 1e-11
     assert set(words(found)[::2]) == {"stable"}
@@ -271,8 +271,8 @@ def test_a_constant_torque_on_a_bar_has_two_equilibria_one_or_none(kind, tmp_pat
             model["loads"] = {"load": own}
         found = equilibrium(load(model))
         assert found.count == count
-        assert found.found.conservative is (kind in ("torque", "effort"))
-        assert found.found.gain == pytest.approx(-2 * math.pi * torque, rel=1e-9)
+        assert found.report()["conservative"] is (kind in ("torque", "effort"))
+        assert found.report()["gain"] == pytest.approx(-2 * math.pi * torque, rel=1e-9)
         assert np.cos(values(found)) == pytest.approx([part] * count, abs=1e-11)
         if count == 2:  # stable where the weight's torque grows against the sense of the motion
             angle = math.acos(part)
@@ -296,7 +296,7 @@ def test_the_input_turns_back_at_its_limits_without_loss_of_a_root():
     model = bistable(more={"masses": {"A": 1.0, "B": 2.0}, "gravity": [0, -G]})
     model["actuators"] = {"q": {"pivot": "C", "arm": "B", "reference": "O", "law": {"by": -0.2}}}
     found, other = equilibrium(load(model)), bistable(more={"masses": {"A": 1.0, "B": 2.0}, "gravity": [0, -G]})
-    assert found.found.closed
+    assert found.report()["closed"]
     assert len(set(words(found)[::2])) == len(set(words(found)[1::2])) == 1
     by_crank = equilibrium(load(other))
     mine = sorted((one["potential"], *one["nodes"]["A"]) for one in found.equilibria)
@@ -487,7 +487,7 @@ def test_without_a_potential_a_definite_matrix_does_not_prove_stability():
     """A follower force along the upper bar: Ziegler's column may flutter although V grows in all directions."""
     follower = {"push": {"on": "two", "local": [1, 0], "follower": [-1.0, 0]}}
     found = equilibrium(load(double_pendulum(loads=follower)))
-    assert not found.found.conservative
+    assert not found.report()["conservative"]
     assert found.count
     assert "stable" not in words(found)
 
@@ -519,7 +519,7 @@ def test_forces_and_slopes_agree_with_the_linearised_equations(name):
 @pytest.mark.parametrize("name", ["hatch", "watt_durango"])
 def test_each_equilibrium_is_one_of_the_linearised_equations(name):
     mechanism = load(MODELS / f"{name}.yaml")
-    for one in equilibrium(mechanism).found.found:
+    for one in equilibrium(mechanism)._found.found:
         there = linearised(mechanism, one.z, one.inputs, (0,))
         assert there.unbalance[0] < 1e-11
         assert there.stiffness[0, 0] == pytest.approx(one.stiffness[0, 0], rel=1e-9)
@@ -541,9 +541,9 @@ def _starts(mechanism):
 @pytest.mark.parametrize("name", ["snap_hinge", "suspension", "toggle_clamp", "garage_door", "watt_1"])
 def test_stable_and_unstable_alternate_on_a_closed_circuit(name):
     found = equilibrium(load(MODELS / f"{name}.yaml"))
-    assert found.found.closed
+    assert found.report()["closed"]
     assert found.count % 2 == 0
-    by_place = [one.stability for one in sorted(found.found.found, key=lambda one: one.fraction)]
+    by_place = [one.stability for one in sorted(found._found.found, key=lambda one: one.fraction)]
     assert {tuple(by_place[::2]), tuple(by_place[1::2])} == {
         ("stable",) * (found.count // 2),
         ("unstable",) * (found.count // 2),
@@ -562,7 +562,7 @@ def test_an_effort_over_its_input_has_a_potential(tmp_path):
     q, potential = found.curve()["q"], found.curve()["potential"]
     expected = 2 * G * 0.3 * np.sin(q) - 3 * q + 1.5 * q**2
     assert potential - potential[0] == pytest.approx(expected - expected[0], abs=1e-11)
-    assert found.found.conservative
+    assert found.report()["conservative"]
 
 
 def test_an_input_that_follows_moves_with_its_leader():
@@ -623,8 +623,8 @@ def test_an_npz_file_has_the_curve(tmp_path):
 
 def test_an_iteration_that_does_not_converge_is_listed_and_leaves_the_answer_open():
     found = equilibrium(load(bar()))
-    lost = replace(found.found.found[0], status=Status.NOT_CONVERGED)
-    found.found = replace(found.found, found=(lost, *found.found.found[1:]))
+    lost = replace(found._found.found[0], status=Status.NOT_CONVERGED)
+    found._found = replace(found._found, found=(lost, *found._found.found[1:]))
     assert not found.answered
     assert found.table()["status"].tolist() == ["not-converged", "ok"]
 
@@ -633,5 +633,5 @@ def test_all_starts_without_convergence_leave_the_answer_open():
     """A constant torque greater than any torque of the weight: no equilibrium."""
     found = equilibrium(load(double_pendulum(loads={"t": {"on": "two", "torque": 30.0}})), starts=4)
     assert found.count == 0
-    assert found.found.failed == 4
+    assert found.report()["failed"] == 4
     assert not found.answered

@@ -153,7 +153,7 @@ def test_singular_positions_have_a_row(name):
     """The row of each event has the positions that the command lists."""
     found = gimcli.singularities(model(name))
     motion = found.animation()
-    assert len(motion.clips) == len(found.found.branches.circuits)
+    assert len(motion.clips) == len(found.report()["circuits"])
     for number, clip in enumerate(motion.clips, start=1):
         own = [event for event in found.events if number in event["branches"]]
         assert len(own) == len(clip.events)

@@ -138,7 +138,7 @@ def test_joint_coordinates_of_a_four_bar():
 @pytest.mark.few
 def test_the_three_coordinates_have_the_same_apparent_mobility(model):
     mechanism = gimcli.load(model)
-    apparent = gimcli.mobility(mechanism).found.apparent
+    apparent = gimcli.mobility(mechanism).report()["apparent"]
     for coordinates in COORDINATES:
         if mechanism.couplings and coordinates != "natural":
             with pytest.raises(gimcli.GimError, match="follow other inputs; only natural coordinates"):
