@@ -7,7 +7,7 @@ from bundled import FILES
 from four_bars import four_bar_text
 from random_mechanisms import Growth
 
-from gimcli import load, sensitivity, trace
+from gimcli import load, trace
 from gimcli.errors import GimError, UsageError
 from gimcli.families.design_sensitivity import DesignSensitivity, moves_nodes
 from gimcli.families.position_state import position_items
@@ -157,17 +157,3 @@ def difference(mechanism, one, inputs, quantities):
         whole = [np.where(turns > 0.0, turns * np.round((a - b) / turns), 0.0) for a, b in (found[:2], found[2:])]
     near, far = found[0] - found[1] - whole[0], found[2] - found[3] - whole[1]
     return (8.0 * np.array(near) - np.array(far)) / (12.0 * step)
-
-
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("Q", "of 'Q': expected a node or point such as B"),
-        ("folower", "did you mean 'follower'"),
-        ("angle:crank/rod", "no member 'rod'"),
-        ("transmission:B/A", "transmission:B/A"),
-    ],
-)
-def test_unknown_quantities_are_refused_with_a_suggestion(text, message):
-    with pytest.raises(UsageError, match=message):
-        sensitivity(four_bar(), text, by="crank", motor=30.0)

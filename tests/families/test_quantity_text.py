@@ -1,7 +1,5 @@
 """The text of kept quantities: values of two designs from the columns of their traces, conditions, refusals."""
 
-import re
-
 import numpy as np
 import pytest
 
@@ -114,12 +112,6 @@ def test_invalid_texts_are_refused(mechanism, text, message):
     with pytest.raises(UsageError) as refused:
         swept(mechanism, [text])
     assert message in str(refused.value)
-
-
-@pytest.mark.parametrize("text", ["P.x", "min(P.z)", "at(P.x, moto=30)", "min(P.x"])
-def test_messages_name_the_option_and_the_text(mechanism, text):
-    with pytest.raises(UsageError, match=f"^goal '{re.escape(text)}': "):
-        swept(mechanism, (), goal=text, best=1)
 
 
 def test_units(mechanism):

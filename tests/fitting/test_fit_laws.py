@@ -6,7 +6,7 @@ import signal
 import numpy as np
 import pytest
 
-from gimcli import UsageError, fit, load, loads, trace
+from gimcli import fit, load, loads, trace
 from gimcli.families.family import Family
 from gimcli.families.position_state import position_items
 from gimcli.fitting.law_quantity import LawQuantity
@@ -109,12 +109,6 @@ def test_reported_distances_are_those_of_the_written_text(tmp_path, seed):
     assert found.rms == pytest.approx(math.sqrt(np.mean(own**2)), abs=1e-7)
 
 
-def test_law_that_cannot_vary_is_refused_by_name(tmp_path):
-    model = written(tmp_path, MODEL.replace("{from: s, by: w}", "{polynomial: [s, w, 10]}"))
-    with pytest.raises(UsageError, match=r"vary s: .*form of the law"):
-        fit(model, {"s": (0, 30), "crank": (30, 50)}, [[60, 90], [40, 97]], starts=10)
-
-
 def test_end_at_seconds_and_at_an_interrupt(tmp_path):
     """The best design until then is reported, with the status and the dimensions that stand on a bound."""
     targets, _ = position(np.array([60.0, 90.0, 120.0, 150.0]), 40.0)
@@ -149,8 +143,3 @@ def test_a_fit_is_of_the_machine_that_has_the_dimensions(tmp_path, read):
     assert found.rms < 1e-9
     if mechanism.path is not None:
         assert {one.name for one in loads(found.model().text).machines} == {"motor", "fan", "W"}
-
-
-def test_a_fit_of_dimensions_of_several_machines_is_refused():
-    with pytest.raises(UsageError, match=r"vary crank\.length, F\.x: a fit is of one machine"):
-        fit(loads(BESIDE), {"crank": (30, 50), "F.x": (305, 315)}, [[60, 90], [40, 97]], starts=10)

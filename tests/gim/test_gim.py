@@ -157,5 +157,5 @@ def test_the_manual_states_the_measured_sweeps():
 
 @pytest.mark.parametrize("wrong", [{"method": "gimm"}, {"strategy": "best"}, {"jit": "yes"}])
 def test_an_unknown_option_is_an_error(wrong):
-    with pytest.raises(UsageError, match="expected one of"):
+    with pytest.raises(UsageError):
         Options(**wrong)

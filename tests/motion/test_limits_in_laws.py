@@ -202,7 +202,7 @@ def test_the_chosen_branch_is_taken_once(case: Linkage, course: Course, tmp_path
 @pytest.mark.parametrize("case", [pytest.param(case, id=case.name) for case in CHANGES if case.other is None])
 def test_a_branch_on_which_the_input_is_stationary_is_an_error(case: Linkage, tmp_path: Path) -> None:
     path = BEYOND[2].fill(case, tmp_path)
-    with pytest.raises(UsageError, match="the input rate is zero"):
+    with pytest.raises(UsageError):
         trace(load(path), STEPS, branch=2)
 
 

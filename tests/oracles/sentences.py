@@ -1,11 +1,11 @@
 """Tables of sentences: for each package, what causes a message, and the exact message (tests/tables/sentences).
 
 A case has a `cause`: a command line that begins with `gim`, or an expression of Python with all names of gimcli, numpy
-as `np`, `yaml`, the numbers Dual and Recording, `formula(text)` in the parameters a = 1.5 and b_2 = -0.25, `replace` of
-dataclasses, and `m`, the mechanism of the case. Its `model` is a text of the table's `models`, a shipped model or the
-text itself; `change` replaces texts in it, `more` is written below it. A command line finds it as m.yaml, and the
-`files` beside it. Either `says` is the whole message, with the kind of error or the exit status, or the text that an
-expression gives, or `prints` is a part of what a command prints.
+as `np`, `yaml`, Path, the numbers Dual and Recording, `formula(text)` in the parameters a = 1.5 and b_2 = -0.25,
+`replace` of dataclasses, and `m`, the mechanism of the case. Its `model` is a text of the table's `models`, a shipped
+model or the text itself; `change` replaces texts in it, `more` is written below it. A command line finds it as m.yaml,
+and the `files` beside it. Either `says` is the whole message, with the kind of error or the exit status, or the text
+that an expression gives, or `prints` is a part of what a command prints.
 
 After a change of words: `python tests/oracles/sentences.py` writes the new messages into the tables; read what
 `git diff` shows.
@@ -42,7 +42,15 @@ class Names(dict):
 
     def __init__(self, text):
         super().__init__(
-            text=text, np=np, yaml=yaml, gimcli=gimcli, Dual=Dual, Recording=Recording, formula=formula, replace=replace
+            text=text,
+            np=np,
+            yaml=yaml,
+            Path=Path,
+            gimcli=gimcli,
+            Dual=Dual,
+            Recording=Recording,
+            formula=formula,
+            replace=replace,
         )
 
     def __missing__(self, name):

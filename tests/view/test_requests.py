@@ -182,7 +182,7 @@ def test_an_input_beyond_its_limit_is_answered_with_the_limit(tmp_path):
         found = client.solve(m=90.0)
         assert found["status"] == "unreachable"
         assert found["inputs"]["m"] == pytest.approx(high)
-        assert found["reason"] == "the motion to m = 90 deg ends at a limit, m = 51.889 deg"
+        assert f"m = {high:.3f} deg" in found["reason"]
         assert client.solve(m=50.0)["status"] == "ok"
 
 
