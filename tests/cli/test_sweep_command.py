@@ -174,11 +174,6 @@ def test_dimensions_without_effect_are_named():
     assert [note.partition(":")[0] for note in notes] == ["vary B.y"]
 
 
-def test_type_needs_a_four_bar():
-    with pytest.raises(UsageError, match="no four-bar loop"):
-        gimcli.sweep(gimcli.load(MODELS / "slider_crank.yaml"), {"rod.length": [2.5, 3.0]}, keep="type")
-
-
 # -- interrupts -----------------------------------------------------------------------------------------
 
 

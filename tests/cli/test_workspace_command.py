@@ -68,26 +68,6 @@ def test_a_fixed_orientation_is_an_option(tmp_path: Path) -> None:
     assert "ram_1 = 16" in text
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (["-p", "Q"], "no node or point 'Q'"),
-        (["--orientation", "proximal_1"], "expected MEMBER=ANGLE"),
-        (["--orientation", "proximal=3"], "no moving member 'proximal'"),
-        (["--orientation", "distal_1=3", "--orientation", "distal_1=4"], "give it once"),
-        (["--orientation", "distal_1=3", "--grid", "5"], "remove one of the two"),
-        (["--resume"], "--grid N"),
-        (["--grid", "100000"], "more than"),
-    ],
-)
-def test_wrong_options_are_refused_with_a_correction(tmp_path: Path, arguments: list[str], message: str) -> None:
-    with pytest.raises(GimError, match=message):
-        CliRunner().invoke(
-            app, ["workspace", str(MODELS / "five_bar.yaml"), *arguments, "-o", str(tmp_path)], catch_exceptions=False
-        )
-    assert not list(tmp_path.glob("*.csv"))
-
-
 def grid_of(stem: str, point: str, count: int) -> Scatterer:
     mechanism = load(MODELS / f"{stem}.yaml")
     return Scatterer(mechanism, carried_by(mechanism, point), input_grid(mechanism, count))

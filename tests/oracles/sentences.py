@@ -93,7 +93,7 @@ def _answer(case, text):
         done = ran(*(part.strip("'") for part in re.findall(r"'[^']*'|\S+", case["cause"])[1:]))
         if "prints" in case:
             return " ".join((done.text + done.error).split())
-        return f"exit {done.code}: {done.error.strip()}"
+        return f"exit {done.code}: {(done.text + done.error).strip()}"
     try:
         return str(eval(case["cause"], Names(text)))
     except Exception as error:
