@@ -12,10 +12,9 @@ from bundled import MODELS
 from link_graphs import baranov_trusses, bars, loaded, truss, watt_baranov
 from random_mechanisms import Growth
 
-from gimcli import load
+from gimcli import StructureError, load
 from gimcli.assemblies import all_configurations, configurations_over, drawn_configuration
 from gimcli.assemblies.assemblies import ConfigurationFinder
-from gimcli.errors import StructureError
 from gimcli.motion.solve import solve
 from gimcli.positions.options import Options
 from gimcli.status import Status

@@ -23,8 +23,7 @@ from machine import RESULTS, Row, interleaved, keep, show  # isort: skip - first
 import numpy as np
 import yaml
 
-from gimcli import load
-from gimcli.mechanism import Mechanism
+from gimcli import Mechanism, load
 from gimcli.motion.motion import Motion, trace
 from gimcli.structure.plan import make_plan
 from gimcli.structure.steps import Plan

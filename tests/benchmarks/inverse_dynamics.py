@@ -13,13 +13,13 @@ from pathlib import Path
 
 import machine
 
-from gimcli import load
+from gimcli import Mechanism, load
 from gimcli.dynamic_data import Inertia
 from gimcli.dynamics.forces import inverse_dynamics
 from gimcli.dynamics.kinematic_history import Courses, Turns
 from gimcli.dynamics.statics import statics
 from gimcli.kernels.jit import compiled
-from gimcli.mechanism import Dynamics, Mechanism
+from gimcli.mechanism import Dynamics
 from gimcli.motion.motion import trace
 from gimcli.positions.options import Options
 

@@ -19,8 +19,7 @@ import by_hand
 import numpy as np
 import peers
 
-from gimcli import load
-from gimcli.mechanism import Mechanism
+from gimcli import Mechanism, load
 from gimcli.motion.motion import Motion, trace
 from gimcli.motion.summary import traced_paths
 from gimcli.positions.options import Options

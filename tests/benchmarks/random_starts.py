@@ -23,10 +23,10 @@ from pathlib import Path
 from machine import MODELS, RESULTS, Row, keep, show  # isort: skip - first: one thread
 import numpy as np
 
-from gimcli import load
+from gimcli import Mechanism, load
 from gimcli.gim.sweeper import Sweeper
 from gimcli.kernels import jit
-from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+from gimcli.mechanism import ComplexArray, FloatArray
 from gimcli.motion.assemble import Assembler
 from gimcli.motion.start import random_guess
 from gimcli.positions.block import NEW, RowBlock

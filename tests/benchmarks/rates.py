@@ -20,9 +20,8 @@ import numpy as np
 import peers
 from influence_coefficients import Influence
 
-from gimcli import load
+from gimcli import Mechanism, load
 from gimcli.kernels import jit
-from gimcli.mechanism import Mechanism
 from gimcli.motion.motion import Motion, trace
 from gimcli.positions.options import Options
 from gimcli.rates.derivatives import TracedRates

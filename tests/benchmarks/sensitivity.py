@@ -15,11 +15,10 @@ import time
 from machine import MODELS, Row, compare_all, interleaved  # isort: skip - first: one thread
 import numpy as np
 
-from gimcli import load
+from gimcli import Mechanism, load
 from gimcli.families.family import Family
 from gimcli.families.sensitivity import position_derivatives
 from gimcli.kernels import jit
-from gimcli.mechanism import Mechanism
 from gimcli.motion.motion import Motion, trace
 from gimcli.positions.options import Options
 

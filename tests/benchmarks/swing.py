@@ -18,10 +18,9 @@ import numba
 import numpy as np
 from scipy.integrate import DOP853, solve_ivp
 
-from gimcli import load
+from gimcli import Mechanism, load
 from gimcli.dynamics.simulation import Settings, Simulation, simulate
 from gimcli.kernels.jit import compiled
-from gimcli.mechanism import Mechanism
 
 MODEL = Path(__file__).parents[2] / "models" / "watt_durango.yaml"
 HALF_PERIOD = 1.79687375203394

@@ -12,12 +12,11 @@ import pytest
 from bundled import MODELS
 from typer.testing import CliRunner
 
-from gimcli import load
+from gimcli import UsageError, load
 from gimcli.branching.resampling import circuit_motion
 from gimcli.branching.singular_positions import drawn_circuit
 from gimcli.cli import app
 from gimcli.continuation.curve import PositionCurve
-from gimcli.errors import UsageError
 from gimcli.rates.arclength_derivatives import ArclengthDerivatives
 
 CHEBYSHEV = MODELS / "chebyshev.yaml"

@@ -12,9 +12,8 @@ import numpy as np
 import pytest
 from in_process import ANALYSES
 
-from gimcli import load, solve
+from gimcli import UsageError, load, solve
 from gimcli.cli import main
-from gimcli.errors import UsageError
 
 MODEL = """\
 nodes: {O: [0, 0], G: [4, 0], A: [0, 1], B: [4, 3]}

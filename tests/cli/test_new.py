@@ -7,7 +7,7 @@ from bundled import FILES, MODELS
 from in_process import gim, ran
 
 import gimcli
-from gimcli.errors import OutputError, UsageError
+from gimcli import OutputError, UsageError
 from gimcli.library.shipped_models import OTHER, THEMES, ShippedModel
 
 NAMES = [path.stem for path in FILES]

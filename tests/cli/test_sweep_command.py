@@ -17,7 +17,7 @@ from bundled import MODELS
 from in_process import gim, ran, refused
 
 import gimcli
-from gimcli.errors import UsageError
+from gimcli import UsageError
 from gimcli.families import sweep_job, sweep_run
 from gimcli.families.four_bar_type import four_bar_types
 from gimcli.families.sweep_job import SweepJob

@@ -13,9 +13,8 @@ import pytest
 from bundled import MODELS
 from typer.testing import CliRunner
 
-from gimcli import load
+from gimcli import GimError, load
 from gimcli.cli import app
-from gimcli.errors import GimError
 from gimcli.kernels import jit
 from gimcli.motion.scatter import Scatterer, scattered
 from gimcli.motion.solve import solve

@@ -10,11 +10,10 @@ from bundled import FEWEST, MODELS, run_model
 from random_mechanisms import Growth
 from table1_operations import CASES, displaced
 
-from gimcli import load
+from gimcli import GimError, load
 from gimcli.comparison.absolute import frame_poses
 from gimcli.comparison.methods import COORDINATES, TextbookConstants, follow
 from gimcli.comparison.stop import Stop
-from gimcli.errors import GimError
 from gimcli.kernels import bodies, jit, points
 from gimcli.motion.motion import trace
 from gimcli.positions.dispatch import plain

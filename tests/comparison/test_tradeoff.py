@@ -17,12 +17,11 @@ from in_process import printed as gim
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from table1_operations import CASES, from_far, measure
 
-from gimcli import load
+from gimcli import StructureError, load
 from gimcli.comparison import timing as clocks
 from gimcli.comparison.methods import METHODS, MotionMethod, Outcome
 from gimcli.comparison.timing import Measured, Timing
 from gimcli.comparison.tradeoff import Entry, Tradeoff, advise, mark_efficient, tradeoff
-from gimcli.errors import StructureError
 from gimcli.motion.motion import trace
 from gimcli.output.tradeoff import tradeoff_picture
 from gimcli.positions.options import Options

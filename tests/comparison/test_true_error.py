@@ -7,9 +7,8 @@ import yaml
 from bundled import MODELS
 from random_mechanisms import Growth
 
-from gimcli import load
+from gimcli import GimError, load
 from gimcli.comparison.true_error import refine
-from gimcli.errors import GimError
 from gimcli.motion.motion import trace
 from gimcli.structure.exact_equations import Constraints
 from gimcli.structure.residual import residual

@@ -9,12 +9,11 @@ import mpmath
 import numpy as np
 import pytest
 
-from gimcli import load
+from gimcli import Mechanism, load
 from gimcli.continuation.arc import ArcPassage, make_arc
 from gimcli.continuation.branches import departure
 from gimcli.continuation.curve import PositionCurve
 from gimcli.continuation.folds import fold_beside
-from gimcli.mechanism import Mechanism
 
 SLIDER = """\
 units: {{length: unit}}

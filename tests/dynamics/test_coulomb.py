@@ -14,13 +14,13 @@ from heavy_models import on, weighted
 from in_process import gim
 
 import gimcli
+from gimcli import ModelError
 from gimcli.dynamics.coulomb_solver import FrictionSystem, solve_friction
 from gimcli.dynamics.coulomb_status import FrictionStatus
 from gimcli.dynamics.efficiency import row_efficiency, self_locking
 from gimcli.dynamics.force_motion import ForceMotion
 from gimcli.dynamics.forces import motion_forces
 from gimcli.dynamics.statics import statics
-from gimcli.errors import ModelError
 from gimcli.motion.motion import stream, trace
 
 MU = 0.1

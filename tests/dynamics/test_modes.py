@@ -12,7 +12,7 @@ from in_process import gim
 from small_vibrations import LAGUERRE, SLIDER_CRANK, chain, geared_pendulums
 
 import gimcli
-from gimcli.errors import ModelError, UsageError
+from gimcli import ModelError, UsageError
 from gimcli.structure.residual import residual
 
 G = 9.81

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import gimcli
+from gimcli import ModelError
 from gimcli.dynamics.forces import motion_forces
-from gimcli.errors import ModelError
 from gimcli.model.source import read_source
 from gimcli.motion.motion import trace
 from gimcli.positions.options import Options

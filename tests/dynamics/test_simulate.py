@@ -16,12 +16,11 @@ from scipy.integrate import solve_ivp, trapezoid
 from scipy.special import ellipk
 
 import gimcli
-from gimcli import load
+from gimcli import UsageError, load
 from gimcli.dynamics.forces import inverse_dynamics
 from gimcli.dynamics.simulation import Settings, simulate
 from gimcli.dynamics.simulation_table import reactions
 from gimcli.dynamics.statics import statics
-from gimcli.errors import UsageError
 from gimcli.kernels.jit import compiled
 from gimcli.positions.dispatch import plain
 from gimcli.status import Status

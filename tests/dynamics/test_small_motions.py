@@ -7,9 +7,8 @@ import pytest
 from scipy.linalg import eigh
 from small_vibrations import LAGUERRE, SLIDER_CRANK, chain, geared_pendulums
 
-from gimcli import loads
+from gimcli import ModelError, StructureError, loads
 from gimcli.dynamics.small_motions import linearised
-from gimcli.errors import ModelError, StructureError
 from gimcli.motion.solve import solve
 from gimcli.positions.options import Options
 from gimcli.status import Status

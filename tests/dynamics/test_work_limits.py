@@ -11,12 +11,12 @@ from bundled import MODELS
 from in_process import gim
 
 import gimcli
+from gimcli import ModelError, UsageError
 from gimcli.dynamics import equilibria_curve
 from gimcli.dynamics.integration import Integration
 from gimcli.dynamics.integrators import INTEGRATORS, StepControl
 from gimcli.dynamics.simulation import simulate
 from gimcli.dynamics.simulation_types import SIMULATION, Settings
-from gimcli.errors import ModelError, UsageError
 from gimcli.kernels.jit import compiled
 from gimcli.positions.dispatch import plain
 from gimcli.status import Status

@@ -14,7 +14,7 @@ import pytest
 from damaged_texts import changed, cut, with_numbers
 
 import gimcli
-from gimcli.errors import ModelError
+from gimcli import ModelError
 from gimcli.exchange.assembling import model_of
 from gimcli.exchange.pmks_plus_codec import checked_body, digest, stamped
 from gimcli.exchange.registry import draft_of

@@ -7,7 +7,7 @@ import pytest
 from damaged_texts import changed, cut, with_numbers
 
 import gimcli
-from gimcli.errors import ModelError
+from gimcli import ModelError
 from gimcli.exchange import pmks_text
 from gimcli.exchange.assembling import model_of
 from gimcli.exchange.registry import draft_of

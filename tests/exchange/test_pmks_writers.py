@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import gimcli
-from gimcli.errors import ModelError
+from gimcli import ModelError
 from gimcli.exchange.assembling import model_of
 from gimcli.exchange.draft import Draft
 from gimcli.exchange.drawn_linkage import DrawnLinkage

@@ -7,8 +7,7 @@ from bundled import FILES
 from four_bars import four_bar_text
 from random_mechanisms import Growth
 
-from gimcli import load, trace
-from gimcli.errors import GimError, UsageError
+from gimcli import GimError, UsageError, load, trace
 from gimcli.families.design_sensitivity import DesignSensitivity, moves_nodes
 from gimcli.families.position_state import position_items
 from gimcli.model.dimensions import dimensions

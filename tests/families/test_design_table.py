@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import kstest, norm, qmc
 
-from gimcli.errors import UsageError
+from gimcli import UsageError
 from gimcli.families.design_table import design_table
 from gimcli.families.sampling import permuted
 from gimcli.families.variation import varied

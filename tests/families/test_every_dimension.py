@@ -6,7 +6,7 @@ import pytest
 from bundled import FILES
 
 import gimcli
-from gimcli.errors import GimError
+from gimcli import GimError
 from gimcli.model.dimensions import dimensions
 
 

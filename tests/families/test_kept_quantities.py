@@ -5,7 +5,7 @@ import pytest
 from bundled import MODELS
 
 import gimcli
-from gimcli.errors import UsageError
+from gimcli import UsageError
 from gimcli.families.family import Family
 from gimcli.model.dimensions import dimensions
 from gimcli.status import Status

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import gimcli
-from gimcli.errors import UsageError
+from gimcli import UsageError
 
 LENGTHS = [35.0, 40.0]
 STEPS = 12

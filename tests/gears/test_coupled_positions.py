@@ -7,7 +7,7 @@ import pytest
 from coupled_models import PLANETARY, apex, five_bar, with_gears
 
 import gimcli
-from gimcli.errors import GimError
+from gimcli import GimError
 
 
 @pytest.mark.parametrize("ratio", [2.0, -1.0, 1.0, 0.5, -2.5])

@@ -6,8 +6,8 @@ from geared_models import bodies, five_bar, state, train
 from scipy.integrate import solve_ivp
 
 import gimcli
+from gimcli import GimError
 from gimcli.dynamics.small_motions import linearised
-from gimcli.errors import GimError
 from gimcli.motion.linked_inputs import linked_position
 
 FREE = {"pivot": "O", "arm": "A", "free": True}

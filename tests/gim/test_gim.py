@@ -7,8 +7,7 @@ import pytest
 from bundled import MANUAL, MODELS
 from table1_operations import CASES
 
-from gimcli import load
-from gimcli.errors import StructureError, UsageError
+from gimcli import StructureError, UsageError, load
 from gimcli.gim.convergence import fit_history
 from gimcli.gim.report import report
 from gimcli.gim.sequence import known_nodes

@@ -10,9 +10,8 @@ from random_mechanisms import Growth
 from table1_operations import CASES
 from typer.testing import CliRunner
 
-from gimcli import load
+from gimcli import StructureError, load
 from gimcli.cli import app
-from gimcli.errors import StructureError
 from gimcli.gim import sweeps
 from gimcli.gim.sequence_switching import SwitchingState, off_branch
 from gimcli.gim.sweeper import Sweeper

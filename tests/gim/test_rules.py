@@ -9,8 +9,7 @@ from in_process import printed as gim
 from random_mechanisms import Growth
 
 import gimcli
-from gimcli import load, loads
-from gimcli.errors import StructureError
+from gimcli import StructureError, load, loads
 from gimcli.gim.rules import PaperRules
 from gimcli.gim.sequence import find_sequence
 from gimcli.gim.sweeper import Sweeper

@@ -34,7 +34,7 @@ from extreme_cases import (
 from mpmath import mp, mpc, mpf
 from specifications import four_bar, ray, read, run, size, worst
 
-from gimcli.errors import GimError
+from gimcli import GimError
 
 
 def good(m):

@@ -40,8 +40,7 @@ from extreme_cases import (
 )
 from specifications import four_bar, run, size
 
-from gimcli import load
-from gimcli.errors import GimError, ModelError
+from gimcli import GimError, ModelError, load
 from gimcli.status import Status
 
 REASONS = {status.word: status.text for status in Status}

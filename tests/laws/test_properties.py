@@ -17,8 +17,7 @@ from hypothesis import HealthCheck, assume, given, settings, strategies as st
 from random_mechanisms import DRIVES, KINDS, Growth
 from specifications import Run, errors, moved, run, shuffled, size
 
-from gimcli import load
-from gimcli.errors import GimError
+from gimcli import GimError, load
 from gimcli.motion.solve import solve
 from gimcli.positions.options import Options
 from gimcli.status import Status

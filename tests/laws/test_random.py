@@ -5,8 +5,7 @@ import pytest
 import yaml
 from random_mechanisms import Growth
 
-from gimcli import load
-from gimcli.errors import GimError
+from gimcli import GimError, load
 from gimcli.motion.motion import trace
 from gimcli.positions.options import Options
 from gimcli.status import Status

@@ -7,7 +7,7 @@ import pytest
 from bundled import MODELS
 
 import gimcli
-from gimcli.mechanism import Mechanism
+from gimcli import Mechanism
 
 
 def agree(one: Mechanism, other: Mechanism, name: str) -> None:

@@ -10,7 +10,7 @@ from bundled import EXPLICIT, MODELS
 from in_process import gim, ran, refused
 
 import gimcli
-from gimcli.errors import UsageError
+from gimcli import UsageError
 from gimcli.model.source import read_source
 
 NUMBER = re.compile(r"[-+]?\d+(\.\d*)?([eE][-+]?\d+)?")

@@ -7,7 +7,7 @@ from bundled import MODELS
 from in_process import gim, refused
 
 import gimcli
-from gimcli.errors import UsageError
+from gimcli import UsageError
 from gimcli.language.expression import PartKind
 from gimcli.language.reader import longest
 from gimcli.library.plot_text import graphs_of

@@ -10,7 +10,7 @@ from bundled import MODELS
 from four_bars import four_bar_text
 
 import gimcli
-from gimcli.errors import UsageError
+from gimcli import UsageError
 from gimcli.families.family import Family
 from gimcli.families.tolerances import drawn, sampled_spread
 

@@ -7,9 +7,8 @@ from bundled import FILES, MODELS
 from typer.testing import CliRunner
 
 import gimcli
-from gimcli import shipped
+from gimcli import ModelError, shipped
 from gimcli.cli import app
-from gimcli.errors import ModelError
 
 COPY = """
 name: Own

@@ -13,9 +13,7 @@ import yaml
 from bundled import FILES
 
 import gimcli
-from gimcli import loads
-from gimcli.errors import GimError, ModelError
-from gimcli.mechanism import Mechanism
+from gimcli import GimError, Mechanism, ModelError, loads
 from gimcli.model.compile import compile_model
 from gimcli.model.dimensions import dimension, dimensions
 from gimcli.model.formula import FUNCTIONS

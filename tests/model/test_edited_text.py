@@ -6,8 +6,7 @@ import pytest
 import yaml
 
 import gimcli
-from gimcli import load, loads
-from gimcli.errors import UsageError
+from gimcli import UsageError, load, loads
 from gimcli.model.dimensions import dimensions
 from gimcli.model.edited_text import written_with
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import gimcli
-from gimcli.errors import StructureError
+from gimcli import StructureError
 
 MODEL = """\
 nodes: {O: [0, 0], A: [0, 20], B: [70, 0], H: [90, 0]}

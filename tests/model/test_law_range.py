@@ -8,8 +8,7 @@ import warnings
 import numpy as np
 import pytest
 
-from gimcli import load
-from gimcli.errors import ModelError
+from gimcli import ModelError, load
 from gimcli.mechanism import MOST_TURNS
 
 MODEL = """\

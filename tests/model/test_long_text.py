@@ -13,8 +13,8 @@ import yaml
 from in_process import gim
 
 import gimcli
+from gimcli import Mechanism
 from gimcli.library.long_form import long_form
-from gimcli.mechanism import Mechanism
 
 LEFT_OUT = ("files", "path", "written", "left_out", "name", "stated")
 EVERYTHING = """\

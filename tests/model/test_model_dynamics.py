@@ -7,9 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from gimcli import load
+from gimcli import ModelError, load
 from gimcli.dynamic_data import TIME
-from gimcli.errors import ModelError
 from gimcli.model.json_schema import json_schema
 
 TOP = """\

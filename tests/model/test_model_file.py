@@ -9,9 +9,8 @@ from pathlib import Path
 import pytest
 import yaml
 
-from gimcli import load
+from gimcli import ModelError, load
 from gimcli.cli import main
-from gimcli.errors import ModelError
 from gimcli.mechanism import ANGLE, HEIGHT, SPAN
 from gimcli.model.check import checked
 from gimcli.model.source import read_source

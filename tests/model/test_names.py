@@ -8,9 +8,8 @@ import re
 
 import pytest
 
-from gimcli import load
+from gimcli import ModelError, load
 from gimcli.cli import main
-from gimcli.errors import ModelError
 
 MODEL = """\
 nodes: {O: [0, 0], G: [4, 0], A: [0, 1], B: [4, 3], C: [6, 0.5], D: [5, 0]}

@@ -6,8 +6,7 @@ from typing import Any
 
 import pytest
 
-from gimcli import load, loads
-from gimcli.errors import ModelError, UsageError
+from gimcli import ModelError, UsageError, load, loads
 from gimcli.model.dimensions import dimension, tolerances
 from gimcli.model.part import Part
 from gimcli.model.remarks import remarks

@@ -18,7 +18,7 @@ from bundled import MODELS
 from in_process import printed, refused as printed_error
 
 import gimcli
-from gimcli.errors import ModelError
+from gimcli import ModelError
 from gimcli.families.family import Family
 from gimcli.model.json_schema import json_schema
 from gimcli.model.source import read_yaml

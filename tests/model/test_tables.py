@@ -8,8 +8,7 @@ import time
 
 import pytest
 
-from gimcli import load
-from gimcli.errors import ModelError
+from gimcli import ModelError, load
 from gimcli.model.source import MOST_BYTES
 from gimcli.model.tables import MOST_ROWS
 

@@ -17,10 +17,9 @@ from four_bars import cosines, four_bar, four_bar_text
 from typer.testing import CliRunner
 
 import gimcli
-from gimcli import load
+from gimcli import UsageError, load
 from gimcli.branching.event_refinement import sharpened
 from gimcli.cli import app
-from gimcli.errors import UsageError
 from gimcli.model.source import read_source
 from gimcli.motion.motion import Motion, trace
 from gimcli.status import Status

@@ -12,9 +12,7 @@ from bundled import FEWEST, MODELS
 from closed_linkages import meeting
 from four_bars import cosines, four_bar
 
-from gimcli import load
-from gimcli.errors import UsageError
-from gimcli.mechanism import Mechanism
+from gimcli import Mechanism, UsageError, load
 from gimcli.motion.dragging import FARTHEST, InputDrag
 from gimcli.motion.motion import trace
 from gimcli.status import Status

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from bundled import MODELS
 
-from gimcli import load
-from gimcli.mechanism import InputLaw, Mechanism
+from gimcli import Mechanism, load
+from gimcli.mechanism import InputLaw
 from gimcli.model.laws import PROFILES, PolynomialLaw, RunLaw, TableLaw
 from gimcli.motion.legs import Leg, dense, legs
 from gimcli.positions.inputs import input_line, line_through

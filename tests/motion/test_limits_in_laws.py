@@ -16,9 +16,8 @@ from closed_linkages import LAW, LINKAGES, Linkage
 from typer.testing import CliRunner
 
 import gimcli
-from gimcli import load
+from gimcli import UsageError, load
 from gimcli.cli import app
-from gimcli.errors import UsageError
 from gimcli.motion.motion import Motion, trace
 from gimcli.status import Status
 

@@ -9,8 +9,7 @@ import yaml
 from bundled import FILES, changed
 from random_mechanisms import Growth
 
-from gimcli import load
-from gimcli.errors import GimError
+from gimcli import GimError, load
 from gimcli.motion.follow import FollowedPath
 from gimcli.motion.motion import Motion, checked, stream, trace
 from gimcli.motion.summary import DRAWN, Summary

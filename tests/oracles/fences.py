@@ -27,7 +27,7 @@ from bundled import MANUAL, README, ROOT
 from in_process import ran
 
 import gimcli
-from gimcli.errors import GimError
+from gimcli import GimError
 from gimcli.model.source import read_source
 
 PAGES = [README, *sorted(MANUAL.glob("*.md"))]

@@ -7,8 +7,7 @@ import math
 from pathlib import Path
 from typing import Any
 
-from gimcli import load
-from gimcli.mechanism import Mechanism
+from gimcli import Mechanism, load
 
 MODEL = """\
 name: four-bar

@@ -13,9 +13,8 @@ from unittest.mock import patch
 import yaml
 from typer.testing import CliRunner
 
-from gimcli import load
+from gimcli import GimError, load
 from gimcli.cli import COMMANDS, app, main
-from gimcli.errors import GimError
 from gimcli.model.source import read_source
 
 SERVERS = ("view",)

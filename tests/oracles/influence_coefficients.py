@@ -34,9 +34,9 @@ from typing import Any, overload
 
 import numpy as np
 
-from gimcli.errors import UsageError
+from gimcli import Mechanism, UsageError
 from gimcli.kernels import tape as kernels
-from gimcli.mechanism import ComplexArray, FloatArray, Mechanism, Point
+from gimcli.mechanism import ComplexArray, FloatArray, Point
 from gimcli.positions.dispatch import plain
 from gimcli.positions.newton import Run
 from gimcli.rates.derivatives import Differentiator, parts

@@ -24,9 +24,9 @@ from typing import Any
 
 import numpy as np
 
+from gimcli import Mechanism, StructureError
 from gimcli.dynamics.physical import require_action
-from gimcli.errors import StructureError
-from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
+from gimcli.mechanism import FRAME, ComplexArray, FloatArray
 from gimcli.structure.assur import DYADS, AssurGroup, formation
 from gimcli.structure.lower_pairs import PRISMATIC, LowerPair
 

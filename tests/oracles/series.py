@@ -17,7 +17,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from jets import Jet, constant, derivatives, dot, quotient, slope, times, turn
 
-from gimcli.mechanism import FRAME, HEIGHT, SPAN, ComplexArray, FloatArray, Mechanism
+from gimcli import Mechanism
+from gimcli.mechanism import FRAME, HEIGHT, SPAN, ComplexArray, FloatArray
 from gimcli.structure.plan import make_plan
 from gimcli.structure.steps import (
     NONE,

@@ -13,7 +13,7 @@ from in_process import ran
 from PIL import Image
 
 import gimcli
-from gimcli.errors import OutputError
+from gimcli import OutputError
 from gimcli.output import film as film_module, style
 from gimcli.output.animation import Animation, Clip
 from gimcli.output.film import Frames, frame_rows, pieces

@@ -13,9 +13,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gimcli import output
-from gimcli.errors import OutputError, UsageError
-from gimcli.mechanism import ANGLE, HEIGHT, SPAN, Input, Mechanism, Member, PairRow, Point
+from gimcli import Mechanism, OutputError, UsageError, output
+from gimcli.mechanism import ANGLE, HEIGHT, SPAN, Input, Member, PairRow, Point
 from gimcli.output import CsvStream, write_csv, written_bytes, written_text
 from gimcli.output.axes import title_lines
 from gimcli.output.curves import drawn_runs, thinned

@@ -9,7 +9,7 @@ from in_process import gim
 from matplotlib.image import imread
 
 import gimcli
-from gimcli.errors import UsageError
+from gimcli import UsageError
 from gimcli.output.figure import figure_of
 from gimcli.output.look import read_look, settings_of
 from gimcli.output.picture import GHOSTS, LAYOUT, Frame, PictureLayout

@@ -13,7 +13,7 @@ from bundled import MODELS
 from in_process import gim
 
 import gimcli
-from gimcli.errors import OutputError
+from gimcli import OutputError
 from gimcli.output import FORMATS, xlsx as module
 from gimcli.output.workbook import Workbook, kind_of
 from gimcli.output.xlsx import write_xlsx

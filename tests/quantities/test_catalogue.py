@@ -5,7 +5,7 @@ import pytest
 from bundled import MODELS
 
 import gimcli
-from gimcli.errors import UsageError
+from gimcli import UsageError
 from gimcli.quantities.catalogue import catalogue
 
 STEPS = 12

@@ -15,8 +15,7 @@ from mp_derivatives import exact
 from random_mechanisms import Growth
 from rated import rated
 
-from gimcli import load
-from gimcli.errors import UsageError
+from gimcli import UsageError, load
 from gimcli.kernels import jit, reflections
 from gimcli.kernels.lanes import ROWS, WIDTH
 from gimcli.mechanism import Point

@@ -14,7 +14,7 @@ from bundled import MODELS
 from in_process import gim, ran, read_rows
 
 import gimcli
-from gimcli.errors import UnassembledError
+from gimcli import UnassembledError
 from gimcli.model.source import read_source
 from gimcli.reach import initial_paths
 

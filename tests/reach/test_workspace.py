@@ -16,9 +16,7 @@ import pytest
 import yaml
 from bundled import MODELS
 
-from gimcli import load
-from gimcli.errors import StructureError, UsageError
-from gimcli.mechanism import Mechanism
+from gimcli import Mechanism, StructureError, UsageError, load
 from gimcli.model.source import read_source
 from gimcli.reach.boundary import Workspace, survey
 from gimcli.reach.reach import reach

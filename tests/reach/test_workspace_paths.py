@@ -11,12 +11,11 @@ import pytest
 import yaml
 from bundled import MODELS
 
-from gimcli import load
+from gimcli import Mechanism, UnassembledError, load
 from gimcli.assemblies import all_configurations
 from gimcli.branching.enumeration import circuits
 from gimcli.branching.resampling import circuit_motion
-from gimcli.errors import UnassembledError
-from gimcli.mechanism import FloatArray, Mechanism
+from gimcli.mechanism import FloatArray
 from gimcli.model.source import read_source
 from gimcli.reach.reach import Reach, ReachedPath, reach
 from gimcli.structure.carried import carried_point

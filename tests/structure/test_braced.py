@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from link_graphs import loaded
 
-from gimcli.errors import StructureError
+from gimcli import StructureError
 from gimcli.motion.solve import solve
 from gimcli.positions.options import Options
 from gimcli.status import Status

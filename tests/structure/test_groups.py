@@ -9,9 +9,8 @@ import pytest
 from bundled import MODELS
 from typer.testing import CliRunner
 
-from gimcli import load
+from gimcli import StructureError, load
 from gimcli.cli import app
-from gimcli.errors import StructureError
 from gimcli.mechanism import SPAN
 from gimcli.structure.assur import formation
 from gimcli.structure.dulmage_mendelsohn import components, match, split

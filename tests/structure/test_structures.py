@@ -8,11 +8,10 @@ import yaml
 from random_structures import Structure
 from typer.testing import CliRunner
 
-from gimcli import load
+from gimcli import StructureError, load
 from gimcli.assemblies import all_configurations
 from gimcli.branching.singular_positions import survey
 from gimcli.cli import app
-from gimcli.errors import StructureError
 from gimcli.model.compile import compile_model
 from gimcli.model.schema import Model, long_form
 from gimcli.motion.motion import trace

@@ -10,7 +10,7 @@ import pytest
 from live_server import running
 
 import gimcli
-from gimcli.errors import ModelError, UsageError
+from gimcli import ModelError, UsageError
 from gimcli.view import live_model
 
 MODEL = """\
