@@ -18,7 +18,7 @@ import math
 import operator
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 FUNCTIONS = {
     **dict.fromkeys(("abs", "sqrt", "exp", "log", "sin", "cos", "tan", "asin", "acos", "atan"), 1),
@@ -50,8 +50,7 @@ class ExpressionError(ValueError):
     """A text that is no expression, or an expression without a value."""
 
 
-@dataclass(frozen=True)
-class PartKind:
+class PartKind(NamedTuple):
     """What a part of an expression is.
 
     `unit` is "" if there is none or it is not known, None for a bare number, which takes that of its partner.
@@ -60,6 +59,9 @@ class PartKind:
     what: str  # "number", "rows" (one value for each row), "text" or "yes" (true or false)
     unit: str | None = ""
     columns: int = 1  # several for a measure or a vector
+
+
+NUMBER = PartKind("number")
 
 
 @dataclass(frozen=True)
@@ -72,7 +74,7 @@ class Expression:
 
     text: str
     code: tuple[Any, ...]
-    kind: PartKind = PartKind("number")
+    kind: PartKind = NUMBER
 
     @property
     def names(self) -> frozenset[str]:

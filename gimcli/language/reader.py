@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from typing import Any, Protocol
 
 from gimcli.language.expression import CONSTANTS, FUNCTIONS, REDUCES, REDUCTIONS, Expression, ExpressionError, PartKind
@@ -20,7 +19,7 @@ PRECEDENCE = {
 }  # fmt: skip
 """The precedence of operators between two operands."""
 
-OPERATOR = re.compile(r"or\b|and\b|<=|>=|==|!=|<|>|\+|-|\*\*|\*|/")
+OPERATOR = re.compile(r"\s*(or\b|and\b|<=|>=|==|!=|<|>|\+|-|\*\*|\*|/)")
 
 DIGITS = r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?"
 NUMBER, SIGNED, WORD = re.compile(DIGITS), re.compile(rf"\s*[-+]?{DIGITS}\s*"), re.compile(r"[^\W\d]\w*")
@@ -110,38 +109,35 @@ class ExpressionReader:
         if self.depth > DEEPEST:
             raise ExpressionError(f"nested too deeply: more than {DEEPEST} brackets or signs inside one another")
         found = self._signed()
-        while (sign := self._operator()) and PRECEDENCE[sign] >= least:
-            self.place += len(sign)
-            second = self.operation(SIGN if sign == "**" else PRECEDENCE[sign] + 1)
-            found = self._joined(sign, found, second)
+        while (sign := OPERATOR.match(self.text, self.place)) and PRECEDENCE[sign[1]] >= least:
+            self.place = sign.end()
+            second = self.operation(SIGN if sign[1] == "**" else PRECEDENCE[sign[1]] + 1)
+            found = self._joined(sign[1], found, second)
         self.depth -= 1
         return found
 
-    def _operator(self) -> str:
-        """Return the operator that comes next; "" if there is none."""
-        found = OPERATOR.match(self.rest())
-        return found[0] if found is not None else ""
-
     def _signed(self) -> PartKind:
-        if self.rest().startswith("not") and not self.names.longest(self.rest()) and self.takes("not"):
+        rest = self.rest()
+        if rest.startswith("not") and not self.names.longest(rest) and self.takes("not"):
             self._expect(self.operation(NOT), "yes")
             return self._applied("not", 1, PartKind("yes"))
-        sign = next((s for s in "+-" if self.takes(s)), "")
-        if not sign:
-            return self._operand()
+        if rest[:1] not in ("+", "-"):
+            return self._operand(rest)
+        negative = not self.takes("+") and self.takes("-")
         found = self._numeric(self.operation(SIGN))
-        return self._applied("negative", 1, found) if sign == "-" else found
+        return self._applied("negative", 1, found) if negative else found
 
-    def _operand(self) -> PartKind:
-        rest = self.rest()
-        name, word, number = self.names.longest(rest), WORD.match(rest), NUMBER.match(rest)
+    def _operand(self, rest: str) -> PartKind:
+        name, word = self.names.longest(rest), WORD.match(rest)
         called = word is not None and rest[word.end() :].lstrip()[:1] == "("
         if called and word is not None and (not name or word[0] == name):
             self.place += word.end()
             return self._call(word[0])
         if name:
-            self.code += self.names.code(name)[:-1]
-            return self._pushed(name, self.names.code(name)[-1], self.names.kind(name))
+            code = self.names.code(name)
+            self.code += code[:-1]
+            return self._pushed(name, code[-1], self.names.kind(name))
+        number = NUMBER.match(rest)
         if number is not None:
             return self._pushed(number[0], float(number[0]), PartKind("number", None))
         if rest[:1] in ("'", '"') and rest[0] in rest[1:]:
@@ -163,7 +159,7 @@ class ExpressionReader:
             raise ExpressionError(
                 "| | takes a number or a vector, but a measure here has more columns; name one of them"
             )
-        return self._applied("hypot of columns" if kind.columns == 2 else "abs", 1, replace(kind, columns=1))
+        return self._applied("hypot of columns" if kind.columns == 2 else "abs", 1, kind._replace(columns=1))
 
     def _call(self, word: str) -> PartKind:
         if word not in (*REDUCTIONS, "at", *FUNCTIONS):
@@ -185,12 +181,12 @@ class ExpressionReader:
             raise ExpressionError(f"{word} needs {least}, got {count}")
         if word in ("radians", "degrees"):
             self.code.append(CONSTANTS["deg"] if word == "radians" else 180.0 / math.pi)
-            return self._applied("*", 2, replace(kinds[0], unit=""))
+            return self._applied("*", 2, kinds[0]._replace(unit=""))
         found = kinds[0]
         for other in kinds[1:]:
             found = self._together(found, other, word if word != "atan2" else "")
         unit = found.unit if word in ("abs", "hypot", "min", "max") else _root(found.unit) if word == "sqrt" else ""
-        return self._applied(word, count, replace(found, unit=unit))
+        return self._applied(word, count, found._replace(unit=unit))
 
     def _reduced(self, word: str, kind: PartKind) -> PartKind:
         if kind.what != "rows":
@@ -239,7 +235,7 @@ class ExpressionReader:
             self._together(self._expect(first, "number"), self._expect(second, "number"), sign)
             return self._applied(sign, 2, PartKind("yes"))
         found = self._together(self._numeric(first), self._numeric(second), sign if sign in "+-" else "")
-        return self._applied(sign, 2, found if sign in "+-" else replace(found, unit=found.unit and ""))
+        return self._applied(sign, 2, found if sign in "+-" or not found.unit else found._replace(unit=""))
 
     def _together(self, first: PartKind, second: PartKind, alike: str) -> PartKind:
         """Return the kind of two numbers or columns that are combined; `alike` names what needs equal units."""
@@ -280,8 +276,8 @@ class ExpressionReader:
     def takes(self, sign: str) -> bool:
         """Skip a sign or a word that begins here; return whether it was skipped."""
         rest = self.rest()
-        word = WORD.match(rest)
-        longer = sign.isalpha() and word is not None and word[0] != sign
+        word = WORD.match(rest) if sign.isalpha() else None
+        longer = word is not None and word[0] != sign
         if not rest.startswith(sign) or longer or (sign == "*" and rest.startswith("**")):
             return False
         self.place += len(sign)

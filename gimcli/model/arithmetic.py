@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import math
 import re
 from collections.abc import Collection, Iterable, Mapping
@@ -34,7 +33,7 @@ class Evaluated(NamedTuple):
 
 def evaluated(data: dict[str, Any], texts: Iterable[Where]) -> Evaluated:
     """Evaluate the texts at some paths of the data, which is not changed."""
-    data, names = copy.deepcopy(data), _names(data)
+    data, names = copied(data), _names(data)
     result = Evaluated(data, {}, {})
     for where in texts:
         try:
@@ -59,6 +58,13 @@ def evaluated(data: dict[str, Any], texts: Iterable[Where]) -> Evaluated:
         if where[0] == PARAMETERS:
             values[str(where[1])] = value
     return result._replace(formulas={w: result.formulas[w] for w in _ordered(result) if w not in result.refused})
+
+
+def copied(data: Any) -> Any:
+    """Return plain data with its own dicts and lists."""
+    if isinstance(data, dict):
+        return {name: copied(value) for name, value in data.items()}
+    return [copied(value) for value in data] if isinstance(data, list) else data
 
 
 def in_order(formulas: Mapping[Where, Expression]) -> tuple[Where, ...]:

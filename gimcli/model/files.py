@@ -32,5 +32,5 @@ def _tables(data: Any) -> Iterator[str]:
     for key, value in parts.items():
         if key == "table" and isinstance(value, str):
             yield value
-        else:
+        elif isinstance(value, dict | Part):
             yield from _tables(value)
