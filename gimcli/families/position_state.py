@@ -75,7 +75,8 @@ def position_items(mechanism: Mechanism, text: str) -> tuple[Item, ...]:
             item.quantity.values(needs)
     except ApartError:
         needs.order = 1
-    items = () if needs.order or needs.rows else items
+    if items and (needs.order or needs.rows):
+        raise UsageError(f"of '{text}': only positions have exact derivatives; `gim sweep --keep` has its values")
     if not items:
         axes = (f"{name}.{axis}" for name in known.points for axis in "xy")
         near = guess(text, [*known.points, *known.members, "transmission", *axes])

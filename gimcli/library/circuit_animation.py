@@ -80,7 +80,7 @@ def circuit_trace_animation(
     """
     mechanism, clips = motions[0].mechanism, []
     for motion, circuit, own in zip(motions, circuits, extras, strict=True):
-        table = own.apart(motion)
+        table = own.with_expressions(own.apart(motion))
         places = [
             SingularPlace(one["way"], one["kind"], event_text(mechanism, one["kind"], one["at"]))
             for one in circuit["events"]

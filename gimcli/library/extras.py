@@ -111,6 +111,14 @@ class Extras:
         state = MotionState(motion, angles, traced=self.traced(self.order if order is None else order))
         return motion_table(motion, self.quantities(order), state=state)
 
+    def with_expressions(self, table: Table) -> Table:
+        """Return a table with the expressions of the graphs as further columns, by their texts."""
+        columns = {c.name: c for c in table.columns}
+        every = {q.name: q for plan in self.plans for curve in plan.curves for q in curve if q is not None}
+        own = {name: q for name, q in every.items() if name not in columns}
+        more = (Column(name, q.values(columns, len(table)), q.unit_in(columns)) for name, q in own.items())
+        return Table((*table.columns, *more))
+
     def check(self, head: Table) -> None:
         """Raise UsageError if a graph cannot be drawn, such as one with abscissae of different units."""
         from gimcli.library.plots import drawn

@@ -95,9 +95,8 @@ def _rows(mechanism: Mechanism, limits: FitRange, inputs: FloatArray) -> tuple[F
 
 
 def column_of(found: MotionTraceResult, one: Item) -> FloatArray:
-    """Return a coordinate or a direction (rows,) of a motion in the file's unit."""
-    name, _, axis = one.head.name.rpartition(".")
-    return np.asarray(found.angle[name] if one.quantity.circular else found.xy[name][:, "xy".index(axis)])
+    """Return a quantity (rows,) of a motion in the file's unit."""
+    return np.asarray(found[one.head.name])
 
 
 def _component(found: MotionTraceResult, one: Item) -> FloatArray:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -174,17 +175,18 @@ def _function(
             else "the file needs the columns input,output"
         )
         raise UsageError(f"through: the output of a function: {cure}")
-    name, _, last = output.rpartition(".")
-    nothing = np.empty((len(own["output"]), 0, 2))
-    if last in ("x", "y") and name:
-        _known_point(mechanism, name)
-        return own["output"][:, None], np.ones(1), position_items(mechanism, output), "function", nothing
+    with suppress(UsageError):
+        items = position_items(mechanism, output)
+        if len(items) == 1:
+            angle = items[0].quantity.circular and mechanism.angle_unit == "deg"
+            values = np.radians(own["output"]) if angle else own["output"]
+            return values[:, None], np.ones(1), items, "function", np.empty((len(values), 0, 2))
     members = [m.name for m in mechanism.members[FRAME + 1 :]]
-    if last != "angle" or name not in members:
-        known = [*(f"{m}.angle" for m in members), *(f"{p}.{a}" for p in mechanism.traced for a in "xy")]
-        raise UsageError(f"output '{output}': expected an angle or a coordinate{near(output, known, 'such as')}")
-    values = np.radians(own["output"]) if mechanism.angle_unit == "deg" else own["output"]
-    return values[:, None], np.ones(1), position_items(mechanism, output), "function", nothing
+    known = [*(f"{m}.angle" for m in members), *(f"{p}.{a}" for p in mechanism.traced for a in "xy")]
+    raise UsageError(
+        f"output '{output}': expected an angle, a coordinate or another number of a position"
+        f"{near(output, known, 'such as')}"
+    )
 
 
 def _known_point(mechanism: Mechanism, name: str) -> str:

@@ -34,6 +34,11 @@ class PlottedQuantity(NamedTuple):
         return name_of(self.expression)
 
     @property
+    def name(self) -> str:
+        """The name of the column, or the text of the expression."""
+        return self.expression.text
+
+    @property
     def columns(self) -> frozenset[str]:
         """Names of the columns in it."""
         return self.expression.names
@@ -63,7 +68,8 @@ def plotted(name: str, unit: str, label: str = "") -> PlottedQuantity:
 def amount(label: str, columns: Sequence[str], unit: str) -> PlottedQuantity:
     """Return the amount of a vector with the columns x and y, or of one column."""
     code = (*columns, ("hypot", 2) if len(columns) == 2 else ("abs", 1))
-    return PlottedQuantity(label, Expression(label, code, PartKind("rows", unit)))
+    text = f"|{columns[0][:-1] if len(columns) == 2 else columns[0]}|"
+    return PlottedQuantity(label, Expression(text, code, PartKind("rows", unit)))
 
 
 class Group(NamedTuple):

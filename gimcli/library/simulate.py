@@ -335,11 +335,16 @@ class SimulateResult(RowsResult):
         """Return the graphs of the picture as data."""
         if not self._extras.plans:
             return self._usual_graphs()
-        table = self.table()
-        beside = self._padded(self._extras.beside(self._state, table.names))
-        columns = {column.name: column for column in (*table.columns, *beside)}
+        columns = {column.name: column for column in self._shown.columns}
         events = [(e["kind"], {"time": e["time"], **e["at"]}) for e in self.events if e["time"] <= self._found.end]
         return [drawn(plan, columns, columns["time"], events) for plan in self._extras.plans]
+
+    @cached_property
+    def _shown(self) -> Table:
+        """The table with the columns of the graphs."""
+        table = self.table()
+        beside = self._padded(self._extras.beside(self._state, table.names)) if self._extras.plans else []
+        return self._extras.with_expressions(Table((*table.columns, *beside)))
 
     def _usual_graphs(self) -> list[CurveGraph]:
         """Return graphs of inputs, speeds and energies over the time, with the events."""
@@ -360,8 +365,10 @@ class SimulateResult(RowsResult):
     def animation(self) -> Animation | None:
         """Return the motion with its events and columns; None if it has no row."""
         from gimcli.library.simulation_animation import simulation_animation
+        from gimcli.library.trace_animation import requested_graphs
 
-        return simulation_animation(self._found, self.times, self.table())
+        requested = requested_graphs(self._shown, self._extras, "time")
+        return simulation_animation(self._found, self.times, self._shown, requested)
 
 
 def _times(time: float, dt: float | None) -> FloatArray:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from gimcli.dynamics.simulation_table import ENERGIES
@@ -13,7 +15,9 @@ from gimcli.output.animation import Animation, Clip, Graph, Moment, shown_rows
 from gimcli.table import Table
 
 
-def simulation_animation(found: Simulation, times: FloatArray, table: Table) -> Animation | None:
+def simulation_animation(
+    found: Simulation, times: FloatArray, table: Table, requested: Sequence[Graph]
+) -> Animation | None:  # fmt: skip
     """Return a simulated motion with its events, velocities and columns at `times`; None if it has no row."""
     mechanism, status = found.mechanism, table["status"]
     if not len(found.time):
@@ -29,7 +33,7 @@ def simulation_animation(found: Simulation, times: FloatArray, table: Table) -> 
     energies = tuple(f"energy.{kind}" for kind in ENERGIES if np.nanmax(np.abs(table[f"energy.{kind}"])) > 0.0)
     graphs += [Graph(energies, "time")] if energies else []
     title = f"{mechanism.name}: simulation"
-    return Animation(title, mechanism, (clip,), tuple(graphs), thinning(len(rows), len(times)))
+    return Animation(title, mechanism, (clip,), tuple(requested or graphs), thinning(len(rows), len(times)))
 
 
 def _padded(nodes: ComplexArray, rows: int) -> ComplexArray:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from gimcli.library.extras import Extras
@@ -16,9 +14,6 @@ from gimcli.quantities.graphs import abscissa
 from gimcli.rates.member_angles import Angles, in_rows
 from gimcli.status import Status
 from gimcli.table import Column, Table
-
-if TYPE_CHECKING:
-    from gimcli.library.plots import PlannedGraph
 
 SAME = 1e-6
 """Largest distance, relative to the size, of the first and the last position of a closed motion."""
@@ -41,7 +36,7 @@ def law_animation(motion: Motion, extras: Extras, steps: int, angles: Angles = i
     rows = shown_rows(motion.good, [np.interp(time, motion.time, np.arange(len(motion.time))) for time, *_ in events])
     without = REVERSED if motion.turned_back or motion.parameter is not None else ""
     order = 0 if without else max(2, extras.order)
-    table = _with_steps(extras.apart(motion, angles, order), motion, steps)
+    table = _with_steps(extras.with_expressions(extras.apart(motion, angles, order)), motion, steps)
     across = abscissa(motion)
     shown = motion.rows(rows)
     time = shown.time * mechanism.duration
@@ -56,19 +51,21 @@ def law_animation(motion: Motion, extras: Extras, steps: int, angles: Angles = i
 
 def first_graphs(table: Table, extras: Extras | None, over: str) -> tuple[Graph, ...]:
     """Return the graphs that are shown first: those that were requested, else the coordinates of the first point."""
-    requested = [] if extras is None else [_requested(plan) for plan in extras.plans]
-    found = [(names, at or over) for names, at in requested if names and {*names, at or over} <= set(table.names)]
+    found = requested_graphs(table, extras, over) if extras is not None else []
     if not found:
         points = [name for name in table.names if name.endswith((".x", ".y"))][:2]
-        found = [(tuple(points), over)] if points else []
-    return tuple(Graph(names, at) for names, at in found)
+        found = [Graph(tuple(points), over)] if points else []
+    return tuple(found)
 
 
-def _requested(plan: PlannedGraph) -> tuple[tuple[str, ...], str]:
-    """Return the columns of a graph of --plot, and its abscissa ("": the usual one)."""
-    names = dict.fromkeys(name for curve in plan.curves for name in curve.y.columns)
-    over = plan.curves[0].x if plan.curves else None
-    return tuple(names)[:MOST_CURVES], over.column if over is not None else ""
+def requested_graphs(table: Table, extras: Extras, over: str) -> list[Graph]:
+    """Return the graphs of --plot whose curves and abscissae a table has; `over` is the usual abscissa."""
+    found = []
+    for plan in extras.plans:
+        names = tuple(dict.fromkeys(curve.y.name for curve in plan.curves))[:MOST_CURVES]
+        across = plan.curves[0].x if plan.curves else None
+        found.append(Graph(names, over if across is None else across.name))
+    return [graph for graph in found if graph.columns and {*graph.columns, graph.over} <= set(table.names)]
 
 
 def law_rates(motion: Motion) -> ComplexArray | None:

@@ -9,18 +9,25 @@ import math
 import sys
 from collections import OrderedDict
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
 
+from gimcli.canonical import beside
 from gimcli.errors import UsageError
 from gimcli.library.inputs import in_file_units, inputs_of
 from gimcli.library.rounding import at_inputs
+from gimcli.library.solved_positions import positions_state
 from gimcli.library.trace import MotionTraceResult
 from gimcli.mechanism import SPAN, ComplexArray, FloatArray, Mechanism
 from gimcli.motion.dragging import DraggedPosition, InputDrag
 from gimcli.positions.inputs import law_inputs, law_times
+from gimcli.quantities.catalogue import catalogue
+from gimcli.quantities.state import ApartError
+from gimcli.rates.member_angles import full_turn
 from gimcli.status import Status
+from gimcli.table import Table
 from gimcli.view.live_model import LiveContent, LiveModel
 
 SMALLEST = 0.01
@@ -126,6 +133,9 @@ def _possible(mechanism: Mechanism, k: int, value: float) -> float:
     return max(value, SMALLEST * mechanism.size) if mechanism.actuators[k].kind == SPAN else value
 
 
+ROWS = ("time", "residual")
+"""Columns that a position set by hand does not have."""
+
 PAGES = 8
 """Number of pages that have a position of their own; the one that was used least recently is forgotten."""
 
@@ -173,7 +183,9 @@ class HandMotion:
             last = in_file_units(mechanism, drag.last.inputs)
             own = {mechanism.actuators[k].name: last[mechanism.actuators[k].name] for k in mechanism.drivers}
             wanted = inputs_of(mechanism, {**own, **inputs}, {})
-            return {"motion": number, **answer(mechanism, wanted, drag.to(wanted))}
+            found = drag.to(wanted)
+            values = {} if shown.table is None else values_at(mechanism, found, shown.table)
+            return {"motion": number, **answer(mechanism, wanted, found), "values": values}
 
     def set_parameters(self, request: Any) -> dict[str, Any]:
         """Set the parameters that a request names, and solve again; raise UsageError for an invalid request.
@@ -211,6 +223,20 @@ def answer(mechanism: Mechanism, wanted: FloatArray, found: DraggedPosition) -> 
         "status": found.status.word, "reason": reason, "inputs": inputs, "text": at_inputs(mechanism, inputs),
         "nodes": np.stack([z.real, z.imag], axis=1).tolist(),
     }  # fmt: skip
+
+
+def values_at(mechanism: Mechanism, found: DraggedPosition, table: Table) -> dict[str, float]:
+    """Return the values of the columns of a table at a position, by name; without those that only a motion has."""
+    known, turn, values = catalogue(mechanism), full_turn(mechanism), dict[str, float]()
+    state = positions_state(mechanism, found.inputs[:, None], found.z[:, None], np.zeros(1), [int(found.status)])
+    for column in table.columns:
+        with suppress(UsageError, ApartError):
+            (item,) = (item for item in known.asked(column.name) if item.head.name == column.name)
+            value = float(state.value(*item)[0])
+            if item.quantity.circular:
+                value = float(beside(value, np.nanmean(column.values), turn))
+            values |= {column.name: value} if math.isfinite(value) and column.name not in ROWS else {}
+    return values
 
 
 def _checked(request: Any) -> tuple[str, int, dict[str, float], float | None]:

@@ -211,7 +211,7 @@
     if (!found || found.motion !== motion || !byHand) return;
     settled = found.inputs;
     reason.textContent = found.reason;
-    gim.pose(found.nodes, {text: found.text});
+    gim.pose(found.nodes, {text: found.text, values: found.values});
   }
 
   // Where the inputs could not be reached, show those of the position.

@@ -20,6 +20,7 @@ from gimcli.library.trace import MotionTraceResult, trace
 from gimcli.mechanism import Mechanism
 from gimcli.output.page.document import page_json
 from gimcli.progress import Notify, Phases, no_phases
+from gimcli.table import Table
 
 POLL = 0.03
 """Seconds between two looks at the files."""
@@ -42,6 +43,7 @@ class LiveContent:
     motion: int = 0  # number of the motion; 0: no motion has been solved yet
     result: MotionTraceResult | None = None
     data: str = "null"  # the motion as JSON, for the page
+    table: Table | None = None  # the columns of the page
     parameters: Mapping[str, float] = field(default_factory=dict)  # given by numbers, not by hand
     errors: tuple[str, ...] = ()
 
@@ -182,7 +184,8 @@ class LiveModel:
             data = "null" if animation is None else page_json(animation)
         if not quiet:
             self.note(f"{result.headline()} ({time.perf_counter() - begun:.2f} s)")
-        return LiveContent(result=result, data=data, parameters=parameters)
+        table = None if animation is None else animation.clips[0].table
+        return LiveContent(result=result, data=data, table=table, parameters=parameters)
 
     def _kept(self, parameters: Mapping[str, float]) -> dict[str, float]:
         """Return the parameters set by hand; those of which the file has another value than before are forgotten."""

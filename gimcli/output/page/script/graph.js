@@ -135,13 +135,13 @@ class Graph {
   draw() {
     if (!this.x) return;
     if (!this.fresh) this.drawLayer();
-    const c = this.canvas.getContext("2d"), row = this.app.row;
+    const c = this.canvas.getContext("2d");
     c.save();
     c.setTransform(1, 0, 0, 1, 0, 0);
     c.clearRect(0, 0, this.canvas.width, this.canvas.height);
     c.drawImage(this.layer, 0, 0);
     c.restore();
-    const at = this.x.values[row];
+    const at = this.app.value(this.x);
     const inside = Number.isFinite(at) && at >= this.across[0] && at <= this.across[1];
     if (inside) {
       c.beginPath();
@@ -152,7 +152,7 @@ class Graph {
       c.stroke();
     }
     this.curves.forEach((curve, k) => {
-      const value = curve.values[row];
+      const value = this.app.value(curve);
       const words = quantity(curve.name, value, curve.unit);
       if (this.values[k].textContent !== words) this.values[k].textContent = words;
       if (!inside || !Number.isFinite(value)) return;

@@ -231,13 +231,18 @@ class App {
     place.hidden = !words;
   }
 
-  // Show one pose that is not a row of the motion; null returns to the motion.
-  pose(xy, { text = "", status = "ok", reason = "" } = {}) {
+  // The value of a column that is shown: in the present row, or in a pose that is no row.
+  value(column) {
+    return this.posed && this.posed.values ? (this.posed.values[column.name] ?? NaN) : column.values[this.row];
+  }
+
+  // Show one pose that is not a row of the motion, with values of columns by name; null returns to the motion.
+  pose(xy, { text = "", status = "ok", reason = "", values = null } = {}) {
     if (!this.clip) return;
     this.player.set(false);
     const [x, y] = this.data.origin;
     this.posed = xy === null && status === "ok" && !text ? null
-      : { xy: xy && Float64Array.from(xy.flatMap(([px, py]) => [px - x, py - y])), text, status, reason };
+      : { xy: xy && Float64Array.from(xy.flatMap(([px, py]) => [px - x, py - y])), text, status, reason, values };
     if (this.posed) this.notified = null;  // also if a row is chosen before the next refresh
     this.redraw();
   }

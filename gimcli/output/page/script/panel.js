@@ -70,7 +70,7 @@ function fillValues(app) {
       row.insertCell().className = "number";
     }
   }
-  columns.forEach((column, k) => (table.rows[k].cells[1].textContent = shown(column.values[app.row])));
+  columns.forEach((column, k) => (table.rows[k].cells[1].textContent = shown(app.value(column))));
 }
 
 function fillReadout(app) {
