@@ -91,7 +91,7 @@ def test_circuits_have_those_of_positions_at_rest(hatch, circuit, text):
     for row in (1, 2):
         at = {"hinge": float(circuit["hinge"][row])}
         held = gimcli.holding_forces(hatch, at)
-        assert held.position.z == pytest.approx(circuit.motions[0].z[:, row], abs=1e-9)
+        assert held["L"][0] == pytest.approx(circuit["L"][row], abs=1e-7)
         if "area" not in text and "curvature" not in text and "advantage" not in text:
             alike(circuit[text][row], held[text][0])
 
