@@ -8,24 +8,19 @@ from pathlib import Path
 
 import numpy as np
 
-from gimcli import load
-from gimcli.branching.resampling import circuit_motion
-from gimcli.branching.singular_positions import survey
-from gimcli.branching.singularities import LIMIT, rates
-from gimcli.motion.summary import traced_paths
-from gimcli.status import CHANGE
+from gimcli import singularities, trace
 
 MODELS = Path(__file__).parents[1] / "models"
 
 
 def parallelogram() -> None:
     """Check both branches of the linkage 1-3-1-3 at 0 and 180 deg: parallelogram and antiparallelogram."""
-    found = survey(load(MODELS / "parallelogram.yaml"))
-    points = [one for one in found.found if one.what.kind == CHANGE]
-    assert len(points) == len(found.branches.circuits) == 2, "two positions, two branches"
+    found = singularities(MODELS / "parallelogram.yaml").report()
+    points = [one for one in found["singularities"] if one["kind"] == "change point"]
+    assert len(points) == len(found["circuits"]) == 2, "two positions, two branches"
     for one in points:
-        angle = math.degrees(one.what.p[-1])
-        turns = sorted(rates(found.curve, one.what.p, v).members["follower"] for v in one.what.branches)
+        angle = one["at"]["motor"]
+        turns = sorted(rates["members"]["follower"] for rates in one["tangents"])
         crossed = (1.0 + 3.0) / (1.0 - 3.0) if abs(math.remainder(angle, 360.0)) < 90.0 else (1.0 - 3.0) / (1.0 + 3.0)
         assert np.allclose(turns, [crossed, 1.0], rtol=0.0, atol=1e-12), (
             "Kennedy: pole on the frame line or at infinity"
@@ -35,13 +30,14 @@ def parallelogram() -> None:
 
 def double_rocker() -> None:
     """Check limits and coupler curve of the circuit of Chebyshev's linkage (frame 4, rockers 5, coupler 2)."""
-    found = survey(load(MODELS / "chebyshev.yaml"))
-    limits = sorted(math.cos(one.what.p[-1]) for one in found.found if one.what.kind == LIMIT)
+    found = singularities(MODELS / "chebyshev.yaml").report()
+    ends = [one["at"]["motor"] for one in found["singularities"] if one["kind"] == "limit"]
+    limits = sorted(math.cos(math.radians(end)) for end in ends)
     assert np.allclose(limits, [-1.0 / 5.0, 4.0 / 5.0], rtol=0.0, atol=1e-14), "law of cosines"
-    (circuit,) = found.branches.circuits
-    assert circuit.closed
-    assert circuit.turns == 0.0
-    path = traced_paths(circuit_motion(circuit, 3601, 1e-10))["P"]
+    (circuit,) = found["circuits"]
+    assert circuit["closed"]
+    assert circuit["turns"] == 0.0
+    path = trace(MODELS / "chebyshev.yaml", steps=3600, circuit=True).xy["P"] @ [1.0, 1.0j]
     assert abs(path[0] - path[-1]) < 1e-12, "the coupler curve closes"
     area = 0.5 * float(np.sum((path[:-1].conjugate() * path[1:]).imag))
     # Holditch 1858: the paths of A and B enclose no area and the coupler turns once, so the path of the point P between

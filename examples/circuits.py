@@ -8,9 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gimcli import load
-from gimcli.assemblies import all_configurations
-from gimcli.branching.enumeration import circuits
+from gimcli import circuits, configurations, load
 
 MODEL = Path(__file__).parents[1] / "models" / "double_butterfly.yaml"
 
@@ -18,7 +16,7 @@ MODEL = Path(__file__).parents[1] / "models" / "double_butterfly.yaml"
 def over(start: float, end: float, q: float) -> int:
     """Return how often an interval of the input contains a value, modulo full turns."""
     low, high = min(start, end), max(start, end)
-    return math.floor((high - q) / math.tau) - math.floor((low - q) / math.tau)
+    return math.floor((high - q) / 360.0) - math.floor((low - q) / 360.0)
 
 
 def main() -> None:
@@ -26,12 +24,14 @@ def main() -> None:
     mechanism = load(MODEL)
     found = circuits(mechanism)
     assert found.complete, "the configurations at all samples of the input are proved complete"
-    for q in np.linspace(0.05, 6.2, 25):
-        listed = all_configurations(mechanism, np.array([q]))
-        branches = sum(over(b.start, b.end, q) for strand in found.strands for b in strand.branches)
+    curves = found.report()["curves"]
+    for q in np.linspace(3.0, 355.0, 6):
+        listed = configurations(mechanism, motor=q)
+        ends = [(b["from"]["motor"], b["to"]["motor"]) for curve in curves for b in curve["branches"]]
+        branches = sum(over(start, end, q) for start, end in ends)
         assert listed.complete
-        assert len(listed) == branches, "each configuration is on one branch, and each branch has one configuration"
-    turning = sum(abs(strand.circuit.turns) == 1.0 for strand in found.strands)
+        assert listed.count == branches, "each configuration is on one branch, and each branch has one configuration"
+    turning = sum(abs(curve["turns"]) == 1.0 for curve in curves)
     print(f"{found.count} circuits; on {turning} of them the input makes a full turn")
 
 

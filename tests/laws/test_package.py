@@ -3,6 +3,7 @@
 import ast
 from collections import Counter
 from graphlib import TopologicalSorter
+from pathlib import Path
 
 from package_source import modules, nodes
 
@@ -43,3 +44,20 @@ def statements(tree: ast.Module) -> int:
 
 def test_the_package_has_no_more_statements_than_agreed() -> None:
     assert sum(map(statements, modules().values())) <= STATEMENTS
+
+
+INNER = 560
+"""Most names that tests import from inside of the package: those beside gimcli, calculus, language and quantities."""
+
+OPEN = ("gimcli.calculus", "gimcli.language", "gimcli.quantities")
+
+
+def test_tests_import_no_more_inner_names_than_agreed() -> None:
+    trees = [ast.parse(path.read_text(encoding="utf-8")) for path in Path(__file__).parents[1].rglob("*.py")]
+    froms = [node for tree in trees for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
+    names = {f"{node.module}.{one.name}" for node in froms for one in node.names if _inner(node.module or "")}
+    assert len(names) <= INNER, "a test of behaviour uses the public library"
+
+
+def _inner(module: str) -> bool:
+    return module.startswith("gimcli.") and not module.startswith(OPEN)
