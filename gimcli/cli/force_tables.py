@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from gimcli.cli.console import print_more, print_table
+from gimcli.cli.console import print_records, print_table
 from gimcli.dynamics.forces import MOST
+from gimcli.library.record import Records, RowField
 from gimcli.library.rounding import at_inputs, greatest, input_value, number
 from gimcli.table import labelled
 
@@ -21,29 +22,40 @@ SHOWN = 30
 
 def print_statistics(result: ForcesResult) -> None:
     """Print mean, RMS and peak of every effort and reaction."""
-    sizes, rows = _sizes(result), []
-    for name, one in result.statistics.items():
-        values = (number(value, sizes[one.unit]) for value in (one.mean, one.rms, one.peak.value))
-        rows.append((name, *values, one.unit, _place(result.mechanism, one.peak)))
-    head = ("", "mean", "RMS", "peak", "unit", _at(result.mechanism))
-    print_table(f"{result.mechanism.name}: forces", head, rows[:SHOWN], (1, 2, 3, 5))
-    print_more(len(rows), SHOWN)
+    shown = ("name", "mean", "RMS", "peak", "unit", "peak at")
+    print_records(f"{result.mechanism.name}: forces", _statistics(result), *shown, most=SHOWN)
     _print_part(result)
 
 
 def print_full(result: ForcesResult) -> None:
     """Print all statistics, the work of all forces, and the mean bearing loads."""
-    sizes, mechanism, rows = _sizes(result), result.mechanism, []
-    for name, one in result.statistics.items():
-        size = sizes[one.unit]
-        ends = [t for end in (one.least, one.greatest) for t in (number(end.value, size), _place(mechanism, end))]
-        rows.append((name, one.unit, number(one.mean, size), number(one.rms, size), *ends))
-    at = _at(mechanism)
-    head = ("", "unit", "mean", "RMS", "least", at, "greatest", at)
-    print_table(f"{mechanism.name}: forces", head, rows, range(2, 8))
+    shown = ("name", "unit", "mean", "RMS", "least", "least at", "greatest", "greatest at")
+    print_records(f"{result.mechanism.name}: forces", _statistics(result), *shown)
     _print_part(result)
     _print_work(result)
     _print_bearings(result)
+
+
+def _statistics(result: ForcesResult) -> Records:
+    """Return the statistics, one row for each effort, reaction or moment."""
+    sizes, every, mechanism = _sizes(result), list(result.statistics.values()), result.mechanism
+    at = f"at {', '.join(labelled(a.name, mechanism.unit_of(a)) for a in mechanism.actuators)}"
+    ends = {word: [getattr(one, word) for one in every] for word in ("peak", "least", "greatest")}
+    values = {"mean": [one.mean for one in every], "RMS": [one.rms for one in every]}
+    values |= {word: [one.value for one in own] for word, own in ends.items()}
+    return Records(
+        RowField("name", list(result.statistics), head=""),
+        RowField("unit", [one.unit for one in every], head="unit"),
+        *(
+            RowField(word, own, float, head=word,
+                     text=[number(v, sizes[one.unit]) for v, one in zip(own, every, strict=True)])
+            for word, own in values.items()
+        ),
+        *(
+            RowField(f"{word} at", own, float, head=at, text=[_place(mechanism, one) for one in own])
+            for word, own in ends.items()
+        ),
+    )  # fmt: skip
 
 
 def print_open(names: list[str]) -> None:
@@ -98,10 +110,6 @@ def _sizes(result: ForcesResult) -> dict[str, float]:
         sizes[one.unit] = max(sizes.get(one.unit, 0.0), abs(one.peak.value))
     arm = result.mechanism.size * (result.mechanism.dynamics.metre or 0.0)
     return sizes | ({"N m": max(sizes["N m"], sizes.get("N", 0.0) * arm)} if "N m" in sizes else {})
-
-
-def _at(mechanism: Mechanism) -> str:
-    return f"at {', '.join(labelled(a.name, mechanism.unit_of(a)) for a in mechanism.actuators)}"
 
 
 def _place(mechanism: Mechanism, one: Extremum) -> str:

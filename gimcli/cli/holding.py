@@ -18,16 +18,12 @@ def print_holding(result: HoldingResult) -> None:
     """Print efforts, reactions and the shaking force of one position."""
     from gimcli.cli.force_tables import print_open
 
-    values = result.forces
-    size = greatest(abs(value) for value, _ in values.values())
-    rows = []
-    for name, (value, unit) in values.items():
-        if not abs(value) < math.inf and result.status != "ok":
-            continue
-        if isinstance(value, complex):
-            rows.append((name, *(number(v, size) for v in (value.real, value.imag, abs(value))), unit))
-        else:
-            rows.append((name, "", "", number(value, size), unit))
+    size = greatest(abs(value) for value, _ in result.forces.values())
+    rows = [
+        (name, *_axes(value, size), number(abs(value) if isinstance(value, complex) else value, size), unit)
+        for name, (value, unit) in result.forces.items()
+        if abs(value) < math.inf or result.status == "ok"
+    ]
     if result.complete:
         print_table(result.headline(), ("", "x", "y", "value", "unit"), rows, (1, 2, 3))
     else:
@@ -40,3 +36,8 @@ def print_holding(result: HoldingResult) -> None:
             "dry friction holds the mechanism: each effort may have any value from INPUT.effort.least to .greatest, and"
             " reactions that depend on it are empty"
         )
+
+
+def _axes(value: complex | float, size: float) -> tuple[str, str]:
+    """Return the components of a pin force; empty cells for a number."""
+    return (number(value.real, size), number(value.imag, size)) if isinstance(value, complex) else ("", "")

@@ -31,7 +31,7 @@ from gimcli.cli.arguments import (
     Tolerance,
     pairs,
 )
-from gimcli.cli.console import note, print_table
+from gimcli.cli.console import note, print_records, print_table
 from gimcli.cli.measures import MeasuresOnly, measures_of
 from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
 from gimcli.cli.progress import end_bars
@@ -188,9 +188,10 @@ def _error(value: float) -> str:
     return f"{value:.1e}" if value else "0"
 
 
-def print_velocities(found: Instant, turned: Mapping[str, float] | None = None) -> None:
+def print_velocities(found: Instant, turned: Mapping[str, float]) -> None:
     """Print the tables of points and members; `turned` are the directions of the members."""
     from gimcli.library.inputs import leaders
+    from gimcli.library.record import Records, RowField
     from gimcli.library.solve import input_rates
     from gimcli.table import per_second
 
@@ -214,15 +215,13 @@ def print_velocities(found: Instant, turned: Mapping[str, float] | None = None) 
         *(f"{name} [{a}]" for name in ("ax", "ay", "acceleration")),
     )
     print_table("", heads, places, right=range(1, 7))
-    omega, alpha = found.of_members(1), found.of_members(2)
-    sizes = [greatest(values.values()) for values in (omega, alpha)]
-    unit = mechanism.angle_unit
-    columns = {"member": list(omega)}
-    if turned is not None:
-        columns[f"angle [{unit}]"] = [number(turned[name]) for name in omega]
-    columns[f"omega [{unit}/s]"] = [number(value, sizes[0]) for value in omega.values()]
-    columns[f"alpha [{unit}/s^2]"] = [number(value, sizes[1]) for value in alpha.values()]
-    print_table("", tuple(columns), list(zip(*columns.values(), strict=True)), right=range(1, len(columns)))
+    unit, rates = mechanism.angle_unit, [found.of_members(order) for order in (1, 2)]
+    omega, alpha = (
+        RowField(name, list(own.values()), float, f"{unit}/{by}", head=name, size=greatest(own.values()))
+        for name, own, by in zip(("omega", "alpha"), rates, ("s", "s^2"), strict=True)
+    )
+    angle = RowField("angle", [turned[name] for name in rates[0]], float, unit, head="angle")
+    print_records("", Records(RowField("member", list(rates[0]), head="member"), angle, omega, alpha))
 
 
 def _cells(v: complex, size: float) -> tuple[str, str, str]:
