@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from gimcli.cli.console import print_table
+from gimcli.cli.console import print_records
 from gimcli.cli.from_verb import from_verb
 from gimcli.library.groups import GroupsResult
 
@@ -11,11 +11,10 @@ HELP = (
     " degrees of freedom: links 3 and 4. Links are numbered in the order of formation; the frame is 0."
 )
 EXAMPLES = ("gim groups watt_1 -o watt_1.groups.png",)
-HEAD = ("", "", "class", "order", "links", "joined to", "driven by")
 
 
 def _print(result: GroupsResult) -> None:
-    print_table(result.headline(), HEAD, result.rows(), (3,))
+    print_records(result.headline(), result.records)
 
 
 command = from_verb("groups", _print, assembled=False)

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from gimcli.library.machines import for_each_machine
+from gimcli.library.record import Records, RowField
 from gimcli.library.result import Result
 from gimcli.mechanism import FRAME, Mechanism
 from gimcli.structure.assur import Formation, formation
@@ -14,7 +14,7 @@ from gimcli.structure.drive_check import explained
 from gimcli.structure.formation_report import as_json, class_of, described, drivers, joined, layers
 from gimcli.structure.mobility import assembled, require_driven
 from gimcli.structure.plan import make_plan
-from gimcli.table import Column, Table
+from gimcli.table import Table
 
 if TYPE_CHECKING:
     from gimcli.output.groups import Box, BoxJoint
@@ -56,24 +56,25 @@ class GroupsResult(Result):
         """Return the report that --json prints."""
         return as_json(self.mechanism, self._found)
 
-    def rows(self) -> list[tuple[str, ...]]:
-        """Return for each group, as text: formula, kind, class, order, links, links that it is joined to, actuators."""
-        found, rows = self._found, list[tuple[str, ...]]()
-        for group, formula in zip(found.groups, found.formula, strict=True):
-            on = ", ".join(f"{found.links[k]} at {' '.join(names)}" for k, names in joined(found, group).items())
-            note = f", {group.surplus} redundant" if group.surplus else ""
-            links = ", ".join(found.links[k] for k in group.links)
-            rows.append(
-                (formula, described(group) + note, class_of(group), str(group.order), links, on,
-                 ", ".join(drivers(self.mechanism, group)))
-            )  # fmt: skip
-        return rows
+    @cached_property
+    def records(self) -> Records:
+        """The groups, one row each."""
+        own, every, mechanism = self._found, self._found.groups, self.mechanism
+        surplus = [f", {one.surplus} redundant" if one.surplus else "" for one in every]
+        joints = [", ".join(f"{own.links[k]} at {' '.join(at)}" for k, at in joined(own, one).items()) for one in every]
+        return Records(
+            RowField("group", own.formula, str, head=""),
+            RowField("kind", [described(one) + note for one, note in zip(every, surplus, strict=True)], str, head=""),
+            RowField("class", [class_of(one) for one in every], str, head="class"),
+            RowField("order", [one.order for one in every], int, head="order"),
+            RowField("links", [", ".join(own.links[k] for k in one.links) for one in every], str, head="links"),
+            RowField("joined to", joints, str, head="joined to"),
+            RowField("driven by", [", ".join(drivers(mechanism, one)) for one in every], str, head="driven by"),
+        )
 
     def table(self) -> Table:
         """Return one row for each group."""
-        names = ("group", "kind", "class", "order", "links", "joined to", "driven by")
-        columns = zip(*self.rows(), strict=True)
-        return Table(tuple(Column(n, np.array(c)) for n, c in zip(names, columns, strict=True)))
+        return self.records.table()
 
     def picture(self) -> Content:
         """Return the mechanism coloured by groups, and the groups as boxes, each below those that it is joined to."""
