@@ -7,6 +7,7 @@ milliseconds each. Full turns of directions are counted as in a trace (`rates.me
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -29,6 +30,9 @@ if TYPE_CHECKING:
     from gimcli.dynamics.forces import Forces
 
 Number = TypeVar("Number", np.float64, np.complex128)
+
+PIECE = 8192
+"""Rows whose forces are computed together: their arrays fit into the cache."""
 
 FINEST = 64
 """Largest number of parts of a step in which an angle is followed to count its turns."""
@@ -181,25 +185,29 @@ class DesignColumns(State):
         """Return omega, alpha or angular jerk of a member (designs, rows)."""
         return self.rates(order)[1][:, order - 1, member - 1]
 
+    def of_forces(self, find: Callable[[Forces], Any]) -> Any:
+        """Return a formula of the forces (designs, rows)."""
+        return np.concatenate([find(piece) for piece in self._forces]).reshape(self.solved.codes.shape)
+
     @cached_property
-    def forces(self) -> Forces:
-        """The forces in the rows of all designs, one after another."""
-        made = self.motions.family.forces
+    def _forces(self) -> list[Forces]:
+        """The forces in the rows of some designs, one after another, and of the next ones."""
+        made, rates = self.motions.family.forces, self.motions.family.rates(2)
         if made is None:
             raise ApartError
         from gimcli.dynamics.kinematic_history import Course  # imported late: few sweeps have forces
 
-        time, inputs = self.motions.time * self.motions.durations[:, None], self.solved.inputs
-        nodes, angles = self.rates(2)
+        found: list[Forces] = []
         count, rows = self.solved.codes.shape
-        inputs = np.broadcast_to(inputs, (count, *inputs.shape[1:]))
-        time = np.broadcast_to(time, (count, rows)).ravel()
-        course = Course(time, _in_line(inputs), _in_line(nodes), _in_line(angles))
-        return made(self.designs, course, **self._options)
-
-    def shaped(self, found: Any) -> Any:
-        """Return values of the rows of all designs as designs x rows."""
-        return found.reshape(self.solved.codes.shape)
+        times = np.broadcast_to(self.motions.time * self.motions.durations[:, None], (count, rows))
+        given = self.motions.input_rates(2)
+        given = np.broadcast_to(given, (count, *given.shape[1:]))
+        size = max(1, PIECE // rows)
+        for own in (slice(k, k + size) for k in range(0, count, size)):
+            nodes, angles = rates(self.designs[own], self.solved.z[own], given[own], **self._options)
+            course = Course(times[own].ravel(), _in_line(given[own, 0]), _in_line(nodes), _in_line(angles))
+            found.append(made(self.designs[own], course, **self._options))
+        return found
 
     def counted(self, member: int) -> Any:
         """Return the direction of a member (designs, rows) in the file's angle unit, full turns counted."""

@@ -43,14 +43,17 @@ class DesignForces:
         self.terms = sum(map(len, self.statics.columns))
         _ = self.statics.blocks, self.statics.scales, self.statics.pole, [member.ends for member in recorded.members]
         wanted = defaultdict[int, float](float)
-        _with_numbers(self.statics, wanted)
+        self.plain: set[int] = set()  # parts without recorded numbers
+        _with_numbers(self.statics, wanted, self.plain)
         self.wanted = list(wanted)
 
     def __call__(self, designs: FloatArray, course: Course, jit: str = "auto", notify: Any = None) -> Forces:
         """Return the forces of designs (designs, dimensions) along a course with the rows of all designs."""
         found, count = self.recording.evaluate(designs.T, self.wanted), len(designs)
         row = np.repeat(np.arange(count), len(course.time) // count)
-        own = _with_numbers(self.statics, {place: np.broadcast_to(x, count)[row] for place, x in found.items()})
+        own = _with_numbers(
+            self.statics, {place: np.broadcast_to(x, count)[row] for place, x in found.items()}, self.plain
+        )
         if any(not np.all(spring.free) for spring in own.mechanism.dynamics.springs if np.ndim(spring.free)):
             raise ApartError
         run = choose(jit, EACH * len(row) * self.terms, notify, ("balance_rows",))
@@ -76,19 +79,25 @@ def _given(number: Any) -> bool:
     return isinstance(number, RuleNumber) or number != 0.0
 
 
-def _with_numbers(part: Any, found: Mapping[int, Any]) -> Any:
-    """Return a part of a mechanism or of its equations with numbers in place of the recorded ones."""
+def _with_numbers(part: Any, found: Mapping[int, Any], plain: set[int]) -> Any:
+    """Return a part of a mechanism or of its equations with numbers in place of the recorded ones.
+
+    `plain` has the identities of parts without recorded numbers; those that are found are added.
+    """
+    if id(part) in plain:
+        return part
     if isinstance(part, Recorded):
         return found[part.place]
     if isinstance(part, tuple) or (isinstance(part, np.ndarray) and part.dtype == object):
-        several = [_with_numbers(one, found) for one in part]
-        return part if all(new is old for new, old in zip(several, part, strict=True)) else several
-    if not is_dataclass(part):
-        return part
-    fields = {name: _with_numbers(old, found) for name, old in vars(part).items() if name != "_derived"}
-    if all(new is vars(part)[name] for name, new in fields.items()):
-        return part
-    own: Any = copy(part)
-    own.__dict__.pop("_derived", None)
-    own.__dict__.update(fields)
-    return own
+        several = [_with_numbers(one, found, plain) for one in part]
+        if any(new is not old for new, old in zip(several, part, strict=True)):
+            return several
+    elif is_dataclass(part):
+        fields = {name: _with_numbers(old, found, plain) for name, old in vars(part).items() if name != "_derived"}
+        if any(new is not vars(part)[name] for name, new in fields.items()):
+            own: Any = copy(part)
+            own.__dict__.pop("_derived", None)
+            own.__dict__.update(fields)
+            return own
+    plain.add(id(part))
+    return part

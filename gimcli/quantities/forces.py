@@ -29,7 +29,7 @@ class ForceQuantity(Quantity):
         """Return the value, of a vector its components."""
         if self.own.dry and state.forces.dry is None:
             raise ApartError(NO_LIMITS)
-        found = state.shaped(self.own.find(state.forces))
+        found = state.of_forces(self.own.find)
         return (found.real, found.imag) if self.own.vector else [found]
 
 

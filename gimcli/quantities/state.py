@@ -109,9 +109,9 @@ class State(ABC):
         """Return the derivatives along the path of a motion, for what is summed up from row to row."""
         raise ApartError(NO_MOTION)
 
-    def shaped(self, found: Any) -> Any:
-        """Return values of the rows of `forces` as values (..., rows) of this state."""
-        return found
+    def of_forces(self, find: Callable[[Forces], Any]) -> Any:
+        """Return a formula of the forces (..., rows)."""
+        return find(self.forces)
 
     def value(self, quantity: Valued, column: int) -> Any:
         """Return a column of a quantity (..., rows) in the file's units."""
