@@ -10,13 +10,16 @@ from typing import Any
 
 import numpy as np
 
+from gimcli.calculus.dual import Dual
 from gimcli.calculus.recorded import Recording
 from gimcli.families.float_tables import TableMaker
 from gimcli.kernels import tape as kernels
+from gimcli.kernels.lanes import WIDTH
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.positions.dispatch import choose
 from gimcli.progress import Notify
 from gimcli.rates.derivatives import ORDERS, Differentiator, parts
+from gimcli.rates.tape_values import tape_values
 from gimcli.structure.plan import make_plan
 
 
@@ -28,6 +31,22 @@ class DesignRates:
         self.made = Differentiator(recorded, make_plan(recorded), ORDERS[:order], recorded.nodes)
         constants = [part for _, c in self.made.tape.constants.values() for part in (c.real, c.imag)]
         self.maker = TableMaker(recording, [[x for pair in self.made.tape.factors for x in pair], constants])
+
+    def dual(self, design: FloatArray, z: Dual, given: Dual) -> tuple[Any, Any]:
+        """Return points[order, node] and angles[order - 1, member - 1] (1, rows) of one design in dual numbers.
+
+        design (dimensions,); z (nodes, rows) and given (order + 1, actuators, rows) with tangents by the dimensions
+        and by the inputs.
+        """
+        more, numbers = len(z.slopes) - len(design), list[list[Any]]()
+        for values, slopes in zip(self.maker.flat(design[None]), self.maker.flat_tangents(design[None]), strict=True):
+            own = np.pad(slopes, ((0, more), (0, 0))).T[..., None]
+            numbers.append([Dual([x], d) if d.any() else x for x, d in zip(values[0], own, strict=True)])
+        factors, constants = numbers
+        w = dict(enumerate(constants, start=len(self.made.w) // WIDTH - len(constants)))
+        found = tape_values(self.made.heads, list(zip(factors[::2], factors[1::2], strict=True)), w, z, given)
+        points, angles = ({key: (x + 0.0 * z[0].real)[None] for key, x in one.items()} for one in found)
+        return points, angles
 
     def __call__(
         self, designs: FloatArray, z: ComplexArray, given: FloatArray, jit: str = "auto", notify: Notify | None = None

@@ -6,10 +6,12 @@ Dimensions that redundant constraints fix have none: a change of one of them alo
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from gimcli.calculus.dual import Dual
 from gimcli.families.family import Family
 from gimcli.families.float_tables import FloatTables, with_inputs
 from gimcli.families.position_state import PositionState, dual_state
@@ -92,11 +94,15 @@ class DesignSensitivity:
         self._units = np.array([*[1.0] * len(own), *units])
         self._padded = FloatTables(*(with_inputs(table, len(actuators)) for table in self.tangents))
 
-    def __call__(self, z: ComplexArray, inputs: FloatArray) -> QuantitySlopes:
-        """Return the quantities in solved rows z (nodes, rows) with inputs (actuators, rows)."""
+    def __call__(self, z: ComplexArray, inputs: FloatArray, rates: FloatArray | None = None) -> QuantitySlopes:
+        """Return the quantities in solved rows z (nodes, rows) with inputs (actuators, rows).
+
+        `rates` (3, actuators, rows) are the derivatives of the inputs by the time, which the dimensions do not change.
+        """
+        given = inputs[None] if rates is None else np.concatenate([inputs[None], rates])
         width = max(1, BLOCK // max(1, len(self._units) * len(z)))
         starts = range(0, z.shape[1], width)
-        parts = [self._block(z[:, k : k + width], inputs[:, k : k + width]) for k in starts]
+        parts = [self._block(z[:, k : k + width], given[..., k : k + width]) for k in starts]
         values, slopes, good = (np.concatenate(some, axis=-1) for some in zip(*parts, strict=True))
         return QuantitySlopes(values, slopes, good)
 
@@ -118,9 +124,18 @@ class DesignSensitivity:
         by, good = position_derivatives(self.mechanism, self.numbers, self.tangents, z[None], inputs[None], self.run)
         return by, good[0]
 
-    def _block(self, z: ComplexArray, inputs: FloatArray) -> QuantitySlopes:
+    def _block(self, z: ComplexArray, given: FloatArray) -> QuantitySlopes:
+        inputs = given[0]
         by, good = self._derivatives(z, inputs)
-        state = dual_state(self.mechanism, z[None], self.numbers, by, self._padded)
+        moved = np.zeros((by.shape[1], *given.shape))
+        moved[len(self.family.names) :, 0] = np.eye(len(inputs))[..., None]
+
+        @cache
+        def rates(order: int) -> Any:
+            made = self.family.rates(order)
+            return made.dual(self.family.nominal, Dual(z, by[0]), Dual(given, moved)[: order + 1])
+
+        state = dual_state(self.mechanism, z[None], self.numbers, by, self._padded, rates)
         values, own = state.values(self.quantities)[:, 0], state.slopes(self.quantities)[:, 0]
         with np.errstate(all="ignore"):
             if self.mechanism.couplings:

@@ -73,11 +73,15 @@ class TableMaker:
 
     def tangents(self, designs: FloatArray) -> FloatTables:
         """Return the derivatives of the tables of designs (designs, dimensions), leading axes designs, dimensions."""
-        found = self.recording.tangents(designs.T, self.wanted)
         count, n = designs.shape
-        flat = {place: np.reshape(np.swapaxes(one.slopes, 0, 1), (count * n,)) for place, one in found.items()}
-        tables = _shaped(self._filled(flat, count * n, [np.zeros_like(x) for x in self.nominal]))
+        tables = _shaped(self.flat_tangents(designs))
         return FloatTables(*(x.reshape(count, n, *x.shape[1:]) for x in tables))
+
+    def flat_tangents(self, designs: FloatArray) -> list[FloatArray]:
+        """Return the derivatives of the lists of numbers (designs x dimensions, numbers)."""
+        found = self.recording.tangents(designs.T, self.wanted)
+        flat = {place: np.ravel(np.swapaxes(one.slopes, 0, 1)) for place, one in found.items()}
+        return self._filled(flat, designs.size, [np.zeros_like(x) for x in self.nominal])
 
     def _filled(self, found: dict[int, Any], count: int, base: Sequence[FloatArray]) -> list[FloatArray]:
         tables = []

@@ -21,6 +21,7 @@ from gimcli.families.quantity_text import KeptQuantity, quantity
 from gimcli.language.arrays import ARRAYS
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.quantities.quantity import Item
+from gimcli.rates.derivatives import ORDERS
 
 
 @dataclass(frozen=True)
@@ -85,7 +86,7 @@ def motion_number(mechanism: Mechanism, text: str, items: list[Item]) -> MotionN
     for name in sorted(kept.names):
         if name == TYPE:
             continue
-        own = position_items(mechanism, name)
+        own = position_items(mechanism, name, len(ORDERS))
         columns[name] = list(range(len(items), len(items) + len(own)))
         items += own
     return MotionNumber(kept, columns)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -22,9 +22,26 @@ from gimcli.quantities.state import ApartError, Needs, Positions
 class PositionState(Positions):
     """Positions z (designs, nodes, rows) of designs with the numbers of their plans (designs, ...), or duals."""
 
-    def __init__(self, mechanism: Mechanism, z: Any, tables: FloatTables) -> None:
+    def __init__(
+        self, mechanism: Mechanism, z: Any, tables: FloatTables, rates: Callable[[int], Any] | None = None
+    ) -> None:
+        """Take the positions; `rates` returns points[order, node] and angles[order - 1, member - 1] up to an order."""
         super().__init__(mechanism, z)
-        self.tables = tables
+        self.tables, self._rates = tables, rates
+
+    def rates(self, order: int) -> Any:
+        """Return points[order, node] and angles[order - 1, member - 1] (designs, rows); raise ApartError if unknown."""
+        if self._rates is None:
+            raise ApartError
+        return self._rates(order)
+
+    def node(self, node: int, order: int = 0) -> Any:
+        """Return the place of a node (designs, rows), or a derivative of it."""
+        return self.rates(order)[0][order, node] if order else super().node(node)
+
+    def turning(self, member: int, order: int) -> Any:
+        """Return omega, alpha or angular jerk of a member."""
+        return self.rates(order)[1][order - 1, member - 1]
 
     def local(self, table: str, row: int) -> Any:
         """Return a complex number of each design (designs, 1)."""
@@ -49,21 +66,23 @@ def design_number(tables: FloatTables, table: str, row: int) -> Any:
 
 
 def dual_state(
-    mechanism: Mechanism, z: ComplexArray, tables: FloatTables, by: ComplexArray, tangents: FloatTables
-) -> PositionState:
+    mechanism: Mechanism, z: ComplexArray, tables: FloatTables, by: ComplexArray, tangents: FloatTables,
+    rates: Callable[[int], Any] | None = None,
+) -> PositionState:  # fmt: skip
     """Return positions in dual numbers from their derivatives.
 
     by (designs, dimensions + inputs, nodes, rows) and tangents (designs, dimensions + inputs, ...) are those of z and
     tables; the derivatives of tables by inputs are 0.
     """
     duals: Any = (Dual(table, np.moveaxis(own, 1, 0)) for table, own in zip(tables, tangents, strict=True))
-    return PositionState(mechanism, Dual(z, np.moveaxis(by, 1, 0)), FloatTables(*duals))
+    return PositionState(mechanism, Dual(z, np.moveaxis(by, 1, 0)), FloatTables(*duals), rates)
 
 
-def position_items(mechanism: Mechanism, text: str) -> tuple[Item, ...]:
+def position_items(mechanism: Mechanism, text: str, order: int = 0) -> tuple[Item, ...]:
     """Return the quantities of positions of a text such as P, P.x, rocker, angle:A/B or transmission.
 
-    A member stands for its direction. Raises UsageError for other texts, and for what is no quantity of a position.
+    They may need derivatives by the time up to an order. A member stands for its direction. Raises UsageError for other
+    texts, and for what is no quantity of a position.
     """
     known = catalogue(mechanism)
     items = known.find(f"{text}.angle" if text in known.members else text)
@@ -74,9 +93,10 @@ def position_items(mechanism: Mechanism, text: str) -> tuple[Item, ...]:
         for item in items:
             item.quantity.values(needs)
     except ApartError:
-        needs.order = 1
-    if items and (needs.order or needs.rows):
-        raise UsageError(f"of '{text}': only positions have exact derivatives; `gim sweep --keep` has its values")
+        needs.rows.append("path")
+    if items and (needs.order > order or needs.rows):
+        what = "positions and rates have" if order else "positions have"
+        raise UsageError(f"of '{text}': only {what} exact derivatives; `gim sweep --keep` has its values")
     if not items:
         axes = (f"{name}.{axis}" for name in known.points for axis in "xy")
         near = guess(text, [*known.points, *known.members, "transmission", *axes])

@@ -32,6 +32,8 @@ from gimcli.positions.options import Options
 from gimcli.progress import Notify, Phases, no_phases
 from gimcli.quantities.catalogue import catalogue
 from gimcli.quantities.quantity import Item
+from gimcli.rates.derivatives import ORDERS, law_rates
+from gimcli.rates.instant import law_state
 from gimcli.rates.member_angles import full_turn
 from gimcli.structure.drive_check import explained, require_consistent
 from gimcli.structure.plan import make_plan
@@ -85,18 +87,19 @@ def sensitivity(
     distribution: Annotated[str, OneOf(DEVIATIONS)] = "normal", jit: Jit = "auto", notify: Notify | None = None,
     progress: Phases = no_phases, **inputs: float,
 ) -> SensitivityResult:  # fmt: skip
-    """Find the derivatives of positions by the dimensions, for example `sensitivity(m, "P", motor=30)`.
+    """Find the derivatives of positions and rates by the dimensions, for example `sensitivity(m, "P", motor=30)`.
 
     The derivatives are exact (implicit function theorem) and at constant inputs: a dimension that also changes the
-    start of a law does not move the input. Without inputs they are found along the motion of the laws. If the model
-    has `tolerances`, the spread of each quantity is found too: worst case and root of the sum of squares (RSS) to first
-    order, mean and standard deviation of random designs.
+    start of a law does not move the input, nor change its speed. Without inputs they are found along the motion of the
+    laws. If the model has `tolerances`, the spread of each quantity is found too: worst case and root of the sum of
+    squares (RSS) to first order, mean and standard deviation of random designs.
 
     Args:
         mechanism: from `load` or `loads`.
         of: quantities, a text or a list: nodes or points ("P", "P.x"), members (their direction), "transmission",
-            "transmission:B", "angle:A/B"; of a motion also numbers that `sweep` can keep, such as "range(P.y)" or
-            "max(hypot(P.x - B.x, P.y - B.y))". By default the traced points.
+            "transmission:B", "angle:A/B", velocities, accelerations and jerks ("P.vx", "rocker.alpha"); of a motion
+            also numbers that `sweep` can keep, such as "range(P.y)" or "max(hypot(P.vx, P.vy))". By default the traced
+            points.
         by: dimensions, such as "crank" or "B.x", or actuators for their inputs. By default all numbers of the file that
             move a node and are not given by a formula, and all inputs.
         at: dict of inputs by name, for names that are not Python names or are names of arguments.
@@ -168,7 +171,14 @@ def _derivatives(
     if not named:
         free = [one for one in _moving(found, chosen) if one.name not in fixed]
         found = DesignSensitivity(mechanism, [one.name for one in free], quantities, run)
-    return free, fixed, found(motion.z, motion.inputs)
+    return free, fixed, found(motion.z, motion.inputs, _input_rates(motion)[1:])
+
+
+def _input_rates(motion: Motion) -> FloatArray:
+    """Return the inputs and three derivatives by the time (4, actuators, rows): of the laws, as in `solve`."""
+    if len(motion.time) > 1:
+        return law_rates(motion.mechanism, motion.time, len(ORDERS), motion.inputs)
+    return law_state(motion.mechanism, motion.inputs[:, 0], motion.z[:, 0])[1][..., None]
 
 
 def _refuse_much(numbers: int) -> None:
@@ -203,7 +213,7 @@ def _quantities(mechanism: Mechanism, texts: Sequence[str], whole: bool) -> tupl
     wanted = list(texts) or list(mechanism.traced)
     numbers = [text for text in wanted if known.is_number(text)]
     if not numbers:
-        return [], [one for text in wanted for one in position_items(mechanism, text)]
+        return [], [one for text in wanted for one in position_items(mechanism, text, len(ORDERS))]
     others = [text for text in wanted if text not in numbers]
     if others:
         raise UsageError(f"of '{others[0]}': the others are numbers of the whole motion: ask for them in a second call")
@@ -249,6 +259,7 @@ def _sampled(
 ) -> SampledSpread:  # fmt: skip
     """Return the spread of random designs at the solved rows of a motion."""
     good, family = motion.good, Family(motion.mechanism, names)
+    given = _input_rates(motion)[..., good]
     solved = QuantitySlopes(nominal.values[:, good], nominal.slopes[..., good], nominal.good[good])
     nominals = [one.with_slopes(quantities, solved)[0] for one in reduced]
 
@@ -258,7 +269,11 @@ def _sampled(
         return np.stack([(row - own)[:, None] for row, own in zip(rows, nominals, strict=True)])
 
     def positions(found: Designs) -> FloatArray:
-        at = PositionState(motion.mechanism, found.z, family.tables(found.designs))
+        def rates(order: int) -> list[Any]:
+            nodes = family.rates(order)(found.designs, found.z, given[None, : order + 1])
+            return [np.moveaxis(one, 0, 2) for one in nodes]
+
+        at = PositionState(motion.mechanism, found.z, family.tables(found.designs), rates)
         away = at.values(quantities) - nominal.values[:, None, good]
         turns = [k for k, one in enumerate(quantities) if one.quantity.circular]
         away[turns] = principal(away[turns], full_turn(motion.mechanism))

@@ -108,7 +108,9 @@ def test_derivatives_are_differences(traced):
                                    at={motor.name: start}).value[name]
                 for sign in (1.0, -1.0)
             ]  # fmt: skip
-            assert found.derivatives[name][dimension] == pytest.approx((ends[0] - ends[1]) / (2.0 * step), abs=1e-5)
+            assert found.derivatives[name][dimension] == pytest.approx(
+                (ends[0] - ends[1]) / (2.0 * step), rel=1e-6, abs=1e-5
+            )
             known += 1
     assert known > 8
 

@@ -1,0 +1,68 @@
+"""Exact derivatives of velocities, accelerations and jerks are those of differences of changed models."""
+
+import numpy as np
+import pytest
+from bundled import MODELS
+
+import gimcli
+from gimcli.model.dimensions import dimensions
+
+CASES = {
+    "crank_rocker": ("P.vx", "P.ay", "P.jx", "rocker.omega", "rocker.alpha", "rocker.jerk", "hypot(P.vx, P.vy)"),
+    "slider_crank": ("B.vx", "B.ax", "B.jx"),
+    "jansen": ("foot.vx", "foot.ay", "foot.jx"),
+    "stephenson_3": ("P.vx", "P.ay", "P.jy"),
+    "platform_3rrr": ("P.vx", "P.ay"),
+    "five_bar": ("P.vx", "P.ay"),
+    "crank_shaper": ("C.vx", "C.ax"),
+    "watt_2": (),
+}
+"""Dyads, guides that move, coupled groups, and several inputs."""
+
+
+def difference(m, text, name, value, inputs):
+    """Return the derivative by central differences with one Richardson step, of `solve` at the same inputs."""
+
+    def at(x):
+        return float(np.ravel(gimcli.solve(m.with_({name: x}), at=inputs)[text])[0])
+
+    h = 1e-3 * max(abs(value), 1.0)
+    wide, narrow = ((at(value + d) - at(value - d)) / (2.0 * d) for d in (h, h / 2.0))
+    return (4.0 * narrow - wide) / 3.0
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_derivatives_of_rates_are_those_of_differences(name):
+    m = gimcli.load(MODELS / f"{name}.yaml")
+    known = {*m.nodes, *(p.name for p in m.points), *(member.name for member in m.members)}
+    texts = [t for t in CASES[name] if t.split("(")[-1].split(".")[0] in known]
+    texts = texts or [f"{m.traced[0]}.{letter}" for letter in ("vx", "ay", "jx")]
+    inputs = {m.actuators[k].name: float(m.value_to_file(k, u)) + (k + 1.0) * bool(m.actuators[k].rotary)
+              for k, u in enumerate(m.start_inputs)}  # fmt: skip
+    found = gimcli.sensitivity(m, texts, at=inputs)
+    own = {d.name: d.value for d in dimensions(m)}
+    chosen = [d for d in found.derivatives[texts[0]] if d in own][:5]
+    assert chosen
+    for text in texts:
+        got = found.derivatives[text]
+        size = max(abs(float(v)) for v in got.values())
+        for d in chosen:
+            assert got[d] == pytest.approx(difference(m, text, d, own[d], inputs), abs=1e-6 * size), (text, d)
+
+
+def test_derivatives_of_the_greatest_speed_are_those_of_differences():
+    m, text = gimcli.load(MODELS / "crank_rocker.yaml"), "max(hypot(P.vx, P.vy))"
+    found = gimcli.sensitivity(m, text, by="coupler.length", steps=720).derivatives[text]["coupler.length"]
+    values = gimcli.sweep(m, {"coupler.length": [119.99, 120.01]}, steps=720, keep=text)[text]
+    assert found == pytest.approx((values[1] - values[0]) / 0.02, rel=1e-4)
+
+
+def test_derivatives_by_the_input_are_velocity_over_speed():
+    """At constant speed of the only input, the derivative of a rate by the input is the next rate over this speed."""
+    m = gimcli.load(MODELS / "jansen.yaml")
+    found = gimcli.sensitivity(m, ["foot.vx", "foot.ay"], by="motor", steps=36)
+    rates = gimcli.trace(m, 36, derivatives=3)
+    speed = (rates["motor"][-1] - rates["motor"][0]) / (rates["time"][-1] - rates["time"][0])
+    for text, then in (("foot.vx", "foot.ax"), ("foot.ay", "foot.jy")):
+        size = np.abs(rates[then]).max()
+        assert found.derivatives[text]["motor"] * speed == pytest.approx(rates[then], abs=1e-9 * size)
