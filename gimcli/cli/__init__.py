@@ -116,7 +116,7 @@ class _Commands(TyperGroup):
         alone = typer.Typer(**SETTINGS, add_completion=False)
         alone.command(cmd_name, help=text, short_help=COMMANDS[cmd_name], cls=Command)(module.command)
         found: Any = typer.main.get_command(alone)
-        found.name, found.examples = cmd_name, module.EXAMPLES
+        found.name, found.examples, found.kind = cmd_name, module.EXAMPLES, getattr(module.command, "kind", None)
         return found
 
     def invoke(self, ctx: Any) -> Any:

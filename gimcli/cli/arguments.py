@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -12,29 +11,6 @@ from gimcli.errors import UsageError
 
 if TYPE_CHECKING:
     from gimcli.mechanism import Mechanism
-
-
-class Method(StrEnum):
-    """Methods for positions."""
-
-    AUTO = "auto"
-    GIM = "gim"
-    NEWTON = "newton"
-
-
-class Strategy(StrEnum):
-    """Strategies for the sequence of geometric iteration."""
-
-    SPECTRAL = "spectral"
-    CLASSIC = "classic"
-
-
-class Jit(StrEnum):
-    """When kernels are compiled."""
-
-    AUTO = "auto"
-    ON = "on"
-    OFF = "off"
 
 
 INPUTS, METHOD, OUTPUT = "Inputs", "Method", "Output"
@@ -48,21 +24,6 @@ MODEL = "model.yaml"
 
 NONE: list[str] = []
 """The default of options that may be repeated: typer needs a list, and nothing changes it."""
-
-Steps = Annotated[
-    int,
-    typer.Option(
-        "--steps", "-n", metavar="N", min=1, max=10_000_000, help="Steps of the motion: N + 1 rows.",
-        rich_help_panel=INPUTS,
-    ),
-]  # fmt: skip
-At = Annotated[
-    list[str],
-    typer.Option(
-        "--at", metavar="ACTUATOR=VALUE", help="Input value in the file's unit; repeatable.", rich_help_panel=INPUTS
-    ),
-]
-
 
 Set = Annotated[
     list[str],
@@ -104,45 +65,36 @@ Png = Annotated[
 ]  # fmt: skip
 PngFile = Annotated[Path | None, typer.Option("--png", hidden=True)]
 CsvFile = Annotated[Path | None, typer.Option("--csv", hidden=True)]
-MethodOption = Annotated[
-    Method,
-    typer.Option(
+
+SHARED = {
+    "at": typer.Option(
+        "--at", metavar="ACTUATOR=VALUE", help="Input value in the file's unit; repeatable.", rich_help_panel=INPUTS
+    ),
+    "steps": typer.Option(
+        "--steps", "-n", metavar="N", min=1, max=10_000_000, help="Steps of the motion: N + 1 rows.",
+        rich_help_panel=INPUTS,
+    ),
+    "method": typer.Option(
         "--method", metavar="METHOD", rich_help_panel=METHOD, show_default=False,
         help="auto (default), gim (geometric iteration) or newton.",
     ),
-]  # fmt: skip
-StrategyOption = Annotated[
-    Strategy,
-    typer.Option(
+    "strategy": typer.Option(
         "--strategy", metavar="STRATEGY", rich_help_panel=METHOD, show_default=False,
         help="For gim: spectral (default) or classic (the paper).",
     ),
-]  # fmt: skip
-Tolerance = Annotated[
-    float,
-    typer.Option("--tolerance", metavar="T", help="Allowed error, relative to the size.", rich_help_panel=METHOD),
-]
-Seconds = Annotated[
-    float | None,
-    typer.Option("--seconds", metavar="S", min=0.0, help="End after this time with what was found.",
-                 rich_help_panel=METHOD),
-]  # fmt: skip
-JitOption = Annotated[
-    Jit,
-    typer.Option("--jit", metavar="WHEN", help="Compile the kernels: auto, on or off.",
-                 rich_help_panel=METHOD),
-]  # fmt: skip
-SequenceText = Annotated[
-    str,
-    typer.Option(
+    "sequence": typer.Option(
         "--sequence", metavar="TEXT", rich_help_panel=METHOD,
         help='Steps for --method gim, such as "A>B D>C C^B>E".',
     ),
-]  # fmt: skip
-
-SHARED = {
-    "at": At, "jit": JitOption, "method": MethodOption, "seconds": Seconds, "sequence": SequenceText, "steps": Steps,
-    "strategy": StrategyOption, "tolerance": Tolerance,
+    "tolerance": typer.Option(
+        "--tolerance", metavar="T", help="Allowed error, relative to the size.", rich_help_panel=METHOD
+    ),
+    "seconds": typer.Option(
+        "--seconds", metavar="S", min=0.0, help="End after this time with what was found.", rich_help_panel=METHOD
+    ),
+    "jit": typer.Option(
+        "--jit", metavar="WHEN", help="Compile the kernels: auto, on or off.", rich_help_panel=METHOD
+    ),
 }  # fmt: skip
 """Options that have the same form in all commands, by the names of the arguments of verbs."""
 

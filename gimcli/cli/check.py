@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
-from gimcli.cli.arguments import MODEL, NONE, Assembly, Json, ModelPath, Out, Set
 from gimcli.cli.console import print_more, print_table
-from gimcli.cli.progress import progress_bar
+from gimcli.cli.from_verb import Run, from_verb
 from gimcli.errors import UsageError
-
-if TYPE_CHECKING:
-    from gimcli.library.check import CheckResult
+from gimcli.library.check import CheckResult, check
 
 HELP = (
     "Type, mobility, ranges of the inputs, strokes and time ratios, worst transmission angles and greatest speeds of"
@@ -25,29 +22,18 @@ EXAMPLES = (
 )
 
 
-def command(
-    model: ModelPath = MODEL,
-    changes: Set = NONE,
-    assembly: Assembly = "",
-    long: Annotated[
-        bool, typer.Option("--long", help="Print the model file in long form, with everything explicit; no check.")
-    ] = False,
-    out: Out = NONE,
-    as_json: Json = False,
-) -> None:
-    """Check a model."""
-    from gimcli.cli.outputs import Outputs
-    from gimcli.library.check import CheckResult, check
-
-    if long and (out or as_json):
-        raise UsageError(f"--long prints the model file, it cannot be used with {'-o' if out else '--json'}")
-    outputs = Outputs(CheckResult, model, out, as_json=as_json)
-    if long:
+def _run(run: Run) -> CheckResult:
+    """Check the model, or print it in long form."""
+    if run.switches.pop("long"):
+        if run.files["out"] or run.files["as_json"]:
+            option = "-o" if run.files["out"] else "--json"
+            raise UsageError(f"--long prints the model file, it cannot be used with {option}")
         from gimcli.library.long_form import long_form
 
-        typer.echo(long_form(outputs.loaded(assembly, changes=changes)), nl=False)
-        return
-    outputs.finish(check(outputs.loaded(assembly, changes=changes), progress=progress_bar), _print)
+        typer.echo(long_form(run.mechanism), nl=False)
+        raise typer.Exit
+    found: CheckResult = run.written()
+    return found
 
 
 def _print(result: CheckResult) -> None:
@@ -57,3 +43,7 @@ def _print(result: CheckResult) -> None:
         print_more(len(section.rows) + section.left_out, len(section.rows))
     for one in result.warnings:
         typer.echo(": ".join(filter(None, ("warning", one["where"], one["text"]))))
+
+
+LONG = typer.Option("--long", help="Print the model file in long form, with everything explicit; no check.")
+command = from_verb(check, CheckResult, _print, files="", extra={"long": Annotated[bool, LONG]}, run=_run)

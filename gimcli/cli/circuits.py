@@ -7,7 +7,7 @@ import typer
 from gimcli.cli.arguments import METHOD
 from gimcli.cli.console import print_records
 from gimcli.cli.from_verb import from_verb
-from gimcli.library.circuits import CircuitsResult, verdict
+from gimcli.library.circuits import CircuitsResult, circuits, verdict
 from gimcli.structure.rigid_triangles import triangle_hints
 
 HELP = (
@@ -29,4 +29,4 @@ def _print(result: CircuitsResult) -> None:
 SAMPLES = typer.Option(
     "--samples", metavar="N", rich_help_panel=METHOD, help="Input values at which all configurations are found."
 )
-command = from_verb("circuits", _print, {"samples": SAMPLES})
+command = from_verb(circuits, CircuitsResult, _print, {"samples": SAMPLES})

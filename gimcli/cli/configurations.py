@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
 
 from gimcli.cli.console import print_records, print_turns, room
-from gimcli.cli.progress import end_bars, progress_bar
+from gimcli.cli.progress import end_bars
 from gimcli.library.rounding import titled
 
 if TYPE_CHECKING:
-    from gimcli.cli.outputs import Outputs
     from gimcli.library.configurations import ConfigurationsResult
 
 COLUMNS = 3
@@ -26,20 +24,8 @@ ROWS = 60
 """Rows of the table; --json and -o write all configurations."""
 
 
-def solve_all(
-    outputs: Outputs, at: dict[str, str], tolerance: float, changes: list[str], seconds: float | None
-) -> None:
-    """Find every configuration, print and write it; exit with 5 if there is none."""
-    from gimcli.library.configurations import ConfigurationsResult, configurations
-
-    mechanism = outputs.loaded(changes=changes, every=True)
-    found = configurations(mechanism, at, tolerance=tolerance, progress=progress_bar, seconds=seconds)
-    pictures = outputs.files.of("picture")
-    shown = pictures[0] if pictures and isinstance(found, ConfigurationsResult) else None
-    outputs.finish(found, partial(_print, shown))
-
-
-def _print(png: Path | None, result: ConfigurationsResult) -> None:
+def print_configurations(png: Path | None, result: ConfigurationsResult) -> None:
+    """Print all configurations; `png` is the picture, if one is written."""
     from gimcli.library.configurations import verdict
     from gimcli.status import Status
     from gimcli.structure.rigid_triangles import triangle_hints

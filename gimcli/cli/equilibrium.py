@@ -7,7 +7,7 @@ import typer
 from gimcli.cli.arguments import INPUTS, METHOD
 from gimcli.cli.console import print_records
 from gimcli.cli.from_verb import from_verb
-from gimcli.library.equilibrium import EquilibriumResult
+from gimcli.library.equilibrium import EquilibriumResult, equilibrium
 from gimcli.library.rounding import at_inputs, number
 
 HELP = (
@@ -80,4 +80,4 @@ OPTIONS = {
     ),
     "seed": typer.Option("--seed", metavar="N", rich_help_panel=METHOD),
 }  # fmt: skip
-command = from_verb("equilibrium", _print, OPTIONS)
+command = from_verb(equilibrium, EquilibriumResult, _print, OPTIONS)

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
-from gimcli.cli.arguments import INPUTS, METHOD, MODEL, NONE, Assembly, Json, ModelPath, Out, Png, Seconds, Set
-from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
+from gimcli.cli.arguments import INPUTS, METHOD
+from gimcli.cli.console import print_table
+from gimcli.cli.from_verb import Run, from_verb
 from gimcli.errors import UsageError
-
-if TYPE_CHECKING:
-    from gimcli.library.fit_result import FitResult
+from gimcli.library.fit import fit
+from gimcli.library.fit_result import FitResult
+from gimcli.library.rounding import number
+from gimcli.table import labelled
 
 TARGETS = "Targets"
 
@@ -38,82 +40,12 @@ EXAMPLES = (
 )
 
 
-@with_picture_options
-def command(
-    model: ModelPath = MODEL,
-    assembly: Assembly = "",
-    set_: Set = NONE,
-    vary: Annotated[
-        list[str],
-        typer.Option(
-            "--vary", metavar="NAME=LOW:HIGH", help="Dimension to fit and its bounds; repeatable.",
-            rich_help_panel=INPUTS,
-        ),
-    ] = NONE,
-    through: Annotated[
-        Path | None,
-        typer.Option("--through", metavar="FILE", help="CSV file of targets.", rich_help_panel=TARGETS),
-    ] = None,
-    timing: Annotated[
-        TargetTiming | None,
-        typer.Option(
-            "--timing", metavar="WORD", rich_help_panel=TARGETS,
-            help="Inputs of the targets: free (unknown), given, or step (their differences are given).",
-        ),
-    ] = None,
-    point: Annotated[
-        str,
-        typer.Option(
-            "--point", "-p", metavar="NAME", help="Node or point; default: the first of `trace`.",
-            rich_help_panel=TARGETS,
-        ),
-    ] = "",
-    output: Annotated[
-        str,
-        typer.Option("--output", metavar="NAME", help="Output of a function: rocker.angle, P.x.",
-                     rich_help_panel=TARGETS),
-    ] = "",
-    goal: Annotated[
-        str,
-        typer.Option("--goal", metavar="TEXT", help="Quantity that is least, instead of targets: -range(P.y).",
-                     rich_help_panel=TARGETS),
-    ] = "",
-    where: Annotated[
-        list[str],
-        typer.Option("--where", metavar="TEXT", help="Condition: range(P.y) > 40; repeatable.",
-                     rich_help_panel=TARGETS),
-    ] = NONE,
-    any_order: Annotated[
-        bool, typer.Option("--any-order", help="The targets may follow in any order.", rich_help_panel=TARGETS)
-    ] = False,
-    starts: Annotated[
-        int, typer.Option("--starts", metavar="N", min=1, help="Number of random designs.", rich_help_panel=METHOD)
-    ] = 25_000,
-    seed: Annotated[
-        int, typer.Option("--seed", metavar="N", min=0, help="Seed of the random designs.", rich_help_panel=METHOD)
-    ] = 0,
-    seconds: Seconds = None,
-    out: Out = NONE,
-    png: Png = True,
-    as_json: Json = False,
-    drawing: Drawing = NO_OPTIONS,
-) -> None:  # fmt: skip
-    """Fit dimensions."""
-    from gimcli.cli.console import note
-    from gimcli.cli.outputs import Outputs
-    from gimcli.cli.progress import progress_bar
-    from gimcli.library.fit import fit
-    from gimcli.library.fit_result import FitResult
-
-    outputs = Outputs(FitResult, model, out, writes=True, picture=png, as_json=as_json, drawing=drawing)
-    bounds = _bounds(vary)
-    outputs.files.refuse(() if through is None else (through,))
-    found = fit(
-        outputs.loaded(assembly, changes=set_), bounds, through, timing=timing.value if timing else "", point=point,
-        output=output, goal=goal, where=where, any_order=any_order, starts=starts, seed=seed,
-        notify=note, progress=progress_bar, seconds=seconds,
-    )  # fmt: skip
-    outputs.finish(found, _print)
+def _run(run: Run) -> FitResult:
+    """Fit dimensions; the file of targets is not overwritten."""
+    through = run.arguments["through"]
+    run.outputs.files.refuse(() if through is None else (through,))
+    found: FitResult = run.written()
+    return found
 
 
 def _bounds(given: list[str]) -> dict[str, tuple[float, float]]:
@@ -134,10 +66,6 @@ def _bounds(given: list[str]) -> dict[str, tuple[float, float]]:
 
 
 def _print(result: FitResult) -> None:
-    from gimcli.cli.console import print_table
-    from gimcli.library.rounding import number
-    from gimcli.table import labelled
-
     typer.echo(result.headline())
     if result._found is None:
         return
@@ -155,3 +83,39 @@ def _print(result: FitResult) -> None:
     typer.echo(
         f"{hits} this {what}; {counts.started} of {counts.drawn} random designs were refined (seed {counts.seed})"
     )
+
+
+VARY = typer.Option(
+    "--vary", metavar="NAME=LOW:HIGH", help="Dimension to fit and its bounds; repeatable.", rich_help_panel=INPUTS
+)
+THROUGH = typer.Option("--through", metavar="FILE", help="CSV file of targets.", rich_help_panel=TARGETS)
+TIMING = typer.Option(
+    "--timing", metavar="WORD", rich_help_panel=TARGETS,
+    help="Inputs of the targets: free (unknown), given, or step (their differences are given).",
+)  # fmt: skip
+OPTIONS = {
+    "vary": Annotated[list[str], VARY],
+    "through": Annotated[Path | None, THROUGH],
+    "timing": Annotated[TargetTiming | None, TIMING],
+    "point": typer.Option(
+        "--point", "-p", metavar="NAME", help="Node or point; default: the first of `trace`.", rich_help_panel=TARGETS
+    ),
+    "output": typer.Option(
+        "--output", metavar="NAME", help="Output of a function: rocker.angle, P.x.", rich_help_panel=TARGETS
+    ),
+    "goal": typer.Option(
+        "--goal", metavar="TEXT", help="Quantity that is least, instead of targets: -range(P.y).",
+        rich_help_panel=TARGETS,
+    ),
+    "where": typer.Option(
+        "--where", metavar="TEXT", help="Condition: range(P.y) > 40; repeatable.", rich_help_panel=TARGETS
+    ),
+    "any_order": typer.Option(
+        "--any-order", help="The targets may follow in any order.", rich_help_panel=TARGETS
+    ),
+    "starts": typer.Option("--starts", metavar="N", help="Number of random designs.", rich_help_panel=METHOD),
+    "seed": typer.Option("--seed", metavar="N", help="Seed of the random designs.", rich_help_panel=METHOD),
+}  # fmt: skip
+command = from_verb(
+    fit, FitResult, _print, OPTIONS, writes=True, run=_run, read={"vary": _bounds, "timing": lambda word: word or ""}
+)

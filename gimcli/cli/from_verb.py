@@ -8,48 +8,132 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
+from copy import copy
+from dataclasses import dataclass
 from enum import Enum, StrEnum
-from functools import partial
-from importlib import import_module
+from functools import cached_property, partial
 from inspect import Parameter, Signature, getdoc, signature, unwrap
+from types import NoneType
 from typing import TYPE_CHECKING, Annotated, Any, cast, get_args, get_origin
 
 from typer.models import OptionInfo
 
 from gimcli.cli.arguments import MODEL, NONE, SHARED, Assembly, CsvFile, Json, ModelPath, Out, Png, PngFile, Set, pairs
 from gimcli.cli.console import note
-from gimcli.cli.help import RESULTS
-from gimcli.cli.measures import MeasuresOnly, measures_of, refuse_unseen
+from gimcli.cli.measures import MEASURES, measures_of, refuse_unseen
 from gimcli.cli.outputs import Outputs
 from gimcli.cli.picture_options import OPTIONS
 from gimcli.cli.progress import progress_bar
+from gimcli.errors import UsageError
 from gimcli.library.inputs import Range, hints_of
+from gimcli.library.result import Result
 
 if TYPE_CHECKING:
     from gimcli.mechanism import Mechanism
 
 REPORTERS = {"notify": note, "progress": progress_bar}
 OUTPUTS = ("out", "csv", "png", "as_json")
+EMPTY = {bool: False, str: "", list[str]: NONE}
+"""Defaults of options of the terminal by their types; of others it is None."""
+
+
+@dataclass
+class Run:
+    """One run of a command, as its options have it; the function `run` of a command may change all of it.
+
+    `arguments` are those of the verb, `switches` the options of the terminal, which `show` gets by name. `given` has
+    the flags of the options that differ from their defaults. `open`: the side of a node may be open.
+    """
+
+    verb: Callable[..., Any]
+    kind: type[Result]
+    show: Callable[..., None]
+    model: str
+    changes: list[str]
+    assembly: str
+    arguments: dict[str, Any]
+    switches: dict[str, Any]
+    files: dict[str, Any]
+    loaded: Sequence[Callable[[Mechanism], None]]
+    given: Mapping[str, str]
+    open: bool = False
+
+    @cached_property
+    def outputs(self) -> Outputs:
+        """The files of the command."""
+        return Outputs(self.kind, self.model, **self.files)
+
+    @cached_property
+    def mechanism(self) -> Mechanism:
+        """The mechanism of the model file."""
+        refuse_unseen(self.arguments.get("plot"), self.outputs.draws)
+        at, tolerance = self.arguments.get("at"), self.arguments.get("tolerance", 1e-10)
+        mechanism = self.outputs.loaded(self.assembly, at, tolerance, changes=self.changes, every=self.open)
+        for noted in self.loaded:
+            noted(mechanism)
+        return mechanism
+
+    def found(self) -> Any:
+        """Return what the verb returns."""
+        known = signature(self.verb).parameters
+        reporters = {key: value for key, value in REPORTERS.items() if key in known}
+        return self.verb(self.mechanism, **self.arguments, **reporters)
+
+    def written(self) -> Any:
+        """Return the result of the verb; its files are written, while it is computed if its rows come in pieces."""
+        found = self.found()
+        if not isinstance(found, Result):
+            return self.outputs.stream(found)
+        self.outputs.write(found)
+        return found
+
+    def chooses(self, switch: str, verb: Callable[..., Any], one: str, other: str) -> bool:
+        """Return whether an option chooses another verb, which is then run; refuse options of the verb that is not run.
+
+        `one` and `other` say what the two verbs find.
+        """
+        own, others = signature(self.verb).parameters, signature(verb).parameters
+        chosen, flag = switch in self.given, self.given.get(switch) or f"--{switch}"
+        for name in self.given.keys() - {switch, "assembly"}:
+            if chosen and name not in others:
+                raise UsageError(f"{self.given[name]} is for {one}, {flag} for {other}: remove one of them")
+            if not chosen and name in self.switches.keys() & others.keys() - own.keys():
+                raise UsageError(f"{self.given[name]} is for {other}: add {flag}")
+        every = {**self.arguments, **self.switches}
+        if chosen:
+            self.verb, self.switches, self.loaded = verb, {}, ()
+            self.arguments = {name: every[name] for name in others if every.get(name) is not None}
+        else:
+            self.switches = {name: every[name] for name in self.switches if name not in {switch, *others}}
+        return chosen
 
 
 def from_verb(
-    name: str, show: Callable[..., None], options: Mapping[str, OptionInfo] | None = None, *,
-    writes: bool = False, files: str = "png", assembled: bool = True,
+    verb: Callable[..., Any], kind: type[Result], show: Callable[..., None],
+    options: Mapping[str, Any] | None = None, *, writes: bool = False, files: str = "png", assembled: bool = True,
     loaded: Sequence[Callable[[Mechanism], None]] = (), read: Mapping[str, Callable[[Any], Any]] | None = None,
-    extra: Mapping[str, Any] | None = None, begun: str = "",
+    extra: Mapping[str, Any] | None = None, run: Callable[[Run], Any] = Run.written,
 ) -> Callable[..., None]:  # fmt: skip
-    """Return the command of a verb, with the signature that typer reads; `show` prints its result.
+    """Return the command of a verb, with the signature that typer reads; `show` prints its result, of class `kind`.
 
-    `options`: the form of the options that other commands do not have, by the names of the verb's arguments. `writes`:
-    without `-o` the usual files are written. `files`: the options for single files. `assembled`: whether there is
-    --assembly. `loaded`: functions of the mechanism, before the analysis. `read`: functions of the values of options.
-    `extra`: switches of the terminal, which `show` gets by name. `begun`: the function with the arguments of the verb
-    that begins a result whose rows are written while they are computed.
+    `verb`: the function, or the one with the same arguments that begins a result whose rows are written while they are
+    computed. `options`: the form of the options that other commands do not have, by the names of the verb's arguments;
+    annotated where the terminal has another type. `writes`: without `-o` the usual files are written. `files`: the
+    options for single files. `assembled`: whether there is --assembly. `loaded`: functions of the mechanism, before the
+    analysis. `read`: functions of the values of options. `extra`: options of the terminal, which `show` gets by name.
+    `run`: what is done where it is more than to run the verb and to write its result.
     """
-    module, kind = RESULTS[name].split(".")
-    verb = getattr(import_module(f"gimcli.library.{name}"), begun or name)
-    found = getattr(import_module(f"gimcli.library.{module}"), kind)
     readers: dict[str, Callable[[Any], Any]] = {"at": pairs, "measure": measures_of, **(read or {})}
+    own = own_options(unwrap(verb), options or {})
+    names = [name for name, _, _ in own]
+    own += [(name, form, EMPTY.get(get_args(form)[0])) for name, form in (extra or {}).items()]
+    common = [("model", ModelPath, MODEL), ("changes", Set, NONE)]
+    common += [("assembly", Assembly, "")] if assembled else []
+    last: list[tuple[str, Any, Any]] = [("out", Out, NONE)]
+    last += [("csv", CsvFile, None)] if "csv" in files else []
+    last += [("png", Png, True) if writes else ("png", PngFile, None)] if "png" in files else []
+    every = [*common, *own, *last, ("as_json", Json, False)]
+    flags = {name: (form.__metadata__[0].default, usual) for name, form, usual in [*common[2:], *own]}
 
     def command(**given: Any) -> None:
         drawing = {one.name: given.pop(one.name) for one in OPTIONS if one.name in given}
@@ -57,33 +141,18 @@ def from_verb(
         if writes:
             chosen["picture"] = chosen.pop("png")
         drawing = {key: value for key, value in drawing.items() if value is not None}
-        outputs = Outputs(found, given.pop("model"), writes=writes, drawing=drawing, **chosen)
-        changes, assembly = given.pop("changes"), given.pop("assembly", "")
-        shown = {key: given.pop(key) for key in extra or {}}
-        arguments = {key: readers.get(key, plain)(value) for key, value in given.items()}
-        if "plot" in arguments:
-            refuse_unseen(arguments["plot"], outputs.draws)
-        at, tolerance = arguments.get("at"), arguments.get("tolerance", 1e-10)
-        mechanism = outputs.loaded(assembly, at, tolerance, changes=changes)
-        for noted in loaded:
-            noted(mechanism)
-        reporters = {key: value for key, value in REPORTERS.items() if key in signature(verb).parameters}
-        result = verb(mechanism, **arguments, **reporters)
-        if begun:
-            outputs.show(outputs.stream(result), partial(show, **shown))
-        else:
-            outputs.finish(result, partial(show, **shown))
+        differs = {name: flag for name, (flag, usual) in flags.items() if given[name] != usual}
+        model, changes, assembly = given.pop("model"), given.pop("changes"), given.pop("assembly", "")
+        values = {key: readers.get(key, plain)(value) for key, value in given.items()}
+        arguments = {key: values.pop(key) for key in names}
+        written = {**chosen, "writes": writes, "drawing": drawing}
+        own_run = Run(verb, kind, show, model, changes, assembly, arguments, values, written, loaded, differs)
+        result = run(own_run)
+        own_run.outputs.show(result, partial(own_run.show, **own_run.switches))
 
-    common = [("model", ModelPath, MODEL), ("changes", Set, NONE)]
-    common += [("assembly", Assembly, "")] if assembled else []
-    last: list[tuple[str, Any, Any]] = [("out", Out, NONE)]
-    last += [("csv", CsvFile, None)] if "csv" in files else []
-    last += [("png", Png, True) if writes else ("png", PngFile, None)] if "png" in files else []
-    own = own_options(unwrap(verb), options or {})
-    switches = [(key, kind, False) for key, kind in (extra or {}).items()]
-    every = [*common, *own, *switches, *last, ("as_json", Json, False)]
-    listed = [Parameter(key, Parameter.KEYWORD_ONLY, annotation=kind, default=value) for key, kind, value in every]
+    listed = [Parameter(key, Parameter.KEYWORD_ONLY, annotation=form, default=value) for key, form, value in every]
     command.__signature__ = Signature([*listed, *OPTIONS * ("png" in files)])  # type: ignore[attr-defined]  # read by typer
+    command.kind = kind  # type: ignore[attr-defined]  # read by the help
     return command
 
 
@@ -92,31 +161,38 @@ def plain(value: Any) -> Any:
     return value.value if isinstance(value, Enum) else value
 
 
-def own_options(verb: Callable[..., Any], options: Mapping[str, OptionInfo]) -> list[tuple[str, Any, Any]]:
+def own_options(verb: Callable[..., Any], options: Mapping[str, Any]) -> list[tuple[str, Any, Any]]:
     """Return name, annotation and default of the options of a verb, in its order; reports and inputs are none."""
-    helps, hints, found, shared = argument_helps(verb), hints_of(verb), [], {**SHARED, "measure": MeasuresOnly}
+    helps, hints, found = argument_helps(verb), hints_of(verb), []
+    forms = {**SHARED, "measure": MEASURES, **options}
     for name, parameter in signature(verb).parameters.items():
-        kind: Any = shared.get(name)
-        if name in options:
-            kind, form = hints[name], options[name]
-            kind, *limits = get_args(kind) if get_origin(kind) is Annotated else (kind,)
-            form.help = form.help or helps[name]
-            for limit in limits:
-                if isinstance(limit, Range):
-                    form.min, form.max = limit.least, limit.most
-                else:
-                    kind = cast(Any, StrEnum)(name, {word: word for word in limit.known})
-            several = Sequence in [get_origin(one) for one in get_args(kind)]
-            kind = Annotated[list[str] if several else str if get_origin(kind) is Sequence else kind, form]
-        if kind is None:
+        form = forms.get(name)
+        if form is None:
             continue
+        kind = option_kind(name, hints[name], copy(form), helps) if isinstance(form, OptionInfo) else form
         own, value = get_args(kind)[0], parameter.default
         if own == list[str]:
             value = NONE
-        elif own is str or (isinstance(own, type) and issubclass(own, Enum)):
+        elif NoneType in get_args(own):
+            value = value or None
+        elif own is str or issubclass(own, Enum):
             value = own(value or "")
         found.append((name, kind, value))
     return found
+
+
+def option_kind(name: str, hint: Any, form: OptionInfo, helps: Mapping[str, str]) -> Any:
+    """Return the annotation of an option: the type, bounds and words of the argument, and the form of the option."""
+    kind, *limits = get_args(hint) if get_origin(hint) is Annotated else (hint,)
+    form.help = form.help or helps[name]
+    for limit in limits:
+        if isinstance(limit, Range):
+            form.min, form.max = limit.least, limit.most
+        else:
+            kind = cast(Any, StrEnum)(name, {word: word for word in limit.known})
+    if {Sequence, Mapping} & {get_origin(one) for one in (kind, *get_args(kind))}:
+        kind = str if get_origin(kind) is Sequence else list[str]
+    return Annotated[kind, form]
 
 
 def argument_helps(verb: Callable[..., Any]) -> dict[str, str]:

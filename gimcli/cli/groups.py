@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from gimcli.cli.console import print_records
 from gimcli.cli.from_verb import from_verb
-from gimcli.library.groups import GroupsResult
+from gimcli.library.groups import GroupsResult, groups
 
 HELP = (
     "Groups are listed in the order of formation, with class and order. 2,0^(3,4) is a group of 2 links that adds 0"
@@ -17,4 +17,4 @@ def _print(result: GroupsResult) -> None:
     print_records(result.headline(), result.records)
 
 
-command = from_verb("groups", _print, assembled=False)
+command = from_verb(groups, GroupsResult, _print, assembled=False)

@@ -14,21 +14,13 @@ from gimcli.cli.plain_values import taking_plain_values
 SUFFIXES = "SUFFIXES"
 """The word of a help text that stands for the suffixes of the files that the command writes."""
 
-RESULTS = {
-    name: f"{name}.{name.title()}Result"
-    for name in ("check", "circuits", "equilibrium", "forces", "groups", "mobility", "modes", "reduce", "sequence",
-                 "simulate", "singularities", "solve", "sweep", "tradeoff", "workspace")
-} | {
-    "fit": "fit_result.FitResult", "sensitivity": "sensitivity_result.SensitivityResult",
-    "trace": "trace.MotionTraceResult",
-}  # fmt: skip
-"""The module and class of each command's result."""
-
 
 class Command(TyperCommand):
     """A command whose help begins with examples; plain values are not checked by typer."""
 
     examples: tuple[str, ...] = ()
+    kind: Any = None
+    """The class of the result, which has the suffixes of the files."""
 
     def get_params(self, ctx: Any) -> list[Any]:
         """Return the arguments and options."""
@@ -64,21 +56,13 @@ def grouped(params: Iterable[Any], ctx: Any) -> dict[str, list[tuple[str, str]]]
                 form.append(param.opts[0])
             else:
                 head = param.metavar if param.param_type_name == "argument" else record[0]
-                text = _with_suffixes(_without_range(record[1]), ctx.info_name)
+                text = _without_range(record[1])
+                if SUFFIXES in text:
+                    text = text.replace(SUFFIXES, " ".join(ctx.command.kind.suffixes()))
                 groups.setdefault(title, []).append((head, text))
     if form:
         groups[OUTPUT].append((f"Picture: {' '.join(form)} (see gim manual commands)", ""))
     return groups
-
-
-def _with_suffixes(text: str, command: str) -> str:
-    """Return a help text with the suffixes of the files that a command writes."""
-    if SUFFIXES not in text:
-        return text
-    from importlib import import_module
-
-    module, result = RESULTS[command].split(".")
-    return text.replace(SUFFIXES, " ".join(getattr(import_module(f"gimcli.library.{module}"), result).suffixes()))
 
 
 def _without_range(text: str) -> str:

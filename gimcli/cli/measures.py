@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 
@@ -19,22 +19,20 @@ QUANTITIES = "Quantities"
 POINTS = 12
 """Greatest number of points whose ranges are printed."""
 
-MEASURE_HELP = "Add a quantity, such as |A.f|; repeatable."
-MeasureOption = Annotated[
-    list[str], typer.Option("--measure", "-m", metavar="QUANTITY", rich_help_panel=QUANTITIES, help=MEASURE_HELP)
-]
-PLOT_HELP = "Graphs, such as P.vx,|P.v|,omega; gim manual graphs."
-PlotOption = Annotated[
-    list[str], typer.Option("--plot", metavar="GRAPH,...", rich_help_panel=QUANTITIES, help=PLOT_HELP)
-]
-PlotsOnly = Annotated[list[str], typer.Option("--plot", metavar="GRAPH,...", rich_help_panel=OUTPUT, help=PLOT_HELP)]
+MEASURES = typer.Option(
+    "--measure", "-m", metavar="QUANTITY", rich_help_panel=OUTPUT, help="Add a quantity, such as |A.f|; repeatable."
+)
+PLOT = typer.Option(
+    "--plot",
+    metavar="GRAPH,...",
+    rich_help_panel=QUANTITIES,
+    help="Graphs, such as P.vx,|P.v|,omega; gim manual graphs.",
+)  # fmt: skip
+PLOTS_ONLY = typer.Option("--plot", metavar="GRAPH,...", rich_help_panel=OUTPUT, help=PLOT.help)
 """For commands whose picture has only the graphs that are named."""
-MeasuresOnly = Annotated[
-    list[str], typer.Option("--measure", "-m", metavar="QUANTITY", rich_help_panel=OUTPUT, help=MEASURE_HELP)
-]
 
 
-def refuse_unseen(plot: list[str], draws: bool) -> None:
+def refuse_unseen(plot: list[str] | None, draws: bool) -> None:
     """Raise UsageError for graphs if no picture is written."""
     if plot and not draws:
         raise UsageError(

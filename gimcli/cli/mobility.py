@@ -6,17 +6,18 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gimcli.cli.arguments import MODEL, NONE, Assembly, Json, ModelPath, Out, Set
 from gimcli.cli.console import print_table
+from gimcli.cli.from_verb import Run, from_verb
+from gimcli.library.jacobian import NATURAL
+from gimcli.library.mobility import MobilityResult, mobility
 from gimcli.library.rounding import number
 from gimcli.status import Status
 
-WIDEST = 8
-"""Most columns of a printed matrix."""
-
 if TYPE_CHECKING:
     from gimcli.library.jacobian import JacobianMatrix
-    from gimcli.library.mobility import MobilityResult
+
+WIDEST = 8
+"""Most columns of a printed matrix."""
 
 HELP = (
     "Grübler's formula, the rank of the constraint Jacobian and the mobility that follows from it, at the assembled"
@@ -28,25 +29,14 @@ EXAMPLES = (
 )
 
 
-def command(
-    model: ModelPath = MODEL,
-    changes: Set = NONE,
-    assembly: Assembly = "",
-    jacobian: Annotated[bool, typer.Option("--jacobian", help="Print the Jacobian of the constraints.")] = False,
-    coordinates: Annotated[
-        str, typer.Option("--coordinates", metavar="NAME", help="The Jacobian in joint, absolute or natural ones.")
-    ] = "",
-    out: Out = NONE,
-    as_json: Json = False,
-) -> None:
-    """Analyse the mobility at the assembled position nearest to the initial coordinates."""
-    from gimcli.cli.outputs import Outputs
-    from gimcli.library.mobility import MobilityResult, mobility
-
-    outputs = Outputs(MobilityResult, model, out, as_json=as_json)
-    found = mobility(outputs.loaded(assembly, changes=changes), coordinates=coordinates or "natural")
-    found.shows_jacobian = (jacobian or bool(coordinates)) and found.jacobian is not None  # refused before output
-    outputs.finish(found, _print)
+def _run(run: Run) -> MobilityResult:
+    """Find the mobility, and the Jacobian if it is asked for."""
+    shows, coordinates = run.switches.pop("jacobian"), run.switches.pop("coordinates")
+    run.arguments["coordinates"] = coordinates or NATURAL
+    found: MobilityResult = run.found()
+    found.shows_jacobian = bool(shows or coordinates) and found.jacobian is not None  # refused before output
+    run.outputs.write(found)
+    return found
 
 
 def _print(result: MobilityResult) -> None:
@@ -91,3 +81,9 @@ def _print_jacobian(found: JacobianMatrix) -> None:
 
 def _number(value: float) -> str:
     return number(value, 1.0)
+
+
+JACOBIAN = typer.Option("--jacobian", help="Print the Jacobian of the constraints.")
+COORDINATES = typer.Option("--coordinates", metavar="NAME", help="The Jacobian in joint, absolute or natural ones.")
+EXTRA = {"jacobian": Annotated[bool, JACOBIAN], "coordinates": Annotated[str, COORDINATES]}
+command = from_verb(mobility, MobilityResult, _print, files="", extra=EXTRA, run=_run)

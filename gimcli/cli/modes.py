@@ -10,7 +10,7 @@ import typer
 from gimcli.cli.arguments import INPUTS
 from gimcli.cli.console import note_doubtful_loading, print_more, print_records, print_table
 from gimcli.cli.from_verb import from_verb
-from gimcli.library.modes import ModesResult
+from gimcli.library.modes import ModesResult, modes
 from gimcli.library.rounding import number
 from gimcli.table import labelled
 
@@ -72,4 +72,4 @@ OPTIONS = {
     "time": typer.Option("--time", metavar="T", rich_help_panel=INPUTS),
     "settle": typer.Option("--settle", help="Follow the forces to an equilibrium first.", rich_help_panel=INPUTS),
 }
-command = from_verb("modes", _print, OPTIONS, files="csv png", loaded=(note_doubtful_loading,))
+command = from_verb(modes, ModesResult, _print, OPTIONS, files="csv png", loaded=(note_doubtful_loading,))

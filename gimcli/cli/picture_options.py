@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Mapping
-from functools import wraps
+from collections.abc import Mapping
 from typing import Annotated, Any
 
 import typer
@@ -29,17 +28,3 @@ def _options(
 
 
 OPTIONS = list(inspect.signature(_options, eval_str=True).parameters.values())
-
-
-def with_picture_options(command: Callable[..., None]) -> Callable[..., None]:
-    """Add the options of pictures to a command (decorator); its argument `drawing` gets those that are given."""
-
-    @wraps(command)
-    def extended(**given: Any) -> None:
-        values = {option.name: given.pop(option.name) for option in OPTIONS}
-        command(**given, drawing={name: value for name, value in values.items() if value is not None})
-
-    own = inspect.signature(command, eval_str=True)
-    kept = [p.replace(kind=p.KEYWORD_ONLY) for p in own.parameters.values() if p.name != "drawing"]
-    extended.__signature__ = own.replace(parameters=[*kept, *OPTIONS])  # type: ignore[attr-defined]  # read by typer
-    return extended

@@ -12,7 +12,7 @@ from gimcli.cli.arguments import INPUTS
 from gimcli.cli.console import note_doubtful_loading, print_table
 from gimcli.cli.from_verb import from_verb
 from gimcli.dynamics.flywheel import Flywheel
-from gimcli.library.reduce import ReduceResult
+from gimcli.library.reduce import ReduceResult, reduce
 from gimcli.library.rounding import greatest, input_value, number
 from gimcli.table import labelled
 
@@ -74,4 +74,4 @@ OPTIONS = {
     ),
     "rpm": typer.Option("--rpm", metavar="N", help="Mean speed [1/min].", rich_help_panel=FLYWHEEL),
 }
-command = from_verb("reduce", _print, OPTIONS, writes=True, loaded=(note_doubtful_loading,))
+command = from_verb(reduce, ReduceResult, _print, OPTIONS, writes=True, loaded=(note_doubtful_loading,))

@@ -12,6 +12,7 @@ from gimcli.cli.arguments import INPUTS
 from gimcli.cli.console import print_table
 from gimcli.cli.from_verb import from_verb
 from gimcli.library.rounding import at_inputs, number
+from gimcli.library.sensitivity import sensitivity
 from gimcli.library.sensitivity_result import SensitivityResult
 from gimcli.table import labelled
 
@@ -140,4 +141,4 @@ OPTIONS = {
         help="normal (default; the tolerance is 3 standard deviations) or uniform.",
     ),
 }  # fmt: skip
-command = from_verb("sensitivity", _print, OPTIONS, writes=True, read={"by": _names})
+command = from_verb(sensitivity, SensitivityResult, _print, OPTIONS, writes=True, read={"by": _names})

@@ -10,7 +10,7 @@ from gimcli.cli.arguments import OUTPUT
 from gimcli.cli.console import print_table
 from gimcli.cli.from_verb import from_verb
 from gimcli.gim.report import SequenceGroupReport
-from gimcli.library.sequence import SequenceResult
+from gimcli.library.sequence import SequenceResult, sequence
 
 HELP = (
     "Groups in order of solution; for each step of the Geometrical-Iterative Method the node that is moved, about"
@@ -47,4 +47,4 @@ def _print_group(number: int, group: SequenceGroupReport, explain: bool) -> None
 EXPLAIN = Annotated[
     bool, typer.Option("--explain", help="Name the rule that placed each step.", rich_help_panel=OUTPUT)
 ]
-command = from_verb("sequence", _print, extra={"explain": EXPLAIN})
+command = from_verb(sequence, SequenceResult, _print, extra={"explain": EXPLAIN})

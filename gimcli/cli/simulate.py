@@ -10,12 +10,12 @@ from gimcli.cli.arguments import INPUTS, OUTPUT
 from gimcli.cli.console import note_doubtful_loading, print_more, print_table
 from gimcli.cli.force_tables import print_open
 from gimcli.cli.from_verb import from_verb
-from gimcli.cli.measures import PLOT_HELP, print_ranges
+from gimcli.cli.measures import PLOTS_ONLY, print_ranges
 from gimcli.cli.progress import end_bars
 from gimcli.dynamics.integrators import INTEGRATORS, STEPPED, USUAL, WITH_DRY_FRICTION
 from gimcli.dynamics.simulation_table import column_names
 from gimcli.library.rounding import greatest, input_value, number
-from gimcli.library.simulate import SimulateResult
+from gimcli.library.simulate import SimulateResult, simulate
 from gimcli.mechanism import Mechanism
 from gimcli.output import refuse_repeated
 
@@ -111,6 +111,8 @@ OPTIONS = {
         "--dt", metavar="S", help="Seconds between rows; default: --time / 200.", rich_help_panel=OUTPUT
     ),
     "reactions": typer.Option("--reactions", rich_help_panel=OUTPUT),
-    "plot": typer.Option("--plot", metavar="GRAPH,...", rich_help_panel=OUTPUT, help=PLOT_HELP),
+    "plot": PLOTS_ONLY,
 }  # fmt: skip
-command = from_verb("simulate", _print, OPTIONS, writes=True, loaded=(_refuse_repeated, note_doubtful_loading))
+command = from_verb(
+    simulate, SimulateResult, _print, OPTIONS, writes=True, loaded=(_refuse_repeated, note_doubtful_loading)
+)

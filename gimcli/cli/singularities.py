@@ -8,7 +8,7 @@ from gimcli.branching.singularities import STATIONARY
 from gimcli.cli.console import print_records
 from gimcli.cli.from_verb import from_verb
 from gimcli.library.rounding import how_it_ends, intervals
-from gimcli.library.singularities import SingularitiesResult
+from gimcli.library.singularities import SingularitiesResult, singularities
 
 HELP = (
     "The circuit of the initial configuration is followed, and every branch that crosses it. limit: the input turns"
@@ -30,4 +30,4 @@ def _print(result: SingularitiesResult) -> None:
         typer.echo("there are more branches than were followed")
 
 
-command = from_verb("singularities", _print)
+command = from_verb(singularities, SingularitiesResult, _print)

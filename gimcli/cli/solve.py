@@ -9,37 +9,18 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gimcli.cli.arguments import (
-    MODEL,
-    NONE,
-    Assembly,
-    At,
-    CsvFile,
-    Jit,
-    JitOption,
-    Json,
-    Method,
-    MethodOption,
-    ModelPath,
-    Out,
-    PngFile,
-    Seconds,
-    SequenceText,
-    Set,
-    Strategy,
-    StrategyOption,
-    Tolerance,
-    pairs,
-)
+from gimcli.cli.arguments import SHARED
+from gimcli.cli.configurations import print_configurations
 from gimcli.cli.console import note, print_records, print_table
-from gimcli.cli.measures import MeasuresOnly, measures_of
-from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
+from gimcli.cli.from_verb import Run, from_verb
 from gimcli.cli.progress import end_bars
 from gimcli.errors import UsageError
+from gimcli.library.configurations import ConfigurationsResult, configurations
+from gimcli.library.result import Result
 from gimcli.library.rounding import greatest, length, number, titled
+from gimcli.library.solve import SolveResult, solve
 
 if TYPE_CHECKING:
-    from gimcli.library.solve import SolveResult
     from gimcli.rates.instant import Instant
 
 SHOWN = 25
@@ -58,82 +39,27 @@ RESULTS, START = "Results", "Start"
 SINGULAR = "singular: velocities are not determined in this position; choose an input value beside it"
 
 
-@with_picture_options
-def command(
-    model: ModelPath = MODEL,
-    changes: Set = NONE,
-    at: At = NONE,
-    assembly: Assembly = "",
-    every: Annotated[
-        bool, typer.Option("--all", help="Find all configurations; report if that is proved.", rich_help_panel=RESULTS)
-    ] = False,
-    velocities: Annotated[
-        bool, typer.Option("--velocities", help="Add velocities and accelerations.", rich_help_panel=RESULTS)
-    ] = False,
-    measure: MeasuresOnly = NONE,
-    history: Annotated[
-        bool,
-        typer.Option("--history", help="Add the error after every sweep (--method gim).", rich_help_panel=RESULTS),
-    ] = False,
-    start: Annotated[
-        str,
-        typer.Option(
-            "--start", metavar="drawn|random", help="Start from the initial (drawn) or from random coordinates.",
-            rich_help_panel=START,
-        ),
-    ] = "drawn",
-    seed: Annotated[
-        int, typer.Option("--seed", metavar="N", min=0, help="Seed of a random start.", rich_help_panel=START)
-    ] = 0,
-    method: MethodOption = Method.AUTO,
-    strategy: StrategyOption = Strategy.SPECTRAL,
-    sequence: SequenceText = "",
-    tolerance: Tolerance = 1e-10,
-    seconds: Seconds = None,
-    jit: JitOption = Jit.AUTO,
-    out: Out = NONE,
-    csv: CsvFile = None,
-    png: PngFile = None,
-    as_json: Json = False,
-    drawing: Drawing = NO_OPTIONS,
-) -> None:  # fmt: skip
-    """Solve one position, or all."""
-    from gimcli.cli.outputs import Outputs
-    from gimcli.library.solve import SolveResult, solve
-
-    inputs = pairs(at)
-    if every:
-        if method is not Method.AUTO or start != "drawn" or sequence:
-            raise UsageError("--all has its own method: remove --method, --start and --sequence")
-        if assembly:
+def _run(run: Run) -> Result:
+    """Find one position, or all; print what the model file with the solved coordinates leaves out."""
+    if run.chooses("all", configurations, "a single position", "all configurations"):
+        if run.assembly:
             raise UsageError("--all lists every assembly: remove --assembly")
-        if velocities or history or measure:
-            option = "velocities" if velocities else "history" if history else "measure"
-            raise UsageError(f"--{option} needs a single position: remove --all")
-        from gimcli.cli.configurations import solve_all
-        from gimcli.library.configurations import ConfigurationsResult
-
-        every_one = Outputs(ConfigurationsResult, model, out, csv=csv, png=png, as_json=as_json, drawing=drawing)
-        solve_all(every_one, inputs, tolerance, changes, seconds)
-        return
-    if seconds is not None:
-        raise UsageError("--seconds bounds the search for all configurations: add --all")
-    if assembly and start != "drawn":
+        run.kind, run.open = ConfigurationsResult, True
+        found: Result = run.written()
+        pictures = run.outputs.files.of("picture") if isinstance(found, ConfigurationsResult) else ()
+        run.show = partial(print_configurations, next(iter(pictures), None))
+        return found
+    if run.assembly and run.arguments["start"] != "drawn":
         raise UsageError("--assembly gives the initial coordinates: remove --start")
-    outputs = Outputs(SolveResult, model, out, csv=csv, png=png, as_json=as_json, drawing=drawing)
-    found = solve(
-        outputs.loaded(assembly, inputs, tolerance, changes=changes), inputs, method=method.value,
-        strategy=strategy.value, tolerance=tolerance, start=start, seed=seed, history=history,
-        velocities=velocities, measure=measures_of(measure), jit=jit.value, sequence=sequence,
-    )  # fmt: skip
-    outputs.write(found)
-    text = found.model() if outputs.files.of("model") else None
+    solved: SolveResult = run.written()
+    text = solved.model() if run.outputs.files.of("model") else None
     for remark in text.remarks if text is not None else ():
         note(remark)
-    outputs.show(found, partial(_print, method))
+    run.show = partial(_print, run.arguments["method"])
+    return solved
 
 
-def _print(method: Method, found: SolveResult) -> None:
+def _print(method: str, found: SolveResult) -> None:
     from gimcli.table import labelled
 
     end_bars()
@@ -176,11 +102,11 @@ def _print(method: Method, found: SolveResult) -> None:
         print_velocities(found.moving, turned)
 
 
-def _iterations(sweeps: int, method: Method) -> str:
+def _iterations(sweeps: int, method: str) -> str:
     """Return in words how many iterations a position needed."""
     if not sweeps:
         return "no iteration"
-    word = "sweep" if method is Method.GIM else "iteration"
+    word = "sweep" if method == "gim" else "iteration"
     return f"{sweeps} {word}{'s' * (sweeps != 1)}"
 
 
@@ -226,3 +152,19 @@ def print_velocities(found: Instant, turned: Mapping[str, float]) -> None:
 
 def _cells(v: complex, size: float) -> tuple[str, str, str]:
     return number(v.real, size), number(v.imag, size), number(abs(v), size)
+
+
+OPTIONS = {
+    "velocities": typer.Option("--velocities", help="Add velocities and accelerations.", rich_help_panel=RESULTS),
+    "history": typer.Option(
+        "--history", help="Add the error after every sweep (--method gim).", rich_help_panel=RESULTS
+    ),
+    "start": typer.Option(
+        "--start", metavar="drawn|random", help="Start from the initial (drawn) or from random coordinates.",
+        rich_help_panel=START,
+    ),
+    "seed": typer.Option("--seed", metavar="N", help="Seed of a random start.", rich_help_panel=START),
+}  # fmt: skip
+ALL = typer.Option("--all", help="Find all configurations; report if that is proved.", rich_help_panel=RESULTS)
+EXTRA = {"all": Annotated[bool, ALL], "seconds": Annotated[float | None, SHARED["seconds"]]}
+command = from_verb(solve, SolveResult, _print, OPTIONS, files="csv png", extra=EXTRA, run=_run)

@@ -2,31 +2,22 @@
 
 from __future__ import annotations
 
-from enum import StrEnum
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
-from gimcli.cli.arguments import (
-    INPUTS,
-    METHOD,
-    MODEL,
-    NONE,
-    Assembly,
-    Json,
-    ModelPath,
-    Out,
-    Png,
-    Set,
-    Tolerance,
-    pairs,
-)
-from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
+from gimcli.cli.arguments import INPUTS, METHOD, pairs
+from gimcli.cli.console import print_table
+from gimcli.cli.from_verb import Run, from_verb
+from gimcli.cli.progress import end_bars
 from gimcli.errors import UsageError
-
-if TYPE_CHECKING:
-    from gimcli.library.sweep import SweepResult
+from gimcli.library.result import cells
+from gimcli.library.rounding import number
+from gimcli.library.sweep import SweepResult, swept
+from gimcli.status import Status
+from gimcli.table import labelled
 
 HELP = (
     "Solves all combinations of listed values, or a sample of distributions; writes one row for each design: its"
@@ -40,118 +31,32 @@ EXAMPLES = (
 DESIGNS, KEPT = "Designs", "Kept quantities"
 
 
-class Points(StrEnum):
-    """Kinds of samples."""
-
-    RANDOM = "random"
-    LATIN = "latin"
-    SOBOL = "sobol"
-
-
-@with_picture_options
-def command(
-    model: ModelPath = MODEL,
-    changes: Set = NONE,
-    vary: Annotated[
-        list[str],
-        typer.Option(
-            "--vary", metavar="NAME=VALUES", rich_help_panel=DESIGNS,
-            help="FIRST:LAST:COUNT, a list, uniform(LOW,HIGH) or normal(MEAN,SD); repeatable.",
-        ),
-    ] = NONE,
-    designs: Annotated[
-        Path | None, typer.Option("--designs", metavar="CSV", rich_help_panel=DESIGNS,
-                                  help="Designs in their order: a column for each dimension.")
-    ] = None,
-    samples: Annotated[
-        int | None, typer.Option("--samples", metavar="N", help="Designs drawn from distributions.",
-                                 rich_help_panel=DESIGNS, min=1, max=10_000_000)
-    ] = None,
-    points: Annotated[
-        Points, typer.Option("--points", metavar="KIND", help="random (default), latin or sobol.",
-                             rich_help_panel=DESIGNS, show_default=False)
-    ] = Points.RANDOM,
-    seed: Annotated[int, typer.Option("--seed", metavar="S", help="Seed of the sample.", min=0,
-                                      rich_help_panel=DESIGNS)] = 0,
-    steps: Annotated[
-        int, typer.Option("--steps", "-n", metavar="N", min=1, max=10_000_000, help="Steps of each motion.",
-                          rich_help_panel=INPUTS)
-    ] = 72,
-    assembly: Assembly = "",
-    keep: Annotated[
-        list[str],
-        typer.Option("--keep", metavar="QUANTITY", rich_help_panel=KEPT,
-                     help='Such as "range(P.y)", "min(transmission)", type; repeatable.'),
-    ] = NONE,
-    where: Annotated[str, typer.Option("--where", metavar="CONDITION", help='Such as "range(P.y) > 40".',
-                                       rich_help_panel=KEPT)] = "",
-    goal: Annotated[str, typer.Option("--goal", metavar="QUANTITY", help="Least in the best designs.",
-                                      rich_help_panel=KEPT)] = "",
-    best: Annotated[int, typer.Option("--best", metavar="N", help="Keep the N best by the goal; 0: all.",
-                                      rich_help_panel=KEPT, min=0, max=10_000_000)] = 0,
-    rows: Annotated[
-        bool, typer.Option("--rows", help="Keep whole columns, such as P.x: a row for each step.", rich_help_panel=KEPT)
-    ] = False,
-    workers: Annotated[
-        int, typer.Option("--workers", metavar="N", min=1, max=1024, help="Processes on this machine.",
-                          rich_help_panel=METHOD)
-    ] = 1,
-    scheduler: Annotated[
-        str, typer.Option("--scheduler", metavar="ADDRESS", help="Dask scheduler of a cluster.",
-                          rich_help_panel=METHOD)
-    ] = "",
-    resume: Annotated[
-        bool, typer.Option("--resume", help="Resume an interrupted sweep.", rich_help_panel=METHOD)
-    ] = False,
-    tolerance: Tolerance = 1e-10,
-    out: Out = NONE,
-    png: Png = True,
-    as_json: Json = False,
-    drawing: Drawing = NO_OPTIONS,
-) -> None:  # fmt: skip
-    """Sweep dimensions."""
-    from gimcli.cli.console import note
-    from gimcli.cli.outputs import Outputs
-    from gimcli.cli.progress import progress_bar
-    from gimcli.library.sweep import SweepResult, swept
-
-    outputs = Outputs(SweepResult, model, out, writes=True, picture=png, as_json=as_json, drawing=drawing)
-    given = pairs(vary, "--vary", "NAME=VALUES, such as crank.length=30:50:21")
-    if designs is not None and given:
+def _run(run: Run) -> SweepResult:
+    """Solve the designs; those that are done are kept beside the table until it is complete."""
+    designs = run.switches.pop("designs")
+    if designs is not None and run.arguments["vary"]:
         raise UsageError("--designs: a list of designs; remove --vary")
-    mechanism = outputs.loaded(assembly, tolerance=tolerance, changes=changes)
-    tables = outputs.files.of("table", "arrays")
-    folder = tables[0].with_suffix(".parts") if tables else None
-    begun = swept(
-        mechanism, designs or given, steps=steps, samples=samples, points=points.value, seed=seed, keep=keep,
-        where=where, goal=goal, best=best, rows=rows, tolerance=tolerance, workers=workers, scheduler=scheduler,
-        folder=folder, resume=resume, notify=note, progress=progress_bar,
-    )  # fmt: skip
-    begun.draws = outputs.draws
+    run.arguments["vary"] = designs or run.arguments["vary"]
+    tables = run.outputs.files.of("table", "arrays")
+    folder = run.arguments["folder"] = tables[0].with_suffix(".parts") if tables else None
+    begun = run.found()
+    begun.draws = run.outputs.draws
     try:
-        found: SweepResult = outputs.stream(begun)
+        found: SweepResult = run.outputs.stream(begun)
     except KeyboardInterrupt:
         _print_interrupted(begun.run.done, begun.job.chunks, folder)
         raise typer.Exit(130) from None
     begun.clear()
-    outputs.show(found, _print)
+    return found
 
 
 def _print_interrupted(done: int, chunks: int, folder: Path | None) -> None:
-    from gimcli.cli.progress import end_bars
-
     end_bars()
     kept = f", kept in {folder}; --resume continues" if folder is not None else ""
     typer.echo(f"gim: interrupted: {done} of {chunks} chunks are done{kept}", err=True)
 
 
 def _print(found: SweepResult) -> None:
-    from gimcli.cli.console import print_table
-    from gimcli.library.result import cells
-    from gimcli.library.rounding import number
-    from gimcli.status import Status
-    from gimcli.table import labelled
-
     typer.echo(found.headline())
     for word, count in found.counts.items():
         if word != Status.OK.word:
@@ -165,3 +70,47 @@ def _print(found: SweepResult) -> None:
     if found._found.best is not None:
         head, *best = cells(found._found.best)
         print_table("best designs", head, best, range(len(head) - 1))
+
+
+VARY = typer.Option(
+    "--vary", metavar="NAME=VALUES", rich_help_panel=DESIGNS,
+    help="FIRST:LAST:COUNT, a list, uniform(LOW,HIGH) or normal(MEAN,SD); repeatable.",
+)  # fmt: skip
+OPTIONS = {
+    "vary": Annotated[list[str], VARY],
+    "samples": typer.Option(
+        "--samples", metavar="N", help="Designs drawn from distributions.", rich_help_panel=DESIGNS
+    ),
+    "points": typer.Option(
+        "--points", metavar="KIND", help="random (default), latin or sobol.", rich_help_panel=DESIGNS,
+        show_default=False,
+    ),
+    "seed": typer.Option("--seed", metavar="S", help="Seed of the sample.", rich_help_panel=DESIGNS),
+    "steps": typer.Option("--steps", "-n", metavar="N", help="Steps of each motion.", rich_help_panel=INPUTS),
+    "keep": typer.Option(
+        "--keep", metavar="QUANTITY", rich_help_panel=KEPT,
+        help='Such as "range(P.y)", "min(transmission)", type; repeatable.',
+    ),
+    "where": typer.Option("--where", metavar="CONDITION", help='Such as "range(P.y) > 40".', rich_help_panel=KEPT),
+    "goal": typer.Option("--goal", metavar="QUANTITY", help="Least in the best designs.", rich_help_panel=KEPT),
+    "best": typer.Option(
+        "--best", metavar="N", help="Keep the N best by the goal; 0: all.", rich_help_panel=KEPT
+    ),
+    "rows": typer.Option(
+        "--rows", help="Keep whole columns, such as P.x: a row for each step.", rich_help_panel=KEPT
+    ),
+    "workers": typer.Option(
+        "--workers", metavar="N", help="Processes on this machine.", rich_help_panel=METHOD
+    ),
+    "scheduler": typer.Option(
+        "--scheduler", metavar="ADDRESS", help="Dask scheduler of a cluster.", rich_help_panel=METHOD
+    ),
+    "resume": typer.Option("--resume", help="Resume an interrupted sweep.", rich_help_panel=METHOD),
+}  # fmt: skip
+LISTED = typer.Option(
+    "--designs", metavar="CSV", help="Designs in their order: a column for each dimension.", rich_help_panel=DESIGNS
+)
+command = from_verb(
+    swept, SweepResult, _print, OPTIONS, writes=True, extra={"designs": Annotated[Path | None, LISTED]}, run=_run,
+    read={"vary": partial(pairs, option="--vary", form="NAME=VALUES, such as crank.length=30:50:21")},
+)  # fmt: skip

@@ -8,9 +8,9 @@ import typer
 
 from gimcli.cli.console import print_more, print_status
 from gimcli.cli.from_verb import from_verb
-from gimcli.cli.measures import PLOT_HELP, QUANTITIES, print_points, print_ranges
+from gimcli.cli.measures import PLOT, QUANTITIES, print_points, print_ranges
 from gimcli.library.rounding import at_inputs, how_it_ends, input_value, interval, intervals
-from gimcli.library.trace import MotionTraceResult
+from gimcli.library.trace import MotionTraceResult, traced
 from gimcli.status import CHANGE, TANGENCY, Status
 
 if TYPE_CHECKING:
@@ -146,7 +146,7 @@ OPTIONS = {
         "--measure", "-m", metavar="QUANTITY", rich_help_panel=QUANTITIES,
         help="Add a quantity, such as |A.f|; repeatable; `-m help` lists kinds.",
     ),
-    "plot": typer.Option("--plot", metavar="GRAPH,...", rich_help_panel=QUANTITIES, help=PLOT_HELP),
+    "plot": PLOT,
     "at_limit": typer.Option(
         "--at-limit", metavar="ACTION", rich_help_panel=LIMITS, show_default=False,
         help="At the limit of an input: stop (default), skip, reverse.",
@@ -161,4 +161,4 @@ OPTIONS = {
         "--all-branches", help="Follow every circuit that crosses it.", rich_help_panel=LIMITS
     ),
 }  # fmt: skip
-command = from_verb("trace", _shown, OPTIONS, writes=True, begun="traced")
+command = from_verb(traced, MotionTraceResult, _shown, OPTIONS, writes=True)

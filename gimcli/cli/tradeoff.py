@@ -9,7 +9,7 @@ from gimcli.cli.console import print_records, print_status
 from gimcli.cli.from_verb import from_verb
 from gimcli.comparison.tradeoff import advise
 from gimcli.errors import UsageError
-from gimcli.library.tradeoff import TradeoffResult
+from gimcli.library.tradeoff import TradeoffResult, tradeoff
 
 HELP = (
     "Every method solves the motion of the model at each tolerance: iterations, operations, time, and the true error"
@@ -63,4 +63,4 @@ OPTIONS = {
         rich_help_panel=METHOD,
     ),
 }  # fmt: skip
-command = from_verb("tradeoff", _print, OPTIONS, writes=True, read={"tolerances": _tolerances})
+command = from_verb(tradeoff, TradeoffResult, _print, OPTIONS, writes=True, read={"tolerances": _tolerances})

@@ -9,9 +9,9 @@ from typing import Annotated
 
 import typer
 
-from gimcli.cli.arguments import MODEL, NONE, Assembly, ModelPath, Set, Steps, assignments
+from gimcli.cli.arguments import MODEL, NONE, SHARED, Assembly, ModelPath, Set, assignments
 from gimcli.cli.console import note, printable
-from gimcli.cli.measures import QUANTITIES, MeasureOption, PlotOption, measures_of
+from gimcli.cli.measures import PLOT, QUANTITIES, measures_of
 from gimcli.cli.progress import end_bars, progress_bar
 from gimcli.errors import UsageError
 
@@ -32,7 +32,7 @@ EXAMPLES = (
 def command(
     model: ModelPath = MODEL,
     changes: Set = NONE,
-    steps: Steps = 360,
+    steps: Annotated[int, SHARED["steps"]] = 360,
     assembly: Assembly = "",
     derivatives: Annotated[
         int,
@@ -41,8 +41,14 @@ def command(
             help="1: velocities; 2: also accelerations; 3: also jerks.",
         ),
     ] = 0,
-    measure: MeasureOption = NONE,
-    plot: PlotOption = NONE,
+    measure: Annotated[
+        list[str],
+        typer.Option(
+            "--measure", "-m", metavar="QUANTITY", rich_help_panel=QUANTITIES,
+            help="Add a quantity, such as |A.f|; repeatable.",
+        ),
+    ] = NONE,
+    plot: Annotated[list[str], PLOT] = NONE,
     port: Annotated[
         int | None,
         typer.Option(

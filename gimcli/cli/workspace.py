@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 
-from gimcli.cli.arguments import INPUTS, MODEL, NONE, Assembly, Jit, JitOption, Json, ModelPath, Out, Png, Seconds, Set
-from gimcli.cli.console import note, print_table
-from gimcli.cli.picture_options import NO_OPTIONS, Drawing, with_picture_options
-from gimcli.cli.progress import progress_bar
+from gimcli.cli.arguments import INPUTS
+from gimcli.cli.console import print_table
+from gimcli.cli.from_verb import Run, from_verb
 from gimcli.errors import UsageError
 from gimcli.library.rounding import at_inputs, interval, length, number
+from gimcli.library.workspace import WorkspaceResult, workspace
 
 if TYPE_CHECKING:
     from gimcli.mechanism import Mechanism
@@ -30,65 +30,16 @@ EXAMPLES = (
 GRID = "Grid"
 
 
-@with_picture_options
-def command(
-    model: ModelPath = MODEL,
-    changes: Set = NONE,
-    assembly: Assembly = "",
-    point: Annotated[
-        str,
-        typer.Option(
-            "--point", "-p", metavar="NAME", help="Node or point; default: the first of `trace`.",
-            rich_help_panel=INPUTS,
-        ),
-    ] = "",
-    orientation: Annotated[
-        list[str],
-        typer.Option(
-            "--orientation", metavar="MEMBER=ANGLE", help="Keep a member's direction; repeatable.",
-            rich_help_panel=INPUTS,
-        ),
-    ] = NONE,
-    every: Annotated[
-        bool,
-        typer.Option("--all", help="One input: the paths of all assemblies.", rich_help_panel=INPUTS),
-    ] = False,
-    grid: Annotated[
-        int,
-        typer.Option(
-            "--grid", metavar="N", min=0, rich_help_panel=GRID,
-            help="Also solve N values of every input in all combinations, for an .npz file.",
-        ),
-    ] = 0,
-    resume: Annotated[
-        bool, typer.Option("--resume", help="Resume an interrupted --grid.", rich_help_panel=GRID)
-    ] = False,
-    seconds: Seconds = None,
-    jit: JitOption = Jit.AUTO,
-    out: Out = NONE,
-    png: Png = True,
-    as_json: Json = False,
-    drawing: Drawing = NO_OPTIONS,
-) -> None:  # fmt: skip
-    """Find a workspace."""
-    from gimcli.cli.outputs import Outputs
-    from gimcli.library.workspace import WorkspaceResult, workspace
-
-    more = [".npz"] if grid else []
-    outputs = Outputs(
-        WorkspaceResult, model, out, writes=True, picture=png, more=more, as_json=as_json, drawing=drawing
-    )
-    mechanism = outputs.loaded(assembly, changes=changes)
-    arrays = outputs.files.of("arrays")
-    found = workspace(
-        mechanism, point, orientation=_orientations(orientation), all=every, grid=grid, jit=jit.value,
-        keep=arrays[0].with_suffix(".parts") if grid and arrays else None, resume=resume, notify=note,
-        progress=progress_bar, seconds=seconds,
-    )  # fmt: skip
-    outputs.write(found)
+def _run(run: Run) -> WorkspaceResult:
+    """Find a workspace; the parts of a grid are kept beside its file until it is complete."""
+    if run.arguments["grid"]:
+        run.files["more"] = [".npz"]
+        arrays = run.outputs.files.of("arrays")
+        run.arguments["keep"] = arrays[0].with_suffix(".parts") if arrays else None
+    found: WorkspaceResult = run.written()
     if found.grid is not None:
         found.grid.clear()
-    outputs.show(found, lambda found: _print_report(mechanism, found.report()))
+    return found
 
 
 def _orientations(given: list[str]) -> dict[str, float]:
@@ -108,7 +59,8 @@ def _orientations(given: list[str]) -> dict[str, float]:
     return held
 
 
-def _print_report(mechanism: Mechanism, report: dict[str, Any]) -> None:
+def _print(result: WorkspaceResult) -> None:
+    mechanism, report = result.mechanism, result.report()
     if "paths" in report:
         _print_paths(mechanism, report)
     else:
@@ -193,3 +145,22 @@ def _left_out(mechanism: Mechanism, found: dict[str, Any]) -> str:
     if not left:
         return f"no other assembly{'' if found['complete'] else ' was found'} at {where}; --all also searches elsewhere"
     return f"left out: {least}{left} of {count} assemblies at {where}; --all has them"
+
+
+OPTIONS = {
+    "point": typer.Option(
+        "--point", "-p", metavar="NAME", help="Node or point; default: the first of `trace`.", rich_help_panel=INPUTS
+    ),
+    "orientation": typer.Option(
+        "--orientation", metavar="MEMBER=ANGLE", help="Keep a member's direction; repeatable.", rich_help_panel=INPUTS
+    ),
+    "all": typer.Option("--all", help="One input: the paths of all assemblies.", rich_help_panel=INPUTS),
+    "grid": typer.Option(
+        "--grid", metavar="N", rich_help_panel=GRID,
+        help="Also solve N values of every input in all combinations, for an .npz file.",
+    ),
+    "resume": typer.Option("--resume", help="Resume an interrupted --grid.", rich_help_panel=GRID),
+}  # fmt: skip
+command = from_verb(
+    workspace, WorkspaceResult, _print, OPTIONS, writes=True, read={"orientation": _orientations}, run=_run
+)

@@ -83,14 +83,18 @@ def forces(
         ModelError: no masses, loads, springs, dampers or friction are defined.
         StructureError: the mechanism has no actuator, or is not fully driven, over-driven or contradictory.
     """
-    found = forces_along(mechanism, steps, tolerance, jit, measure, plot, notify, progress, keep=True)
+    found = forces_along(
+        mechanism, steps, tolerance=tolerance, jit=jit, measure=measure, plot=plot, notify=notify, progress=progress,
+        keep=True,
+    )  # fmt: skip
     return found.result(joined(found.tables()))
 
 
 @checked
 def forces_along(
-    mechanism: Mechanism, steps: Steps, tolerance: float, jit: Jit, measure: str | Sequence[str],
-    plot: str | Sequence[str], notify: Notify | None, progress: Phases, keep: bool = False,
+    mechanism: Mechanism, steps: Steps = 360, *, tolerance: float = 1e-10, jit: Jit = "auto",
+    measure: str | Sequence[str] = (), plot: str | Sequence[str] = (), notify: Notify | None = None,
+    progress: Phases = no_phases, keep: bool = False,
 ) -> ForcesAlong | ForcesBeside:  # fmt: skip
     """Begin to find forces with the arguments of `forces`; the tables can be written piece by piece.
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from gimcli.errors import StructureError, UsageError
 from gimcli.mechanism import MOST_TURNS, SPAN, FloatArray, Mechanism
-from gimcli.positions.options import JIT
+from gimcli.positions.options import JIT, METHODS, STRATEGIES
 
 MOST_STEPS = 10_000_000
 
@@ -50,6 +50,8 @@ class OneOf:
 Steps = Annotated[int, Range(1, MOST_STEPS)]
 Seed = Annotated[int, Range(0, 2**63)]
 Jit = Annotated[str, OneOf(JIT)]
+Method = Annotated[str, OneOf(METHODS)]
+Strategy = Annotated[str, OneOf(STRATEGIES)]
 
 
 def hints_of(verb: Callable[..., Any]) -> dict[str, Any]:

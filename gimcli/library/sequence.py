@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gimcli.gim.report import SequenceGroupReport, report as report_groups
-from gimcli.library.inputs import inputs_of
+from gimcli.library.inputs import Strategy, inputs_of
 from gimcli.library.machines import for_each_machine
 from gimcli.library.result import Result
 from gimcli.mechanism import ComplexArray, Mechanism
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 @for_each_machine()
 def sequence(
-    mechanism: Mechanism, at: Mapping[str, float | str] | None = None, *, strategy: str = "spectral",
+    mechanism: Mechanism, at: Mapping[str, float | str] | None = None, *, strategy: Strategy = "spectral",
     tolerance: float = 1e-10, **inputs: float,
 ) -> SequenceResult:  # fmt: skip
     """Search the sequence of moves of the Geometrical-Iterative Method, for example `sequence(m, motor=45)`.

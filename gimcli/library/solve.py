@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from gimcli.errors import UsageError
 from gimcli.library.extras import Extras
-from gimcli.library.inputs import Jit, OneOf, Seed, checked, in_file_units, inputs_of
+from gimcli.library.inputs import Jit, Method, OneOf, Seed, Strategy, checked, in_file_units, inputs_of
 from gimcli.library.places import angles, coordinates, places
 from gimcli.library.result import ByName, Result
 from gimcli.library.rounding import titled
@@ -41,9 +41,10 @@ EXACT = 1e-9
 
 @checked
 def solve(
-    mechanism: Mechanism, at: Mapping[str, Any] | None = None, *, method: str = "auto", strategy: str = "spectral",
-    tolerance: float = 1e-10, start: Annotated[str, OneOf(STARTS)] = "drawn", seed: Seed = 0, history: bool = False,
-    velocities: bool = False, measure: str | Sequence[str] = (), jit: Jit = "auto", sequence: str = "", **inputs: Any,
+    mechanism: Mechanism, at: Mapping[str, Any] | None = None, *, method: Method = "auto",
+    strategy: Strategy = "spectral", tolerance: float = 1e-10, start: Annotated[str, OneOf(STARTS)] = "drawn",
+    seed: Seed = 0, history: bool = False, velocities: bool = False, measure: str | Sequence[str] = (),
+    jit: Jit = "auto", sequence: str = "", **inputs: Any,
 ) -> Any:  # fmt: skip
     """Solve one position, for example `solve(m, motor=45)`, or one for each value of arrays of inputs.
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from gimcli.errors import UsageError
 from gimcli.library.extras import Extras
-from gimcli.library.inputs import MOST_STEPS, Jit, OneOf, Range, Steps, checked, refuse_unmoved
+from gimcli.library.inputs import MOST_STEPS, Jit, Method, OneOf, Range, Steps, Strategy, checked, refuse_unmoved
 from gimcli.library.point_ranges import PointRanges
 from gimcli.library.result import joined
 from gimcli.library.trace_result import TraceResult
@@ -95,7 +95,7 @@ def traced(
     measure: str | Sequence[str] = (), plot: str | Sequence[str] = (),
     at_limit: Annotated[str, OneOf(AT_LIMIT)] = "stop", circuit: bool = False,
     branch: Annotated[int, Range(1, MOST_STEPS)] = 1, all_branches: bool = False,
-    method: str = "auto", strategy: str = "spectral", tolerance: float = 1e-10,
+    method: Method = "auto", strategy: Strategy = "spectral", tolerance: float = 1e-10,
     jit: Jit = "auto", sequence: str = "", notify: Notify | None = None, progress: Phases = no_phases,
     keep: bool = False,
 ) -> MotionTrace | CircuitTrace | MachineTables:  # fmt: skip

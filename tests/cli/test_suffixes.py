@@ -5,9 +5,10 @@ import re
 import pytest
 from in_process import gim
 
-from gimcli.cli.help import RESULTS
+from gimcli.cli import COMMANDS
 
 MODEL = "crank_rocker"
+ANALYSES = sorted(COMMANDS.keys() - {"convert", "manual", "new", "schema", "view"})
 NEEDED = {
     "sweep": ["-n", "4", "--vary", "crank.length=30,31"],
     "fit": ["--goal", "max(motor)=1", "--vary", "crank.length=30:31"],
@@ -19,7 +20,7 @@ def listed(text):
     return re.findall(r"\.[a-z0-9]+\b", text)
 
 
-@pytest.mark.parametrize("command", RESULTS)
+@pytest.mark.parametrize("command", ANALYSES)
 def test_the_help_lists_what_the_refusal_lists(command, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     refused = gim(command, MODEL, *NEEDED.get(command, []), "-o", "x.foo").error
