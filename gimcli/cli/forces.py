@@ -9,10 +9,8 @@ import typer
 from gimcli.cli.arguments import INPUTS, OUTPUT, SHARED
 from gimcli.cli.console import note_doubtful_loading, print_status
 from gimcli.cli.from_verb import Run, from_verb
-from gimcli.cli.holding import print_holding
 from gimcli.cli.measures import PLOTS_ONLY, print_ranges
 from gimcli.library.forces import ForcesResult, forces_along
-from gimcli.library.holding_forces import HoldingResult, holding_forces
 from gimcli.library.result import Result
 
 if TYPE_CHECKING:
@@ -33,8 +31,14 @@ EXAMPLES = (
 
 def _run(run: Run) -> Result:
     """Find the forces of a motion, or those that hold one position at rest."""
-    if run.chooses("at", holding_forces, "a motion", "one position"):
-        run.kind, run.show, run.files["writes"] = HoldingResult, print_holding, False
+    if "at" in run.given:
+        from gimcli.cli.holding import print_holding
+        from gimcli.library.holding_forces import HoldingResult, holding_forces
+
+        run.instead(holding_forces, HoldingResult, print_holding, "a motion, --at for one position")
+        run.files["writes"] = False
+    else:
+        run.drop("one position: add --at ACTUATOR=VALUE", "at", "time")
     found: Result = run.written()
     return found
 

@@ -55,7 +55,7 @@ class Run:
     switches: dict[str, Any]
     files: dict[str, Any]
     loaded: Sequence[Callable[[Mechanism], None]]
-    given: Mapping[str, str]
+    given: dict[str, str]
     open: bool = False
 
     @cached_property
@@ -87,25 +87,21 @@ class Run:
         self.outputs.write(found)
         return found
 
-    def chooses(self, switch: str, verb: Callable[..., Any], one: str, other: str) -> bool:
-        """Return whether an option chooses another verb, which is then run; refuse options of the verb that is not run.
+    def instead(self, verb: Callable[..., Any], kind: type[Result], show: Callable[..., None], what: str) -> None:
+        """Run the verb that an option chooses; refuse options that it does not have: those are for `what`."""
+        known, every = signature(verb).parameters, {**self.arguments, **self.switches}
+        for name, flag in self.given.items():
+            if name not in known and name != "assembly":
+                raise UsageError(f"{flag} is for {what}: remove one of them")
+        self.verb, self.kind, self.show, self.switches, self.loaded = verb, kind, show, {}, ()
+        self.arguments = {name: every[name] for name in known if every.get(name) is not None}
 
-        `one` and `other` say what the two verbs find.
-        """
-        own, others = signature(self.verb).parameters, signature(verb).parameters
-        chosen, flag = switch in self.given, self.given.get(switch) or f"--{switch}"
-        for name in self.given.keys() - {switch, "assembly"}:
-            if chosen and name not in others:
-                raise UsageError(f"{self.given[name]} is for {one}, {flag} for {other}: remove one of them")
-            if not chosen and name in self.switches.keys() & others.keys() - own.keys():
-                raise UsageError(f"{self.given[name]} is for {other}: add {flag}")
-        every = {**self.arguments, **self.switches}
-        if chosen:
-            self.verb, self.switches, self.loaded = verb, {}, ()
-            self.arguments = {name: every[name] for name in others if every.get(name) is not None}
-        else:
-            self.switches = {name: every[name] for name in self.switches if name not in {switch, *others}}
-        return chosen
+    def drop(self, what: str, *names: str) -> None:
+        """Leave out options of the verb that is not chosen; refuse those that are given: they are for `what`."""
+        for name in names:
+            if name in self.given:
+                raise UsageError(f"{self.given[name]} is for {what}")
+            self.switches.pop(name)
 
 
 def from_verb(

@@ -10,12 +10,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from gimcli.cli.arguments import SHARED
-from gimcli.cli.configurations import print_configurations
 from gimcli.cli.console import note, print_records, print_table
 from gimcli.cli.from_verb import Run, from_verb
 from gimcli.cli.progress import end_bars
 from gimcli.errors import UsageError
-from gimcli.library.configurations import ConfigurationsResult, configurations
 from gimcli.library.result import Result
 from gimcli.library.rounding import greatest, length, number, titled
 from gimcli.library.solve import SolveResult, solve
@@ -41,14 +39,9 @@ SINGULAR = "singular: velocities are not determined in this position; choose an 
 
 def _run(run: Run) -> Result:
     """Find one position, or all; print what the model file with the solved coordinates leaves out."""
-    if run.chooses("all", configurations, "a single position", "all configurations"):
-        if run.assembly:
-            raise UsageError("--all lists every assembly: remove --assembly")
-        run.kind, run.open = ConfigurationsResult, True
-        found: Result = run.written()
-        pictures = run.outputs.files.of("picture") if isinstance(found, ConfigurationsResult) else ()
-        run.show = partial(print_configurations, next(iter(pictures), None))
-        return found
+    if run.switches.pop("all"):
+        return _run_all(run)
+    run.drop("all configurations: add --all", "seconds")
     if run.assembly and run.arguments["start"] != "drawn":
         raise UsageError("--assembly gives the initial coordinates: remove --start")
     solved: SolveResult = run.written()
@@ -57,6 +50,24 @@ def _run(run: Run) -> Result:
         note(remark)
     run.show = partial(_print, run.arguments["method"])
     return solved
+
+
+def _run_all(run: Run) -> Result:
+    """Find all configurations."""
+    from gimcli.cli.configurations import print_configurations
+    from gimcli.library.configurations import ConfigurationsResult, configurations
+
+    if run.assembly:
+        raise UsageError("--all lists every assembly: remove --assembly")
+    run.given.pop("all")
+    run.instead(
+        configurations, ConfigurationsResult, print_configurations, "a single position, --all for all configurations"
+    )
+    run.open = True
+    found: Result = run.written()
+    pictures = run.outputs.files.of("picture") if isinstance(found, ConfigurationsResult) else ()
+    run.show = partial(print_configurations, next(iter(pictures), None))
+    return found
 
 
 def _print(method: str, found: SolveResult) -> None:
