@@ -52,19 +52,10 @@ class Columns(Mapping[str, Any], DICT):  # type: ignore[misc]  # a class of type
         return made
 
     def _refuse(self, *_: Any, **__: Any) -> NoReturn:
-        raise TypeError("a result cannot be changed; dict(result) is a copy of its columns that can")
+        raise TypeError("a result does not change; dict(result) is a copy of its columns that can be changed")
 
-    __setitem__ = __delitem__ = __ior__ = clear = pop = popitem = setdefault = update = _refuse
-
-    def copy(self) -> dict[str, Any]:
-        """Return the columns as a dict."""
-        return dict(self)
-
-    def __or__(self, other: Any) -> Any:
-        return dict(self) | other
-
-    def __ror__(self, other: Any) -> Any:
-        return other | dict(self)
+    __setitem__ = __delitem__ = __or__ = __ror__ = __ior__ = _refuse
+    clear = copy = pop = popitem = setdefault = update = _refuse
 
     def __reduce__(self) -> Any:
         return Columns.__new__, (type(self),), self.__getstate__()  # not the items
