@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 import re
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from typing import Any, Protocol
+from typing import Any
 
 from gimcli.language.expression import CONSTANTS, FUNCTIONS, REDUCES, REDUCTIONS, Expression, ExpressionError, PartKind
 
@@ -27,25 +28,30 @@ OTHER = re.compile(r"[a-z]+:[^\s()+*<>=!,|]+|[^\W\d][^\s()+*/<>=!,|-]*")
 """A word that is no name."""
 
 
-class KnownNames(Protocol):
+class KnownNames(ABC):
     """The names that an expression may use."""
 
     def longest(self, text: str) -> str:
         """Return the longest name with which a text begins; "" if it begins with none."""
+        return longest(text, lambda name: self.kind(name).what)
 
+    @abstractmethod
     def kind(self, name: str) -> PartKind:
         """Return what a name stands for."""
 
     def code(self, name: str) -> Sequence[Any]:
         """Return the code of a name: the name itself, or the expression that it is short for."""
+        return (name,)
 
+    @abstractmethod
     def unknown(self, word: str, rest: str) -> Exception:
         """Return the error for a word that is no name; `rest` is the text from it on."""
 
     def across(self) -> tuple[str, str]:
-        """Return name and unit of the variable of integrals: the only input, or the time."""
+        """Return name and unit of the variable of integrals: the only input, or the time; empty without rows."""
+        return "", ""
 
-    def refuse_value(self, actuator: str, value: float) -> None:
+    def refuse_value(self, actuator: str, value: float) -> None:  # noqa: B027  # without rows there are none
         """Raise an error if a name is no input, or if the input does not have the value."""
 
 

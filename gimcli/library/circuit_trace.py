@@ -178,8 +178,8 @@ class CircuitTraceResult(TraceResult):
         for number, motion, extras in zip(self._found.numbers, self.motions, self._found.extras, strict=True):
             tail = self._tail(number)
             paths |= {name + tail: curve for name, curve in traced_paths(motion).items()}
-            more |= {name + tail: curve for name, curve in extras.curves(motion).items()}
-            outlines += extras.outlines(motion)
+            more |= {name + tail: curve for name, curve in extras.record.curves(motion).items()}
+            outlines += extras.record.outlines(motion)
         poses, title = self.poses(self.motions[0]), f"{mechanism.name}: circuit"
         return with_panels(motion_picture(mechanism, poses, paths, title, more, outlines), self.graphs())
 

@@ -117,7 +117,7 @@ class EquilibriumResult(Result):
 
     def __init__(self, mechanism: Mechanism, found: Equilibria, time: float, extras: Extras) -> None:
         self.mechanism, self._found, self.time, self.limited = mechanism, found, time, found.limited
-        self.measured = extras.beside(self._state, ()) if self.count and extras.wanted else []
+        self.measured = extras.beside(self.state, ()) if self.state and extras.wanted else []
 
     # -- what was found -------------------------------------------------------------------------------
 
@@ -150,14 +150,13 @@ class EquilibriumResult(Result):
         return [assembly_of(self.mechanism, one.z, one.inputs) for one in self._found.found]
 
     @cached_property
-    def _state(self) -> SeparateState:
+    def state(self) -> SeparateState | None:
+        """The equilibria at rest, of which any quantity may be asked by its name; None without any."""
         each = self._found.found
+        if not each:
+            return None
         inputs, z = np.stack([one.inputs for one in each], axis=1), np.stack([one.z for one in each], axis=1)
         return positions_at_rest(self.mechanism, self.time, inputs, z)
-
-    def state(self) -> SeparateState | None:
-        """Return the equilibria at rest, of which any quantity may be asked by its name; None without any."""
-        return self._state if self.count else None
 
     @property
     def released(self) -> tuple[str, ...]:

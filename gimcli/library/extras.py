@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gimcli.errors import UsageError
-from gimcli.mechanism import ComplexArray, IntArray, Mechanism
+from gimcli.mechanism import IntArray, Mechanism
 from gimcli.motion.motion import Motion
 from gimcli.progress import Notify
 from gimcli.quantities.coordinates import MemberTurning, PointVector, RowValue
@@ -145,14 +145,6 @@ class Extras:
 
         columns, across = self.kept, abscissa(motion)
         return [drawn(plan, columns, across, events) for plan in self.plans]
-
-    def curves(self, motion: Motion) -> dict[str, ComplexArray]:
-        """Return the curves that the measures add to the drawing."""
-        return self.record.curves(motion)
-
-    def outlines(self, motion: Motion) -> list[ComplexArray]:
-        """Return the areas that the measures add to the drawing."""
-        return self.record.outlines(motion)
 
     def report(self, motion: Motion, given: MotionState | None = None) -> dict[str, Any]:
         """Return the results of the measures for the whole motion, for --json; `given` is its state, if not by laws."""

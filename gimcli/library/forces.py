@@ -232,8 +232,9 @@ class ForcesResult(RowsResult):
         inputs = law_inputs(self.mechanism)(times)
         return np.array([self.mechanism.value_to_file(k, row) for k, row in enumerate(inputs)]).reshape(inputs.shape)
 
+    @cached_property
     def state(self) -> State | None:
-        """Return the rows of the motion, of which any quantity may be asked by its name; None if they are not kept."""
+        """The rows of the motion, of which any quantity may be asked by its name; None if they are not kept."""
         return MotionState(Motion.joined(self._pieces), self._angles()) if self._pieces else None
 
     @property

@@ -84,19 +84,16 @@ class HoldingResult(Result):
     @cached_property
     def _forces(self) -> Forces:
         """The efforts and reactions; NaN where they are not determined."""
-        return self._state.forces
+        return self.state.forces
 
     @cached_property
-    def _state(self) -> SeparateState:
+    def state(self) -> SeparateState:
+        """The position at rest, of which any quantity may be asked by its name."""
         position, mechanism = self.position, self.mechanism
         z = np.where(position.status.value, complex(math.nan, math.nan), position.z)[:, None]
         time, codes = np.array([self.time / mechanism.duration]), [int(position.status)]
         inputs, residual = position.inputs[:, None], position.residual.total
         return SeparateState(separate(mechanism, time, inputs, z, residual, codes), rest=AT_REST)
-
-    def state(self) -> SeparateState:
-        """Return the position at rest, of which any quantity may be asked by its name."""
-        return self._state
 
     @cached_property
     def inputs(self) -> dict[str, float]:
@@ -105,7 +102,7 @@ class HoldingResult(Result):
 
     @cached_property
     def _table(self) -> Table:
-        table = force_table(self._state.motion, self._forces)
+        table = force_table(self.state.motion, self._forces)
         left_out = [*LEFT_OUT, *(f"{a.name}.hold.{end}" for a in self.mechanism.actuators for end in LIMITS)]
         return Table(tuple(c for c in table.columns if c.name not in left_out and not c.name.startswith("power.")))
 

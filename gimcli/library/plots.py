@@ -18,9 +18,6 @@ from gimcli.table import Column
 LONGEST = 40
 """Largest number of letters of the name of an axis that lists its curves."""
 
-LISTED = 12
-"""Number of columns that the message for an unknown name lists."""
-
 
 class PlottedQuantity(NamedTuple):
     """A column, or an expression of columns."""

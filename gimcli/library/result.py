@@ -223,8 +223,9 @@ class Result(Columns):
         found = {kind: getattr(self, kind)() for kind in set(kinds.values())}
         return {path: found[kind] for path, kind in kinds.items()}
 
+    @cached_property
     def state(self) -> State | None:
-        """Return the state of which any quantity may be asked by its name; None if there is none."""
+        """The state of which any quantity may be asked by its name; None if there is none."""
         return None
 
     def to_frame(self) -> Any:
@@ -245,7 +246,7 @@ class Result(Columns):
         table = self.table()
         if name in table.names:
             return table[name]
-        state = self.state()
+        state = self.state
         if state is None:
             raise _unknown(name, table.names)
         from gimcli.quantities.catalogue import catalogue

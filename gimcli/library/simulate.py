@@ -38,7 +38,7 @@ from gimcli.motion.motion import Motion
 from gimcli.output.graph import Axis, Curve, CurveGraph
 from gimcli.positions.dispatch import choose, plain
 from gimcli.progress import Notify, Phases, limited, no_phases
-from gimcli.quantities.state import MotionState, State
+from gimcli.quantities.state import MotionState
 from gimcli.rates.derivatives import MotionRates
 from gimcli.rates.member_angles import counted
 from gimcli.status import Status
@@ -213,7 +213,7 @@ class SimulateResult(RowsResult):
         self._extras = extras
         self._table = table = simulation_table(found, times, forces)
         if extras.record.measures:
-            self._table = Table((*table.columns, *self._padded(extras.measured(self._state, table.names))))
+            self._table = Table((*table.columns, *self._padded(extras.measured(self.state, table.names))))
 
     @property
     def complete(self) -> bool:
@@ -266,7 +266,8 @@ class SimulateResult(RowsResult):
         return [Column(c.name, np.concatenate([c.values, missing]), c.unit) for c in columns]
 
     @cached_property
-    def _state(self) -> MotionState:
+    def state(self) -> MotionState:
+        """The rows that were reached, of which any quantity may be asked by its name."""
         found, own, course = self._found, self.mechanism, self._found.course()
         turned = [turning(own, course, k) for k in range(FRAME + 1, len(own.members))]
         angles = np.stack(turned, axis=1) if turned else np.zeros((2, 0, len(found.time)))
@@ -280,10 +281,6 @@ class SimulateResult(RowsResult):
             forces=lambda: self.forces or find_reactions(found), given=found.inputs, rates=rates,
         )  # fmt: skip
 
-    def state(self) -> State:
-        """Return the rows that were reached, of which any quantity may be asked by its name."""
-        return self._state
-
     def _asked(self, columns: list[NDArray[Any]]) -> Any:
         """Return one column (rows,), or several (rows, columns); NaN in rows that were not reached."""
         return super()._asked([one.values for one in self._padded([Column("", column) for column in columns])])
@@ -291,7 +288,7 @@ class SimulateResult(RowsResult):
     @property
     def measured(self) -> dict[str, Any]:
         """Ranges of the measures, and their results for the whole motion."""
-        return self._extras.report(self._state.motion, self._state)
+        return self._extras.report(self.state.motion, self.state)
 
     @property
     def open(self) -> list[str]:
@@ -343,7 +340,7 @@ class SimulateResult(RowsResult):
     def _shown(self) -> Table:
         """The table with the columns of the graphs."""
         table = self.table()
-        beside = self._padded(self._extras.beside(self._state, table.names)) if self._extras.plans else []
+        beside = self._padded(self._extras.beside(self.state, table.names)) if self._extras.plans else []
         return self._extras.with_expressions(Table((*table.columns, *beside)))
 
     def _usual_graphs(self) -> list[CurveGraph]:

@@ -112,7 +112,7 @@ class SolveResult(Result):
 
     def __init__(self, position: Position, law: ErrorLaw | None, moving: Instant | None, extras: Extras) -> None:
         self.mechanism, self.position, self.law, self.moving = position.mechanism, position, law, moving
-        self.measured = extras.beside(self.state(), ()) if extras.wanted else []
+        self.measured = extras.beside(self.state, ()) if extras.wanted else []
 
     @property
     def answered(self) -> bool:
@@ -161,8 +161,9 @@ class SolveResult(Result):
         z = self.position.z if self.position.status.solved else self.position.known
         return np.full((len(self.mechanism.nodes), 1), complex(np.nan, np.nan)) if z is None else z[:, None]
 
+    @cached_property
     def state(self) -> SeparateState:
-        """Return the position, of which any quantity may be asked by its name, at the rates of the laws there."""
+        """The position, of which any quantity may be asked by its name, at the rates of the laws there."""
         from gimcli.library.solved_positions import positions_state
 
         own = self.position

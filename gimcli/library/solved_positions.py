@@ -82,13 +82,10 @@ class SolvedPositions(RowsResult):
         self._table = None
 
     @cached_property
-    def _state(self) -> SeparateState:
+    def state(self) -> SeparateState:
+        """The positions, of which any quantity may be asked by its name, at the rates of the laws there."""
         found = self._found
         return positions_state(self.mechanism, self._inputs, self._z, found.residual[:, 0], found.codes[:, 0])
-
-    def state(self) -> SeparateState:
-        """Return the positions, of which any quantity may be asked by its name, at the rates of the laws there."""
-        return self._state
 
     @property
     def _z(self) -> Any:
@@ -111,7 +108,7 @@ class SolvedPositions(RowsResult):
 
     def table(self) -> Table:
         """Return one row for each position: inputs, coordinates of nodes and points, directions, residual, status."""
-        own, state = self.mechanism, self.state()
+        own, state = self.mechanism, self.state
         names = [*own.nodes, *(p.name for p in own.points)]
         asked = [PointVector(own, name, 0) for name in names]
         members = [MemberTurning(own, k, 0) for k in range(FRAME + 1, len(own.members))]

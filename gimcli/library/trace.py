@@ -306,7 +306,7 @@ class MotionTraceResult(TraceResult):
         if not self.solved:
             return None
         motion, mechanism, extras = self.summary.motion, self.mechanism, self._found.extras
-        curves, outlines = extras.curves(motion), extras.outlines(motion)
+        curves, outlines = extras.record.curves(motion), extras.record.outlines(motion)
         poses, paths = self.poses(motion), traced_paths(motion)
         picture = motion_picture(mechanism, poses, paths, mechanism.name, curves, outlines)
         return with_panels(picture, self.graphs())
@@ -319,9 +319,9 @@ class MotionTraceResult(TraceResult):
             return None
         motion, extras = self.summary.motion, self._found.extras
         found = motion_geometry(self.mechanism, self.poses(motion)[0], self.table())
-        for name, curve in extras.curves(motion).items():
+        for name, curve in extras.record.curves(motion).items():
             found.add_curve(f"curve {name}", curve)
-        found.add_loops("area swept", extras.outlines(motion))
+        found.add_loops("area swept", extras.record.outlines(motion))
         return found
 
     def graphs(self) -> list[CurveGraph]:

@@ -74,8 +74,9 @@ class TraceResult(RowsResult):
         """
         return by_member(self.mechanism, self.turns)
 
+    @cached_property
     def state(self) -> State:
-        """Return the rows of the motion, of which any quantity may be asked by its name."""
+        """The rows of the motion, of which any quantity may be asked by its name."""
         whole = self.motions[0] if len(self.motions) == 1 else Motion.joined(list(self.motions))
         return MotionState(whole, lambda _, member: self.turns(member))
 

@@ -8,7 +8,7 @@ from typing import Any
 from gimcli.connected import grouped
 from gimcli.errors import UsageError
 from gimcli.language.expression import Expression, PartKind
-from gimcli.language.reader import longest
+from gimcli.language.reader import KnownNames
 from gimcli.library.plot_text import HODOGRAPH, POLAR as POLAR_WORD, CurveText, GraphText, graphs_of
 from gimcli.library.plots import Group, PlannedCurve, PlannedGraph, PlottedQuantity, amount, name_of, plotted
 from gimcli.mechanism import Mechanism
@@ -26,7 +26,7 @@ ENDS, BEGINS, REACTIONS = ("effort", "speed", "acceleration"), ("power", "energy
 """Words for the columns that end, or begin, with them; the word for the magnitudes of all reactions."""
 
 
-class Vocabulary:
+class Vocabulary(KnownNames):
     """The columns of a command and the quantities of its motion, and the words for groups of them."""
 
     def __init__(
@@ -78,10 +78,6 @@ class Vocabulary:
         item = None if name in self.columns else self.catalogue.column(name)
         return self.columns.get(name) if item is None else item.head.unit
 
-    def longest(self, text: str) -> str:
-        """Return the longest name with which a text begins; "" if it begins with none."""
-        return longest(text, lambda name: self.kind(name).what)
-
     def kind(self, name: str) -> PartKind:
         """Return what a name stands for: a column, a vector (x and y), or a word for a group."""
         parts = self.parts(name)
@@ -90,25 +86,17 @@ class Vocabulary:
         count = sum(len(group.quantities) for group in self.groups(name))
         return PartKind("rows" if count else "", "", count + 2)
 
-    def code(self, name: str) -> Sequence[Any]:
-        """Return the name itself."""
-        return (name,)
-
     def unknown(self, name: str, rest: str) -> UsageError:
         """Return the error for an unknown name, with a similar one."""
         if name.partition(":")[0] in KINDS:
             return self.catalogue.unknown(rest, rest)
         words, columns = list(self.words), [*self.columns, *self.catalogue.columns]
-        near = guess(name, [*words, *columns])
-        if near.startswith("known:"):
-            near = f"known: {', '.join([*words, *columns[:LISTED]])}{', ...' * (len(columns) > LISTED)}"
+        near = guess(name, [*words, *columns], len(words) + LISTED)
         return UsageError(f"plot: no quantity or column '{name}'; {near}")
 
     def across(self) -> tuple[str, str]:
         """Return name and unit of the only independent input, or of the time."""
-        own = self.mechanism
-        name = own.actuators[own.drivers[0]].name if len(own.drivers) == 1 else "time"
-        return name, self.unit(name) or ""
+        return self.catalogue.across()
 
     def refuse_value(self, actuator: str, value: float) -> None:
         """Raise UsageError: a graph has all rows."""

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 from gimcli.language.expression import CONSTANTS, FUNCTIONS, Expression, ExpressionError, PartKind
-from gimcli.language.reader import NAMED, SIGNED, WORD, ExpressionReader
+from gimcli.language.reader import NAMED, SIGNED, WORD, ExpressionReader, KnownNames
 
 WORDS = (*FUNCTIONS, *CONSTANTS)
 """Words that are no parameters."""
@@ -20,7 +20,7 @@ class UnknownNameError(ExpressionError):
         self.word = word
 
 
-class Parameters:
+class Parameters(KnownNames):
     """The parameters of a model file: words that stand for numbers."""
 
     def __init__(self, names: Mapping[str, Any]) -> None:
@@ -35,20 +35,9 @@ class Parameters:
         """Return that every parameter is a number."""
         return PartKind("number")
 
-    def code(self, name: str) -> Sequence[Any]:
-        """Return the name itself."""
-        return (name,)
-
     def unknown(self, word: str, rest: str) -> Exception:
         """Return the error for a word that is not a parameter."""
         return UnknownNameError(found[0] if (found := WORD.match(word)) else word)
-
-    def across(self) -> tuple[str, str]:
-        """Return nothing: a file has no rows."""
-        return "", ""
-
-    def refuse_value(self, actuator: str, value: float) -> None:
-        """Accept everything: a file has no rows, which is refused before."""
 
 
 def is_name(word: str) -> bool:

@@ -13,7 +13,7 @@ import numpy as np
 from gimcli.errors import UsageError
 from gimcli.language.arrays import ARRAYS
 from gimcli.language.expression import Expression, ExpressionError, PartKind
-from gimcli.language.reader import ExpressionReader, longest
+from gimcli.language.reader import ExpressionReader, KnownNames
 from gimcli.mechanism import FRAME, Mechanism
 from gimcli.quantities.coordinates import LETTERS, TURNING, MemberTurning, PointVector, RowValue
 from gimcli.quantities.forces import ForceQuantity, force_quantities
@@ -38,7 +38,7 @@ The time ratio is that of the slower and the faster stroke in one turn of the in
 """
 
 
-class Catalogue:
+class Catalogue(KnownNames):
     """The quantities of a mechanism, as names of expressions."""
 
     what = "column or measure"
@@ -136,10 +136,6 @@ class Catalogue:
 
     # -- the names of expressions ------------------------------------------------------------------------
 
-    def longest(self, text: str) -> str:
-        """Return the longest name with which a text begins; "" if it begins with none."""
-        return longest(text, lambda name: self.kind(name).what)
-
     def kind(self, name: str) -> PartKind:
         """Return what a name stands for: one or several columns, or an expression."""
         items = () if name in self.mechanism.quantities else self.find(name)
@@ -170,13 +166,11 @@ class Catalogue:
             except UsageError as error:
                 return error
         words = [*self.words, *self.mechanism.quantities, *KINDS, *self.columns]
-        near = guess(kind, KINDS) if colon else guess(name, words)
+        near = guess(kind, KINDS) if colon else guess(name, words, LISTED)
         if f"{name}.length" in self.words:
             near = f"did you mean '{name}.length'?"
         elif name in self.members:
             near = f"did you mean '{name}.angle'?"
-        if near.startswith("known:") and not colon:
-            near = f"known: {', '.join(words[:LISTED])}, ..."
         return UsageError(f"no {self.what} '{name}'; {near}")
 
     def refuse_value(self, name: str, value: float) -> None:

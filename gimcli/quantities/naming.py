@@ -17,11 +17,12 @@ def refuse_count(spec: str, names: Sequence[str], counts: Sequence[int], form: s
         raise UsageError(f"measure '{spec}': expected {form}")
 
 
-def guess(name: str, known: Iterable[str]) -> str:
-    """Return "did you mean" with a similar name, else a list of all names."""
+def guess(name: str, known: Iterable[str], most: int | None = None) -> str:
+    """Return "did you mean" with a similar name, else a list of all names, or of the first ones."""
     words = list(dict.fromkeys(known))
     near = [w for w in words if w.lower() == name.lower()] or difflib.get_close_matches(name, words, 1)
-    return f"did you mean '{near[0]}'?" if near else f"known: {', '.join(words) or 'none'}"
+    listed = f"{', '.join(words[:most]) or 'none'}{', ...' * (len(words) > len(words[:most]))}"
+    return f"did you mean '{near[0]}'?" if near else f"known: {listed}"
 
 
 def unknown(spec: str, what: str, name: str, known: Iterable[str]) -> UsageError:
