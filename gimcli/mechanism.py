@@ -269,7 +269,7 @@ class Mechanism:
     left_out: tuple[str, ...] = field(default=(), repr=False, compare=False)  # of another program's file: sentences
     complete: Callable[[Mechanism], Mechanism] | None = field(default=None, repr=False, compare=False)
     """Function that gives a changed mechanism the laws of inputs that follow its linkage; None: it has none."""
-    written: Any = field(default=None, repr=False, compare=False)  # as written: gimcli.model.written.Written
+    written: Any = field(default=None, repr=False, compare=False)  # as written: gimcli.model.read.Written
 
     def __repr__(self) -> str:
         counts = (

@@ -12,15 +12,45 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from gimcli.calculus.numbers import nominal, phase, scalar
 from gimcli.coupling_data import CROSSED, EXTERNAL, INTERNAL, NO_PIVOT, RACK, GearPair
-from gimcli.mechanism import ANGLE, FRAME, HEIGHT, Coupling, Input, PairRow
+from gimcli.mechanism import ANGLE, FRAME, HEIGHT, Coupling, Input, Member, PairRow
 from gimcli.model import schema
 from gimcli.model.compile_geometry import GeometryCompiler
 from gimcli.model.linear_relations import Relation, Relations
 from gimcli.model.pairs import fixed_nodes
 from gimcli.model.source import PlacedError
-from gimcli.model.structural_rank import structural_rank
+
+
+def structural_rank(members: Sequence[Member], rows: Sequence[PairRow]) -> int:
+    """Return the greatest number of coordinates that members, pairs and inputs (`rows`) can determine together."""
+    from scipy.sparse import csr_array
+    from scipy.sparse.csgraph import structural_rank as rank_of
+
+    fixed = set(members[FRAME].nodes)
+    equations = [[n for n in nodes if n not in fixed] for nodes in _equations(members, rows)]
+    column = {node: k for k, node in enumerate(sorted({n for nodes in equations for n in nodes}))}
+    table = np.zeros((len(equations), 2 * len(column)), dtype=bool)
+    for k, nodes in enumerate(equations):
+        for node in nodes:
+            table[k, 2 * column[node] : 2 * column[node] + 2] = True
+    return int(rank_of(csr_array(table))) if table.size else 0
+
+
+def _equations(members: Sequence[Member], rows: Sequence[PairRow]) -> Iterator[list[int]]:
+    """Yield the nodes in each equation."""
+    for member in members[FRAME + 1 :]:
+        first, far, _ = member.ends
+        yield [first, far]
+        for node in member.nodes:
+            if node not in (first, far):
+                yield from [[first, far, node]] * 2
+    for row in rows:
+        guides = [n for k in row.members if k != FRAME for n in members[k].ends[:2]]
+        yield guides if row.kind == ANGLE else [*row.nodes, *guides]
+
 
 OPPOSITE = (EXTERNAL, CROSSED)
 """Types whose wheels turn in opposite senses."""

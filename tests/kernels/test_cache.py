@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from bundled import MODELS
 
-from gimcli.kernels import jit, linear, machine_code
+from gimcli.kernels import jit, linear
 from gimcli.positions import dispatch
 
 USE = """
@@ -115,7 +115,7 @@ def test_every_compiled_kernel_is_cached():
     import pkgutil
 
     import gimcli.kernels
-    from gimcli.kernels.machine_code import MachineCode
+    from gimcli.kernels.jit import MachineCode
 
     for module in pkgutil.iter_modules(gimcli.kernels.__path__):
         importlib.import_module(f"gimcli.kernels.{module.name}")
@@ -156,7 +156,7 @@ def test_a_full_disk_leaves_no_partial_file_and_raises_no_error(tmp_path, monkey
             handle.write(data[:10])
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(machine_code.Path, "write_bytes", full)
+    monkeypatch.setattr(jit.Path, "write_bytes", full)
     assert solved(tmp_path, monkeypatch) == 0
     assert not list(tmp_path.iterdir())
 
