@@ -56,6 +56,12 @@ __all__ = [
     "shipped_models", "simulate", "singularities", "solve", "sweep", "trace", "tradeoff", "workspace",
 ]  # fmt: skip
 
+RENAMED = {
+    "reduce": {"input": "actuator"}, "simulate": {"time": "duration", "method": "integrator"},
+    "workspace": {"keep": "folder", "all": "every"},
+}  # fmt: skip
+"""Old and new names of arguments by functions; the old ones work in this version."""
+
 _NO_VERBS = ("load", "loads", "shipped_models")
 _ERRORS = ("GimError", "ModelError", "OutputError", "StructureError", "UnassembledError", "UsageError")
 _MODULES = {name: f"gimcli.library.{name}" for name in __all__ if name.islower()} | {
@@ -73,15 +79,20 @@ def __getattr__(name: str) -> Any:
 
 
 def _of_any_model(verb: Any) -> Any:
-    """Return a verb that also takes what `load` takes, such as a path, in the place of the mechanism."""
+    """Return a verb that also takes what `load` takes, such as a path, in the place of the mechanism, and old names."""
     from functools import wraps
+    from warnings import warn
 
     from gimcli.library.load import load
     from gimcli.mechanism import Mechanism
 
     @wraps(verb)
     def decorated(mechanism: Any, *args: Any, **kwargs: Any) -> Any:
-        return verb(mechanism if isinstance(mechanism, Mechanism) else load(mechanism), *args, **kwargs)
+        known = RENAMED.get(verb.__name__, {})
+        renamed = {new: kwargs.pop(old) for old, new in known.items() if old in kwargs}
+        for new in renamed:
+            warn(f"{verb.__name__}: the argument is now named `{new}`", DeprecationWarning, stacklevel=2)
+        return verb(mechanism if isinstance(mechanism, Mechanism) else load(mechanism), *args, **kwargs, **renamed)
 
     decorated.__module__ = __name__  # where pickle finds it
     return decorated

@@ -143,7 +143,11 @@ def from_verb(
         arguments = {key: values.pop(key) for key in names}
         written = {**chosen, "writes": writes, "drawing": drawing}
         own_run = Run(verb, kind, show, model, changes, assembly, arguments, values, written, loaded, differs)
-        result = run(own_run)
+        try:
+            result = run(own_run)
+        except UsageError as error:
+            name, colon, what = str(error).partition(": ")
+            raise UsageError(f"{flags[name][0]}{colon}{what}") if name in flags else error from None
         own_run.outputs.show(result, partial(own_run.show, **own_run.switches))
 
     listed = [Parameter(key, Parameter.KEYWORD_ONLY, annotation=form, default=value) for key, form, value in every]

@@ -66,7 +66,7 @@ def _print_wheel(wheel: Flywheel) -> None:
 
 
 OPTIONS = {
-    "input": typer.Option(
+    "actuator": typer.Option(
         "--input", metavar="ACTUATOR", help="Input that remains; default: the first.", rich_help_panel=INPUTS
     ),
     "fluctuation": typer.Option(

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Annotated, Any
 
 import typer
 
 from gimcli.cli.arguments import INPUTS, OUTPUT
 from gimcli.cli.console import note_doubtful_loading, print_more, print_table
 from gimcli.cli.force_tables import print_open
-from gimcli.cli.from_verb import from_verb
+from gimcli.cli.from_verb import Run, from_verb
 from gimcli.cli.measures import PLOTS_ONLY, print_ranges
 from gimcli.cli.progress import end_bars
 from gimcli.dynamics.integrators import INTEGRATORS, STEPPED, USUAL, WITH_DRY_FRICTION
 from gimcli.dynamics.simulation_table import column_names
+from gimcli.library.result import Result
 from gimcli.library.rounding import greatest, input_value, number
 from gimcli.library.simulate import SimulateResult, simulate
 from gimcli.mechanism import Mechanism
@@ -86,8 +87,14 @@ def _refuse_repeated(mechanism: Mechanism) -> None:
     refuse_repeated(column_names(mechanism))
 
 
+def _run(run: Run) -> Result:
+    run.arguments["integrator"] = run.switches.pop("method") or run.arguments["integrator"]
+    found: Result = run.written()
+    return found
+
+
 OPTIONS = {
-    "time": typer.Option("--time", "-t", metavar="S", help="Seconds of motion.", rich_help_panel=INPUTS),
+    "duration": typer.Option("--time", "-t", metavar="S", help="Seconds of motion.", rich_help_panel=INPUTS),
     "standstills": typer.Option(
         "--standstills", metavar="K", rich_help_panel=INPUTS,
         help="Stop at the K-th standstill of a free input; 0: never.",
@@ -96,7 +103,6 @@ OPTIONS = {
         "--integrator", metavar="NAME", callback=_registered, rich_help_panel=INTEGRATION,
         help=f"{', '.join(INTEGRATORS)}; default: {USUAL}, with dry friction {WITH_DRY_FRICTION}.",
     ),
-    "method": typer.Option("--method", callback=_registered, hidden=True),
     "rtol": typer.Option(
         "--rtol", metavar="T", help="Relative tolerance of inputs and speeds.", rich_help_panel=INTEGRATION
     ),
@@ -113,6 +119,9 @@ OPTIONS = {
     "reactions": typer.Option("--reactions", rich_help_panel=OUTPUT),
     "plot": PLOTS_ONLY,
 }  # fmt: skip
+METHOD = Annotated[str, typer.Option("--method", callback=_registered, hidden=True)]
+"""The older name of --integrator."""
+NOTES = (_refuse_repeated, note_doubtful_loading)
 command = from_verb(
-    simulate, SimulateResult, _print, OPTIONS, writes=True, loaded=(_refuse_repeated, note_doubtful_loading)
+    simulate, SimulateResult, _print, OPTIONS, writes=True, loaded=NOTES, extra={"method": METHOD}, run=_run
 )

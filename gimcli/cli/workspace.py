@@ -35,7 +35,7 @@ def _run(run: Run) -> WorkspaceResult:
     if run.arguments["grid"]:
         run.files["more"] = [".npz"]
         arrays = run.outputs.files.of("arrays")
-        run.arguments["keep"] = arrays[0].with_suffix(".parts") if arrays else None
+        run.arguments["folder"] = arrays[0].with_suffix(".parts") if arrays else None
     found: WorkspaceResult = run.written()
     if found.grid is not None:
         found.grid.clear()
@@ -154,7 +154,7 @@ OPTIONS = {
     "orientation": typer.Option(
         "--orientation", metavar="MEMBER=ANGLE", help="Keep a member's direction; repeatable.", rich_help_panel=INPUTS
     ),
-    "all": typer.Option("--all", help="One input: the paths of all assemblies.", rich_help_panel=INPUTS),
+    "every": typer.Option("--all", help="One input: the paths of all assemblies.", rich_help_panel=INPUTS),
     "grid": typer.Option(
         "--grid", metavar="N", rich_help_panel=GRID,
         help="Also solve N values of every input in all combinations, for an .npz file.",

@@ -57,7 +57,7 @@ def equilibrium(
     mechanism: Mechanism, free: str | Sequence[str] = (), at: Mapping[str, float | str] | None = None, *,
     time: float = 0.0, measure: str | Sequence[str] = (), starts: Annotated[int, Range(1, MOST_STARTS)] = 24,
     seed: Seed = 0, tolerance: float = 1e-10,
-    progress: Phases = no_phases, seconds: float | None = None,
+    progress: Phases = no_phases, seconds: float | None = None, **inputs: float,
 ) -> EquilibriumResult:  # fmt: skip
     """Find the positions in which weight, springs, loads and constant efforts balance.
 
@@ -67,8 +67,7 @@ def equilibrium(
     Args:
         mechanism: from `load` or `loads`; it needs masses, loads or springs.
         free: names of inputs that are released besides those with `free: true`; a single input needs no name.
-        at: values of the inputs in the file's units, at which the others are held and the search begins; by default the
-            starts of their laws.
+        at: dict of inputs by name, for names that are not Python names or are names of arguments.
         time: time of tables over the time [s].
         measure: quantities of each equilibrium at rest, a text or a list, such as "A.fx" or "strut.length".
         starts: with several released inputs, starts in a row that find nothing new before the search ends; the first
@@ -78,6 +77,8 @@ def equilibrium(
         progress: function of the name of a phase; returns a function of (done, all), for a progress bar.
         seconds: the search ends after this time with what was found (status "work-limit"); by default it has a bound
             in positions only, which is the same on every machine.
+        inputs: inputs by name, in the file's units, at which the others are held and the search begins. Inputs that
+            are not given have the value at the start of their law.
 
     Returns:
         An EquilibriumResult: one row for each equilibrium, with inputs, potential, stability and the efforts that push
@@ -94,7 +95,7 @@ def equilibrium(
         raise UsageError(f"time: expected a finite number, got {time}")
     allowed = Options.checked("auto", "spectral", tolerance, "off").tolerance
     extras = Extras(mechanism, measure)
-    released, values = released_inputs(mechanism, free), inputs_of(mechanism, at, {})
+    released, values = released_inputs(mechanism, free), inputs_of(mechanism, at, inputs)
     balance = StaticBalance(mechanism, released, time)
     with explained(mechanism), limited(seconds=seconds):
         if len(released) == 1:

@@ -29,16 +29,16 @@ WORK = 6e-4
 """Approximate time of one row without compilation [s]."""
 
 
-@for_each_machine(lambda mechanism, given: _reduced(mechanism, given.get("input", "")))
+@for_each_machine(lambda mechanism, given: _reduced(mechanism, given.get("actuator", "")))
 def reduce(
-    mechanism: Mechanism, input: str = "", steps: Steps = 360, *, fluctuation: float | None = None,
+    mechanism: Mechanism, actuator: str = "", steps: Steps = 360, *, fluctuation: float | None = None,
     rpm: float | None = None, jit: Jit = "auto", notify: Notify | None = None, progress: Phases = no_phases,
 ) -> ReduceResult:  # fmt: skip
     """Find the equivalent one-degree-of-freedom model: inertia, torque and potential reduced to one input.
 
     Args:
         mechanism: from `load` or `loads`; it needs masses.
-        input: name of the actuator; by default the first one of each machine.
+        actuator: name of the actuator; by default the first one of each machine.
         steps: number of steps over the law of that input, 1 to 10 000 000; the result has steps + 1 rows.
         fluctuation: coefficient of speed fluctuation for a flywheel, (largest - smallest) / mean speed; with `rpm`.
         rpm: mean speed of the flywheel [rev/min]; with `fluctuation`.
@@ -59,11 +59,11 @@ def reduce(
         raise UsageError("a flywheel needs both fluctuation and rpm")
     require_masses(mechanism)
     refuse_unmoved(mechanism, "add an actuator")
-    actuator = chosen_input(mechanism, input)
+    chosen = chosen_input(mechanism, actuator)
     run = choose(jit, steps * WORK, notify, ("move",))
     with explained(mechanism):
         require_driven(mechanism)
-        found = reduce_to_input(mechanism, actuator, steps, run, progress("reducing"))
+        found = reduce_to_input(mechanism, chosen, steps, run, progress("reducing"))
     wheel = None
     if fluctuation is not None and rpm is not None:
         wheel = flywheel(found, rpm * math.pi / 30.0, fluctuation)

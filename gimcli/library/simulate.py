@@ -90,17 +90,17 @@ def _own(mechanism: Mechanism, given: dict[str, Any]) -> dict[str, Any]:
 
 @for_each_machine(_machines, _own)
 def simulate(
-    mechanism: Mechanism, time: float = 5.0, *, dt: float | None = None, integrator: str = "", rtol: float = 1e-9,
+    mechanism: Mechanism, duration: float = 5.0, *, dt: float | None = None, integrator: str = "", rtol: float = 1e-9,
     step: float | None = None, slip: float | None = None, standstills: Annotated[int, Range(0, MOST_STEPS)] = 0,
     reactions: bool = False, measure: str | Sequence[str] = (), plot: str | Sequence[str] = (), jit: Jit = "auto",
-    notify: Notify | None = None, progress: Phases = no_phases, method: str = "", seconds: float | None = None,
+    notify: Notify | None = None, progress: Phases = no_phases, seconds: float | None = None,
 ) -> SimulateResult:  # fmt: skip
     """Simulate the motion of the free inputs (`free: true` in the model) under the forces that act (forward dynamics).
 
     Args:
         mechanism: from `load` or `loads`; it needs masses and at least one free input.
-        time: duration of the motion [s].
-        dt: time between two rows [s]; by default time / 200.
+        duration: of the motion [s].
+        dt: time between two rows [s]; by default duration / 200.
         integrator: "dop853", "rk45", "radau", "lsoda" (steps from `rtol`), "rk4" (equal steps of time), "euler"
             (equal steps of the only free input) or "euler-exact" (the same with the exact dJ/dq); by default "dop853",
             with dry friction "lsoda", and "radau" where damping is stiff.
@@ -108,7 +108,7 @@ def simulate(
         step: step of "rk4" [s], of "euler" and "euler-exact" [rad, or the file's unit of length]; by default 0.001
             (for a length, of about the size of the mechanism).
         slip: slip speed of dry friction [rad/s] below which it grows smoothly with the speed, in guides times the unit
-            of length of the normal frame (about the size of the mechanism); by default 1e-6 rad by `time`.
+            of length of the normal frame (about the size of the mechanism); by default 1e-6 rad by `duration`.
         standstills: end at the standstill with this number of a free input; 0: do not end at standstills.
         reactions: add the reactions in all pairs to the columns.
         measure: quantities that are added to the columns, a text or a list, such as "P.vx" or "rocker.angle".
@@ -117,7 +117,6 @@ def simulate(
         jit: "auto" compiles the kernels where this saves time; "on", "off". The numbers are the same.
         notify: function of a text; called with notices, such as the start of a compilation.
         progress: function of the name of a phase; returns a function of (done, all), for a progress bar.
-        method: the older name of `integrator`.
         seconds: the simulation ends after this time with what was found (status "work-limit"); by default it has a
             bound in evaluations only, which is the same on every machine.
 
@@ -130,10 +129,9 @@ def simulate(
         ModelError: no masses are defined.
         StructureError: no input is free, or the mechanism is not fully driven or over-driven.
     """
-    times = _times(time, dt)
+    times = _times(duration, dt)
     if not 1e-14 <= rtol <= 1e-2:
         raise UsageError(f"rtol: expected a number from 1e-14 to 1e-2, got {rtol:g}")
-    integrator = method or integrator
     if integrator:
         OneOf(INTEGRATORS).refuse("integrator", integrator)
         if INTEGRATORS[integrator].over_input:
@@ -142,15 +140,17 @@ def simulate(
         refuse_linked(mechanism, "simulate with dry friction")
     _check_slip(mechanism, slip)
     extras = _extras(mechanism, measure, plot)
-    turns = time * max((abs(r.speed) / math.tau for r in mechanism.dynamics.releases if r.free), default=0.0)
+    turns = duration * max((abs(r.speed) / math.tau for r in mechanism.dynamics.releases if r.free), default=0.0)
     if turns > SIMULATION.work:
-        raise UsageError(f"speed: {turns:g} turns in {time:g} s are too many to follow; reduce `speed` of the input")
-    run = choose(jit, (time + turns) * A_SECOND * WORK, notify, ("move",))
+        raise UsageError(
+            f"speed: {turns:g} turns in {duration:g} s are too many to follow; reduce `speed` of the input"
+        )
+    run = choose(jit, (duration + turns) * A_SECOND * WORK, notify, ("move",))
     if integrator and INTEGRATORS[integrator].explicit and _has_dry_friction(mechanism) and notify is not None:
         notify(f"dry friction is stiff: {integrator} may take long; {WITH_DRY_FRICTION} and radau do not")
     short = jit == "auto" and run is plain
     most = SIMULATION.interpreted if short else SIMULATION.work
-    own = _step(mechanism, integrator, step, time)
+    own = _step(mechanism, integrator, step, duration)
     settings = Settings(integrator, max(rtol, LEAST), own, standstills, slip or 0.0, most)
     with explained(mechanism), limited(seconds=seconds) as limit:
         found = simulate_times(mechanism, times, settings, run, progress("simulating"))
@@ -371,7 +371,7 @@ class SimulateResult(RowsResult):
 def _times(time: float, dt: float | None) -> FloatArray:
     every = time / ROWS if dt is None else dt
     if not 0.0 < time < 1e9:
-        raise UsageError(f"time: expected a number of seconds above 0 and below 1e9, got {time:g}")
+        raise UsageError(f"duration: expected a number of seconds above 0 and below 1e9, got {time:g}")
     if not 0.0 < every <= time:
         raise UsageError(f"dt: expected a number of seconds above 0 and at most the time {time:g}, got {every:g}")
     count = int(time / every * (1.0 + 1e-12))

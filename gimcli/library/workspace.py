@@ -31,8 +31,8 @@ if TYPE_CHECKING:
 
 @checked
 def workspace(
-    mechanism: Mechanism, point: str = "", *, orientation: Mapping[str, float] | None = None, all: bool = False,
-    grid: Annotated[int, Range(0, MOST_STEPS)] = 0, jit: Jit = "auto", keep: Path | str | None = None,
+    mechanism: Mechanism, point: str = "", *, orientation: Mapping[str, float] | None = None, every: bool = False,
+    grid: Annotated[int, Range(0, MOST_STEPS)] = 0, jit: Jit = "auto", folder: Path | str | None = None,
     resume: bool = False, notify: Notify | None = None, progress: Phases = no_phases, seconds: float | None = None,
 ) -> WorkspaceResult:  # fmt: skip
     """Find the region that a node or point can reach, or its paths if one input moves it.
@@ -44,11 +44,11 @@ def workspace(
         mechanism: from `load` or `loads`.
         point: name of the node or point; by default the first traced one.
         orientation: dict of members with a fixed direction, in the file's angle unit, such as {"platform": 0}.
-        all: with one input: the paths of all assemblies.
+        every: with one input: the paths of all assemblies.
         grid: also solve all combinations of this number of values of each input; 0: no grid.
         jit: "auto" compiles the kernels where this saves time; "on", "off". The numbers are the same.
-        keep: folder for the parts of the grid, so that an interrupted run can be resumed.
-        resume: use the parts in `keep` of an interrupted run with the same model and options.
+        folder: for the parts of the grid, so that an interrupted run can be resumed.
+        resume: use the parts in `folder` of an interrupted run with the same model and options.
         notify: function of a text; called with notices, such as the start of a compilation.
         progress: function of the name of a phase; returns a function of (done, all), for a progress bar.
         seconds: the search ends after this time with what was found; by default it has a bound in positions only.
@@ -69,7 +69,7 @@ def workspace(
     name = _point(mechanism, point)
     mechanism = _machine_of(mechanism, name)
     held = _held(mechanism, orientation or {})
-    if resume and not (grid and keep is not None):
+    if resume and not (grid and folder is not None):
         raise UsageError("resume continues a grid: give the same grid (--grid N) and the same folder again")
     if grid and held:
         raise UsageError("grid needs all inputs, but orientation fixes some of them: remove one of the two")
@@ -77,13 +77,13 @@ def workspace(
         make_plan(mechanism)
     refuse_unmoved(mechanism, "add an actuator")
     freedoms = task_of(mechanism, name, held).freedoms
-    kept = None if keep is None else Kept(Path(keep), resume)
+    kept = None if folder is None else Kept(Path(folder), resume)
     solved = solve_grid(mechanism, name, grid, jit, kept, notify, progress("positions")) if grid else None
     found: Workspace | Reach
     with limited(WORK, seconds) as limit:
         if freedoms == 1:
-            phase = "configurations and their circuits" if all else "circuit"
-            found = reach(mechanism, name, held, progress(phase), every=all)
+            phase = "configurations and their circuits" if every else "circuit"
+            found = reach(mechanism, name, held, progress(phase), every=every)
         else:
             found = survey(mechanism, name, held, progress("curves"))
     return WorkspaceResult(found, solved, limit.reached)

@@ -55,7 +55,7 @@ def test_the_reduced_inertia_and_a_simulated_start():
     model = disc(free)
     whole = DISC + ROTOR * RATIO**2
     assert gimcli.reduce(model, steps=6)["J"] == pytest.approx(whole, rel=1e-13)
-    found = gimcli.simulate(model, time=0.4, dt=0.1, reactions=True)
+    found = gimcli.simulate(model, duration=0.4, dt=0.1, reactions=True)
     t = found["time"]
     assert np.radians(found["motor"]) == pytest.approx(5.0 * t**2 / (2 * whole), rel=1e-9, abs=1e-12)
     assert found["energy.kinetic"] == pytest.approx(0.5 * (5.0 * t) ** 2 / whole, rel=1e-9, abs=1e-12)
@@ -75,7 +75,7 @@ masses: {A: 2}
 gravity: [0, -9.81]
 """)
     period = TURN * math.sqrt((2 * 0.25 + 0.36) / (2 * 9.81 * 0.5))
-    found = gimcli.simulate(model, time=period, dt=period / 8, rtol=1e-12)
+    found = gimcli.simulate(model, duration=period, dt=period / 8, rtol=1e-12)
     assert found["q"][4] + 90.0 == pytest.approx(-0.1, rel=1e-6)  # half a period later
     assert found["q"][-1] + 90.0 == pytest.approx(0.1, rel=1e-6)
     assert np.max(np.abs(found["energy.drift"])) < 1e-12

@@ -234,9 +234,9 @@ def test_dry_friction_at_the_pivot_of_a_gear(angle):
     }  # fmt: skip
     if angle:
         with pytest.raises(GimError):
-            gimcli.simulate(gimcli.load(data), time=0.1)
+            gimcli.simulate(gimcli.load(data), duration=0.1)
         return
-    found = gimcli.simulate(gimcli.load(data), time=0.1)
+    found = gimcli.simulate(gimcli.load(data), duration=0.1)
     half = 0.5 * 0.1 * 0.02 / np.sqrt(1.01)  # friction radius, per turn of the first wheel
     slowing = half * 2.0 * 9.81 / (0.01 + 0.25 * 0.02 + half * 0.01 / 0.1)  # the tooth force lifts the second wheel
     assert np.allclose(np.radians(found["motor.acceleration"]), -slowing, rtol=1e-6)

@@ -40,7 +40,7 @@ def test_a_brake_on_the_pinion_is_felt_at_the_crank():
 
 
 def test_the_kinetic_energy_of_a_free_motion_is_constant():
-    found = gimcli.simulate(gimcli.load(heavy({"start": 30, "speed": 600})), time=1.0)
+    found = gimcli.simulate(gimcli.load(heavy({"start": 30, "speed": 600})), duration=1.0)
     turn, speed = np.radians(found["motor"]), np.radians(found["motor.speed"])
     energy = 0.5 * (0.02 + 0.01 * slope(turn) ** 2) * speed**2
     first = 0.5 * (0.02 + 0.01 * slope(np.radians(30.0)) ** 2) * np.radians(600.0) ** 2

@@ -29,7 +29,7 @@ KINEMATIC = {
 
 DYNAMIC = {
     "forces": lambda m: gimcli.forces(m, steps=8), "holding": gimcli.holding_forces,
-    "reduce": lambda m: gimcli.reduce(m, steps=4), "simulate": lambda m: gimcli.simulate(m, time=0.1, dt=0.05),
+    "reduce": lambda m: gimcli.reduce(m, steps=4), "simulate": lambda m: gimcli.simulate(m, duration=0.1, dt=0.05),
     "modes": lambda m: gimcli.modes(m, [a.name for a in m.actuators], settle=True),
 }  # fmt: skip
 
@@ -169,7 +169,7 @@ def test_a_spring_between_two_machines_joins_them_for_vibrations():
 
 
 def test_free_machines_without_a_spring_between_them_move_alone():
-    found = gimcli.simulate(gimcli.loads(SLIDERS.format(free=0.9, joint="")), time=1.0, dt=0.25)
+    found = gimcli.simulate(gimcli.loads(SLIDERS.format(free=0.9, joint="")), duration=1.0, dt=0.25)
     time = found.each["x"]["time"]
     assert found.each["x"]["x"] == pytest.approx(0.9 + 0.1 * np.cos(5.0 * time), abs=1e-8)
     assert np.ptp(found.each["y"]["y"]) == 0.0

@@ -253,9 +253,9 @@ def test_a_grid_is_resumed_only_for_the_same_lengths(tmp_path):
     first = gimcli.load(data)
     data["links"]["rocker"]["length"] = 81
     second = gimcli.load(data)
-    gimcli.workspace(first, "B", grid=4, keep=tmp_path / "kept")
+    gimcli.workspace(first, "B", grid=4, folder=tmp_path / "kept")
     with pytest.raises(gimcli.UsageError):
-        gimcli.workspace(second, "B", grid=4, keep=tmp_path / "kept", resume=True)
+        gimcli.workspace(second, "B", grid=4, folder=tmp_path / "kept", resume=True)
     assert gimcli.workspace(gimcli.load(MODELS / "crank_rocker.yaml"), "B", grid=4).complete
 
 

@@ -15,7 +15,7 @@ SEARCHES = {
     "circuits": ("ten_bar", gimcli.circuits),
     "configurations": ("ten_bar", gimcli.configurations),
     "workspace": ("excavator", gimcli.workspace),
-    "paths": ("jansen", lambda m, **more: gimcli.workspace(m, all=True, **more)),
+    "paths": ("jansen", lambda m, **more: gimcli.workspace(m, every=True, **more)),
     "equilibrium": ("snap_hinge", gimcli.equilibrium),
     "equilibria": ("double_pendulum", gimcli.equilibrium),
 }

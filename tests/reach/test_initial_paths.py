@@ -84,7 +84,7 @@ def test_a_range_that_ends_before_the_limit_leaves_the_other_branch_out() -> Non
     """Both branches belong to the same circuit, but the input would have to leave its range."""
     mechanism = double_rocker(20, 50)
     (own,) = gimcli.workspace(mechanism, "C").report()["paths"]
-    both = gimcli.workspace(mechanism, "C", all=True).report()["paths"]
+    both = gimcli.workspace(mechanism, "C", every=True).report()["paths"]
     assert len(both) == 2
     assert own["length"] == pytest.approx(both[0]["length"], rel=1e-7)
     start = gimcli.solve(mechanism).xy["C"]
@@ -138,7 +138,7 @@ def test_a_drawing_that_cannot_be_assembled_takes_the_nearest_path() -> None:
 def test_a_circuit_outside_the_range_is_an_error_that_names_the_option() -> None:
     """Drawn below the frame, at -30 deg; the law is on the mirrored circuit and its start is out of reach."""
     mechanism = double_rocker(100, 20, B=[3.5, -2.0], C=[4.9, -1.8])
-    report = gimcli.workspace(mechanism, "C", all=True).report()
+    report = gimcli.workspace(mechanism, "C", every=True).report()
     assert len(report["paths"]) == 1
     with pytest.raises(UnassembledError):
         gimcli.workspace(mechanism, "C")
