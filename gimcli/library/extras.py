@@ -38,16 +38,16 @@ class Extras:
         """
         self.mechanism = mechanism
         self.plans: list[PlannedGraph] = []
-        specs, graphs = texts(measures), texts(plot)
+        self.specs, graphs = texts(measures), texts(plot)
         self.wanted: list[Quantity] = []
-        if specs:
+        if self.specs:
             from gimcli.quantities.catalogue import catalogue
 
-            items = (item for text in specs for item in catalogue(mechanism).asked(text))
+            items = (item for text in self.specs for item in catalogue(mechanism).asked(text))
             self.wanted += dict.fromkeys(item.quantity for item in items)
         self.record = Record(self.wanted)
         if graphs:
-            self._plan(graphs, specs, columns)
+            self._plan(graphs, columns)
         drawn = self.plans or usual
         self._names, self._parts = {name for plan in drawn for name in plan.columns}, list[list[Column]]()
         needs = Needs(mechanism)
@@ -60,13 +60,13 @@ class Extras:
         others = {one.spec: one for one in self.wanted if one not in motion and not isinstance(one, RowValue)}
         self._others = list(others.values())
 
-    def _plan(self, graphs: Sequence[str], specs: Sequence[str], columns: Mapping[str, str] | None) -> None:
+    def _plan(self, graphs: Sequence[str], columns: Mapping[str, str] | None) -> None:
         """Read the graphs and add their quantities."""
         from gimcli.library.plots import only_angle
         from gimcli.library.vocabulary import Vocabulary
         from gimcli.quantities.catalogue import catalogue
 
-        vocabulary, known = Vocabulary(self.mechanism, columns, specs), catalogue(self.mechanism)
+        vocabulary, known = Vocabulary(self.mechanism, columns, self.specs), catalogue(self.mechanism)
         every = (plan for text in graphs for plan in vocabulary.plans(text, only_angle(self.mechanism)))
         self.plans = list(dict.fromkeys(every))
         names = dict.fromkeys(name for plan in self.plans for name in sorted(plan.columns))

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from gimcli.dynamics.force_motion import ForceMotion
 from gimcli.dynamics.force_statistics import ForceAmount, ForceStatistics, ForceSummary, amounts
 from gimcli.dynamics.force_table import force_table
-from gimcli.dynamics.forces import motion_forces
 from gimcli.dynamics.physical import require_action
 from gimcli.library.curve_marks import with_marks
 from gimcli.library.extras import Extras, texts
@@ -140,14 +139,26 @@ class ForcesAlong:
 
     def choose(self, measure: str | Sequence[str], plot: str | Sequence[str]) -> None:
         """Choose quantities of the table and graphs of the picture by texts; raise UsageError for an unknown one."""
-        mechanism, start = self.found.statics.mechanism, self._first.rows(np.arange(1))
-        state = MotionState(start)
-        state.forces = motion_forces(start)
-        table = force_table(start, state.forces)
-        units = {column.name: column.unit for column in table.columns}
+        mechanism, units = self.found.statics.mechanism, None
+        if texts(plot):
+            units = {column.name: column.unit for column in self._start[1].columns}
         self.extras = Extras(mechanism, measure, plot, columns=units, usual=usual_graphs(mechanism))
-        self.head = Table((*table.columns, *Extras(mechanism, measure).beside(state, table.names)))
-        self.extras.check(Table((*table.columns, *self.extras.beside(state, table.names))))
+        if self.extras.plans:
+            state, table = self._start
+            self.extras.check(Table((*table.columns, *self.extras.beside(state, table.names))))
+
+    @cached_property
+    def _start(self) -> tuple[MotionState, Table]:
+        """The first row and its table, without measures."""
+        state = MotionState(self._first.rows(np.arange(1)))
+        return state, force_table(state.motion, state.forces)
+
+    @property
+    def head(self) -> Table:
+        """The table of the first row."""
+        state, table = self._start
+        measured = Extras(state.mechanism, self.extras.specs).beside(state, table.names)
+        return Table((*table.columns, *measured))
 
     def knows(self, measure: Sequence[str], plot: Sequence[str]) -> bool:
         """Return whether the mechanism has the quantities of texts."""

@@ -194,3 +194,11 @@ def test_pages_and_the_view_show_the_graphs_of_expressions(hatch, traced):
         values = client.solve(hinge=float(traced["hinge"][ROW]))["values"]
     for name, text in {**dict.fromkeys(["strut.length", *texts]), "|A.f|": "hypot(A.fx, A.fy)"}.items():
         assert values[name] == pytest.approx(gimcli.trace(hatch, STEPS)[text or name][ROW], rel=1e-7)
+
+
+def test_files_of_forces_have_the_measures(hatch, traced, tmp_path):
+    names = ["L.x", "lid.omega", "strut.length", "hypot(A.fx, A.fy)"]
+    found = gimcli.forces(hatch, STEPS, measure=names)
+    for name in names:
+        alike(found.table()[name], traced[name])
+    assert list(gimcli.simulate(hatch, 0.1, measure=names).table().names[-3:]) == names[1:]
