@@ -18,8 +18,8 @@ import numpy as np
 
 from gimcli.dynamics.forces import Forces
 from gimcli.dynamics.kinematic_history import turning
-from gimcli.dynamics.row_integrals import RowIntegrals
 from gimcli.dynamics.statics import Pin, Statics
+from gimcli.dynamics.work_balance import RowIntegrals
 from gimcli.mechanism import FloatArray
 
 BALL, ROLLER = 3.0, 10.0 / 3.0

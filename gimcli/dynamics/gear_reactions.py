@@ -26,8 +26,8 @@ import math
 from dataclasses import dataclass
 
 from gimcli.coupling_data import BELT, CROSSED, EXTERNAL, INTERNAL, RACK, GearPair
-from gimcli.dynamics.carried_direction import carried_direction
 from gimcli.mechanism import Mechanism
+from gimcli.structure.carried import carried_direction
 from gimcli.structure.steps import Vector
 
 LEAST = 1e-12

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from gimcli.dynamics.dop853 import StrideSolver
 from gimcli.dynamics.energy_projection import Projection
 from gimcli.dynamics.equations_of_motion import Equations
-from gimcli.dynamics.event_search import EventSearch
+from gimcli.dynamics.event_search import EventSearch, StickEvents
 from gimcli.dynamics.integrators import CAREFUL, INTEGRATORS, USUAL, WITH_DRY_FRICTION, StepControl
 from gimcli.dynamics.reducer import ReducedState, release_of
 from gimcli.dynamics.simulation_types import (
@@ -36,9 +36,6 @@ from gimcli.positions.options import Options
 from gimcli.progress import Progress, spend
 from gimcli.status import Status
 
-if TYPE_CHECKING:
-    from gimcli.dynamics.stick_events import StickEvents
-
 
 class Integration:
     """One simulation; the independent variables can differ from piece to piece."""
@@ -59,7 +56,7 @@ class Integration:
             )
         self.projection = Projection(self.reducer, self.integrator.corrected)
         self.search = EventSearch(self.equations, self._solver, self.integrator.lands)
-        self.sticking = self._stick_events(duration)
+        self.sticking = None if self.equations.friction is None else StickEvents(self.equations, duration)
         self.friction: list[FloatArray] = []  # of each row
         self.rows: list[ReducedState] = []
         self.exchanged: list[tuple[float, float]] = []  # energy dissipated and supplied up to each row, J
@@ -68,14 +65,6 @@ class Integration:
         self.accepted = float(times[0])  # time of the last accepted state
         self.fastest = np.zeros(len(mechanism.actuators))  # greatest speed of each input since its last standstill
         self.status, self.contradiction, self.careful = Status.OK, 0.0, math.nan
-
-    def _stick_events(self, duration: float) -> StickEvents | None:
-        """Return the search for pairs that stick; None without dry friction."""
-        if self.equations.friction is None:
-            return None
-        from gimcli.dynamics.stick_events import StickEvents
-
-        return StickEvents(self.equations, duration)
 
     def simulation(self) -> Simulation:
         """Integrate; the result has all rows and events up to the end, also if the integration fails."""

@@ -1,15 +1,25 @@
-"""Forward dynamics: the motion of a mechanism with free inputs under weight, loads and driving efforts."""
+"""Forward dynamics: the motion of a mechanism with free inputs under weight, loads and driving efforts.
+
+The integrator `euler` is the scheme of its source: Euler's method with steps of the coordinate q, dJ/dq by forward
+differences or exact.
+
+    w_{i+1}^2 = w_i^2 + 2 a_i dq,   a_i = (tau_i - (J_{i+1} - J_i) / (2 dq) w_i^2) / J_i,   t += 2 dq / (w_i + w_{i+1})
+
+It is provided to compare its error with the other methods: on the Watt six-bar 0.8 % of the energy, 0.4 % with the
+exact dJ/dq. Source: Durango, Giraldo, Calle & Mesa 2014, section 3.3.
+"""
 
 from __future__ import annotations
 
-from dataclasses import replace
+import math
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
-from gimcli.dynamics.euler import EulerIntegration
 from gimcli.dynamics.integration import Integration
 from gimcli.dynamics.integrators import INTEGRATORS
-from gimcli.dynamics.simulation_types import Settings, Simulation
+from gimcli.dynamics.simulation_types import STANDSTILL, Event, Settings, Simulation
 from gimcli.errors import UsageError
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.positions.dispatch import plain
@@ -18,6 +28,113 @@ from gimcli.positions.options import TOLERANCE
 from gimcli.progress import Progress, no_progress
 from gimcli.status import Status
 from gimcli.structure.residual import holds
+
+AT_REST = 1e-9
+"""Reduced torque below which a mechanism at rest is in equilibrium."""
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """The state at the beginning of one step; `gain` is the acceleration during the step."""
+
+    time: float
+    q: float
+    speed: float
+    gain: float
+
+
+class EulerIntegration(Integration):
+    """Integration with steps of the coordinate instead of the time."""
+
+    def simulation(self) -> Simulation:
+        """Integrate, then evaluate the rows."""
+        reducer = self.reducer
+        if len(self.free) != 1 or reducer.given:
+            raise UsageError("integrator euler is for one free input and no other; choose dop853")
+        if not reducer.steady:
+            raise UsageError(
+                "integrator euler allows only forces that depend on the position: no dampers, friction, tables or"
+                " torque-speed lines; choose dop853"
+            )
+        time = float(self.times[0])
+        y = self._start(time)
+        if y is None:
+            return self._result(time)
+        self._keep_row(time, y)
+        self._accept(time, y)
+        sweeps = self._swept(time, y)
+        self._resample(sweeps)
+        return self._result(sweeps[-1].time)
+
+    def _swept(self, time: float, y: FloatArray) -> list[Sweep]:
+        """Return the steps up to the last time, the last requested standstill, or a singular position."""
+        q, speed, sweeps = float(y[0]), float(y[1]), []
+        inertia, torque, slope = self._reduced(q)
+        step = math.copysign(self.settings.step, speed or torque)
+        stops = 0
+        while time <= self.times[-1] and (speed or abs(torque) > AT_REST):
+            if self._ends_early():
+                break
+            ahead = self._reduced(q + step)
+            if ahead is None:
+                self.status = Status.SINGULAR
+                break
+            half = slope if self.integrator.exact else 0.5 * (ahead[0] - inertia) / step
+            gain = (torque - half * speed * speed) / inertia
+            sweeps.append(Sweep(time, q, speed, gain))
+            square = speed * speed + 2.0 * gain * step
+            if square <= 0.0:  # a standstill within the step
+                q, time, speed, step = q - 0.5 * speed * speed / gain, time - speed / gain, 0.0, -step
+                stops += 1
+                inputs = self.mechanism.coupled(np.full(len(self.mechanism.actuators), q))
+                self.events.append(Event(STANDSTILL, time, inputs, np.zeros(len(inputs)), self.free[0]))
+                if stops == self.settings.standstills:
+                    break
+                inertia, torque, slope = self._reduced(q)
+                continue
+            after = math.copysign(math.sqrt(square), step)
+            time += 2.0 * step / (speed + after)
+            q, speed, (inertia, torque, slope) = q + step, after, ahead
+            self.reducer.accept()
+            self.progress(min(999, int(1000 * time / self.times[-1])), 1000)
+        self.steps = len(sweeps)
+        sweeps.append(Sweep(time, q, speed, 0.0))
+        stopped = stops > 0 and stops == self.settings.standstills
+        if self.status is Status.OK and not stopped and time < self.times[-1]:  # at rest in equilibrium until the end
+            sweeps.append(Sweep(float(self.times[-1]), q, 0.0, 0.0))
+        return sweeps
+
+    def _reduced(self, q: float) -> Any:
+        """Return J, tau and the exact dJ/dq / 2; None if there is no position."""
+        self.evaluations += 1
+        if not self.reducer.move(np.array([q]), np.ones(1), np.zeros(0)):
+            return None
+        out = self.reducer.out
+        return float(out.m[0, 0]), float(out.q[0]), float(out.h[0])
+
+    def _resample(self, sweeps: list[Sweep]) -> None:
+        """Evaluate the rows that the steps reach; the acceleration is constant within a step."""
+        begin, k = np.array([s.time for s in sweeps]), 0
+        first = self.rows[0]
+        self.reducer.set_base(first.v, self.reducer.choice)
+        for row in range(1, len(self.times)):
+            at = float(self.times[row])
+            if at > begin[-1]:
+                break
+            index = int(np.searchsorted(begin, at, side="right")) - 1
+            while k < index:  # the reducer follows the branch in parts of at most 100 steps
+                k = min(k + 100, index)
+                self._accept(sweeps[k].time, np.array([sweeps[k].q, sweeps[k].speed, 0.0, 0.0]))
+            s, late = sweeps[index], at - begin[index]
+            q, speed = s.q + s.speed * late + 0.5 * s.gain * late * late, s.speed + s.gain * late
+            self._keep_row(at, np.array([q, speed, 0.0, self._work(q, first.v)]))
+
+    def _work(self, q: float, v: FloatArray) -> float:
+        """Return the work of a constant effort since the start [J]."""
+        variable = self.reducer.own[0]
+        motor = self.reducer.acting.motor
+        unit = 1.0 if self.reducer.acting.motors[0, 1] else self.reducer.acting.metre
+        return float(motor[0, 0] * unit * (q - v[variable]))
 
 
 def simulate(

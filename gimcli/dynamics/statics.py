@@ -18,9 +18,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gimcli.calculus.numbers import RuleNumber, nominal
-from gimcli.dynamics.carried_direction import carried_direction
 from gimcli.kernels.equilibrium import ALONG, COUPLE, MOMENT, PUSH, TURN, X, Y
 from gimcli.mechanism import FRAME, HEIGHT, SPAN, FloatArray, Mechanism, PairRow
+from gimcli.structure.carried import carried_direction
 from gimcli.structure.derived import derived
 from gimcli.structure.dulmage_mendelsohn import EquationBlock, split
 from gimcli.structure.rotation import members_of

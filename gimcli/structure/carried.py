@@ -12,6 +12,15 @@ import numpy as np
 
 from gimcli.calculus.numbers import phase, scalar
 from gimcli.mechanism import FRAME, SPAN, ComplexArray, Mechanism, PairRow
+from gimcli.structure.steps import Vector
+
+
+def carried_direction(mechanism: Mechanism, index: int, direction: complex) -> Vector:
+    """Return a direction in a member's own frame as a vector that moves with the member."""
+    if index == FRAME:
+        return Vector(direction)
+    u, v, span = mechanism.members[index].ends
+    return Vector(direction / span, u, v)
 
 
 def carried_point(mechanism: Mechanism, name: str, z: ComplexArray) -> ComplexArray:

@@ -16,11 +16,11 @@ from typer.testing import CliRunner
 from gimcli import GimError, load
 from gimcli.cli import app
 from gimcli.kernels import jit
+from gimcli.library.grid import carried_by, input_grid
 from gimcli.motion.scatter import Scatterer, scattered
 from gimcli.motion.solve import solve
 from gimcli.positions.dispatch import plain
 from gimcli.positions.options import Options
-from gimcli.reach.grid import carried_by, input_grid
 
 
 def run(*arguments: str) -> str:
