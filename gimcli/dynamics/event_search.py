@@ -139,7 +139,7 @@ class EventSearch:
     def _refined(self, solver: Any, path: Any, signal: int) -> Event:
         """Find an event by bisection of the interpolated states, then by a step that ends at the event."""
         sign, free = self.before[signal], self.equations.free
-        time = _bisected(lambda t: self._signals(t, path(t))[signal] * sign <= 0.0, solver.t_old, solver.t)
+        time = _bisected(lambda t: not self._signals(t, path(t))[signal] * sign > 0.0, solver.t_old, solver.t)
         y = path(time)
         kind, actuator = (STANDSTILL, free[signal]) if signal < len(free) else (DEAD_POINT, free[0])
         if self.lands and kind == STANDSTILL and time > solver.t_old:
