@@ -5,6 +5,7 @@ import sys
 
 import chains
 import compile_time
+import design_forces
 import first_call
 import machine
 import numpy as np
@@ -49,6 +50,14 @@ def test_sensitivity(tmp_path):
     rows = rows_of("sensitivity", tmp_path)
     assert {r["mechanism"] for r in rows} == set(sensitivity.DIMENSIONS)
     assert all(float(r["difference"]) <= 1e-6 for r in rows)
+
+
+@pytest.mark.soak
+def test_forces_of_designs(tmp_path):
+    design_forces.main(["--steps", "1000", "--repeats", "1", "--out", str(tmp_path)])
+    rows = rows_of("design_forces", tmp_path)
+    assert {r["mechanism"] for r in rows} == set(design_forces.NAMES)
+    assert all(float(r["difference"]) <= 1e-10 for r in rows)
 
 
 def test_loops_by_hand_satisfy_the_lengths():
