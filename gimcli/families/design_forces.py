@@ -7,7 +7,7 @@ blocks) is that of the nominal design.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from copy import copy
 from dataclasses import is_dataclass
 from typing import Any
@@ -56,6 +56,8 @@ class DesignForces:
         )
         if any(not np.all(spring.free) for spring in own.mechanism.dynamics.springs if np.ndim(spring.free)):
             raise ApartError
+        refused = np.flatnonzero(np.any([x < 0.0 for x in _amounts(own.mechanism) if np.ndim(x)], axis=0))
+        course.nodes[..., refused] = np.nan
         run = choose(jit, EACH * len(row) * self.terms, notify, ("balance_rows",))
         return inverse_dynamics(own, course, run, _DesignTurns(count))
 
@@ -72,6 +74,16 @@ class _DesignTurns(Turns):
         firsts = np.broadcast_to(drawn, angle.shape).reshape(self.designs, -1)[:, 0]
         own = zip(angle.reshape(self.designs, -1), firsts.tolist(), strict=True)
         return np.concatenate([Turns().followed(key, part, first) for part, first in own])
+
+
+def _amounts(mechanism: Mechanism) -> Iterator[Any]:
+    """Yield the numbers that a file may not give as negative."""
+    dynamics = mechanism.dynamics
+    yield from (x for inertia in dynamics.inertias for x in (inertia.mass, inertia.moment))
+    yield from (spring.stiffness for spring in dynamics.springs)
+    yield from (damper.damping for damper in dynamics.dampers)
+    yield from (friction.damping for friction in dynamics.frictions)
+    yield from (rotor.inertia for rotor in dynamics.rotors)
 
 
 def _given(number: Any) -> bool:

@@ -80,3 +80,13 @@ def test_forces_are_undetermined_in_the_same_rows():
         f = gimcli.forces(m.with_(own), 10)
         assert found.curves["A.fx"][k] == pytest.approx(np.asarray(f["A.fx"], dtype=float), rel=1e-9, nan_ok=True)
     assert 0 < np.isnan(found.curves["A.fx"]).sum() < found.curves["A.fx"].size
+
+
+def test_designs_that_a_file_may_not_give_have_no_forces():
+    m = gimcli.load(MODELS / "watt_durango.yaml")
+    masses = np.linspace(-0.5, 1.5, 401)  # so many that their positions are solved together
+    found = gimcli.sweep(m, {"crank.mass": masses.tolist()}, steps=4, keep="max(abs(O2.fy))")["max(abs(O2.fy))"]
+    assert np.array_equal(np.isnan(found), masses < 0.0)
+    for k in (100, 400):
+        f = gimcli.forces(m.with_({"crank.mass": float(masses[k])}), 4)
+        assert found[k] == pytest.approx(np.max(np.abs(f["O2.fy"])), rel=1e-10)
