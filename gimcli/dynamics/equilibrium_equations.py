@@ -6,7 +6,7 @@ import numpy as np
 
 from gimcli.dynamics.loading import Loading
 from gimcli.dynamics.statics import Statics
-from gimcli.kernels.equilibrium import ALONG, KNOWN, MOMENT, TURN, X, Y, balance_rows
+from gimcli.kernels.equilibrium import ALONG, KNOWN, MOMENT, ROWS, TURN, BalanceScratch, X, Y, balance_rows
 from gimcli.mechanism import ComplexArray, FloatArray
 from gimcli.positions.newton import Run
 
@@ -83,10 +83,13 @@ class Balance:
         count, widest = len(self.statics.reactions), int(max(self.blocks[:, 0], default=0))
         out, weakest = np.full((count, z.shape[1]), np.nan), np.zeros(z.shape[1])
         x, y, scaled = np.ascontiguousarray(z.real), np.ascontiguousarray(z.imag), right * self.rows[:, None]
+        scratch = BalanceScratch(
+            np.zeros((count, 2, ROWS)), np.zeros((widest, widest, ROWS)), np.zeros((widest, ROWS)), np.zeros(ROWS),
+            np.zeros((widest, widest)), np.zeros(2 * widest), np.zeros(widest),
+        )  # fmt: skip
         run(balance_rows)(
             x, y, self.vectors, self.turned, self.terms, self.factors, self.blocks, self.own_rows, self.own_columns,
-            scaled, SINGULAR, np.zeros((widest, widest)), np.zeros(2 * widest), np.zeros(widest), np.zeros((count, 2)),
-            out, weakest,
+            scaled, SINGULAR, scratch, out, weakest,
         )  # fmt: skip
         return out * self.columns[:, None], weakest
 
