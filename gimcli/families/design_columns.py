@@ -17,9 +17,11 @@ from numpy.typing import NDArray
 from gimcli.canonical import TURN, phase
 from gimcli.families.column_names import SOLVED, TYPE, ColumnNames
 from gimcli.families.design_motions import DesignMotions
+from gimcli.families.family import ONE, kernel_name, mode_of
 from gimcli.families.four_bar_type import four_bar_types
 from gimcli.families.position_state import design_number
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, IntArray
+from gimcli.positions.dispatch import choose, plain
 from gimcli.positions.inputs import scales
 from gimcli.quantities.catalogue import catalogue
 from gimcli.quantities.quantity import Item
@@ -133,7 +135,12 @@ class DesignColumns(State):
         self.solved, self.designs = motions.solved, motions.solved.designs
         self._columns: dict[str, Any] = {}
         self._angles: dict[int, FloatArray] = {}
-        self._options = {name: motions.options[name] for name in ("jit", "notify") if name in motions.options}
+        family, mode = motions.family, motions.options.get("jit", "auto")  # compiled where the positions are
+        run = choose(mode_of(family.plan, mode), ONE * len(self.designs), None, (kernel_name(family.plan),))
+        self._options: dict[str, Any] = {
+            "jit": "off" if run is plain else "on",
+            "notify": motions.options.get("notify"),
+        }
         self._rates: tuple[ComplexArray, FloatArray] | None = None
 
     def __getitem__(self, name: str) -> Any:
