@@ -24,6 +24,7 @@ OPERATOR = re.compile(r"\s*(or\b|and\b|<=|>=|==|!=|<|>|\+|-|\*\*|\*|/)")
 
 DIGITS = r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?"
 NUMBER, SIGNED, WORD = re.compile(DIGITS), re.compile(rf"\s*[-+]?{DIGITS}\s*"), re.compile(r"[^\W\d]\w*")
+CALLED = re.compile(rf"({WORD.pattern})\s*\(")
 OTHER = re.compile(r"[a-z]+:[^\s()+*<>=!,|]+|[^\W\d][^\s()+*/<>=!,|-]*")
 """A word that is no name."""
 
@@ -134,11 +135,10 @@ class ExpressionReader:
         return self._applied("negative", 1, found) if negative else found
 
     def _operand(self, rest: str) -> PartKind:
-        name, word = self.names.longest(rest), WORD.match(rest)
-        called = word is not None and rest[word.end() :].lstrip()[:1] == "("
-        if called and word is not None and (not name or word[0] == name):
-            self.place += word.end()
-            return self._call(word[0])
+        name, called = self.names.longest(rest), CALLED.match(rest)
+        if called is not None and (not name or called[1] == name):
+            self.place += called.end(1)
+            return self._call(called[1])
         if name:
             code = self.names.code(name)
             self.code += code[:-1]
@@ -153,6 +153,7 @@ class ExpressionReader:
             return self._closed(self.operation(), ")")
         if self.takes("|"):
             return self._amount(self._closed(self._numeric(self.operation()), "|"))
+        word = WORD.match(rest)
         if word is not None and word[0] in CONSTANTS:
             return self._pushed(word[0], CONSTANTS[word[0]], PartKind("number", None))
         other = OTHER.match(rest)

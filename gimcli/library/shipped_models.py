@@ -81,9 +81,9 @@ class ShippedModel:
     @property
     def tables(self) -> tuple[str, ...]:
         """Names of the tables that the file reads."""
-        from gimcli.model.files import tables_in
+        from gimcli.model.files import tables_of
 
-        return tables_in(self._data)
+        return tables_of(self._data)
 
     @cached_property
     def _data(self) -> Mapping[str, Any]:

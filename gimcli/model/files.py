@@ -16,13 +16,8 @@ def files_read(model: Model, path: Path | None, folder: Path) -> tuple[Path, ...
     return tuple(file.absolute() for file in found)
 
 
-def tables_of(model: Model) -> tuple[str, ...]:
-    """Return the tables of laws, efforts and loads as the model names them."""
-    return tables_in(model)
-
-
-def tables_in(data: Any) -> tuple[str, ...]:
-    """Return the tables that a model, or the data of a model file, names."""
+def tables_of(data: Any) -> tuple[str, ...]:
+    """Return the tables of laws, efforts and loads as a model, or the data of a model file, names them."""
     return tuple(dict.fromkeys(_tables(data)))
 
 

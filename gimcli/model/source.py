@@ -306,11 +306,10 @@ class _DataBuilder:
             self.source.fault_at(spot, text)
             return None
         self.refuse_invisible(name, event)
-        if (*where, name) in self.source.keys:
-            first = self.source.keys[(*where, name)][0]
-            self.source.fault_at(spot, f"'{name}' is given twice, first in line {first}; rename or remove one")
+        first = self.source.keys.setdefault((*where, name), spot)
+        if first is not spot:
+            self.source.fault_at(spot, f"'{name}' is given twice, first in line {first[0]}; rename or remove one")
             return None
-        self.source.keys[(*where, name)] = spot
         return name
 
     def refuse_invisible(self, text: str, event: Any) -> None:
