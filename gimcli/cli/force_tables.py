@@ -1,7 +1,8 @@
-"""Printed tables of `gim forces`: statistics, work, mean bearing loads."""
+"""What `gim forces` prints: extremes, statistics, work, bearing loads, dry friction, one position at rest."""
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import typer
@@ -13,9 +14,76 @@ from gimcli.library.rounding import at_inputs, greatest, input_value, number
 from gimcli.table import labelled
 
 if TYPE_CHECKING:
+    from gimcli.dynamics.efficiency import FrictionSummary
     from gimcli.dynamics.force_statistics import Extremum
     from gimcli.library.forces import ForcesResult
+    from gimcli.library.holding_forces import HoldingResult
     from gimcli.mechanism import Mechanism
+
+
+def print_holding(result: HoldingResult) -> None:
+    """Print efforts, reactions and the shaking force of one position."""
+    from gimcli.cli.force_tables import print_open
+
+    size = greatest(abs(value) for value, _ in result.forces.values())
+    rows = [
+        (name, *_axes(value, size), number(abs(value) if isinstance(value, complex) else value, size), unit)
+        for name, (value, unit) in result.forces.items()
+        if abs(value) < math.inf or result.status == "ok"
+    ]
+    if result.complete:
+        print_table(result.headline(), ("", "x", "y", "value", "unit"), rows, (1, 2, 3))
+    else:
+        typer.echo(result.headline())
+        typer.echo(result.reason)
+    if result.complete and result.open:
+        print_open(result.open)
+    if result.status == "standstill":
+        typer.echo(
+            "dry friction holds the mechanism: each effort may have any value from INPUT.effort.least to .greatest, and"
+            " reactions that depend on it are empty"
+        )
+
+
+def _axes(value: complex | float, size: float) -> tuple[str, str]:
+    """Return the components of a pin force; empty cells for a number."""
+    return (number(value.real, size), number(value.imag, size)) if isinstance(value, complex) else ("", "")
+
+
+def print_friction(found: FrictionSummary) -> None:
+    """Print efficiency, works, lost energies, self-locking intervals and rows at a standstill."""
+    from gimcli.dynamics.coulomb_status import FrictionStatus
+
+    _print_works(found)
+    unit = (
+        found.mechanism.unit_of(found.mechanism.actuators[found.mechanism.drivers[0]]) if found.over != "time" else "s"
+    )
+    if found.locked:
+        ranges = ", ".join(f"{first:.6g} to {end:.6g}" for first, end in found.locked)
+        typer.echo(
+            f"self-locking at {found.over} {ranges} {unit}: at rest without an effort, friction holds the mechanism"
+            " against its loads"
+        )
+    if count := found.counts[FrictionStatus.STANDSTILL]:
+        typer.echo(f"standstill in {count} row{'s' * (count > 1)}: {FrictionStatus.STANDSTILL.text}")
+    if found.works:
+        typer.echo(f"residual of the equations with dry friction: {found.residual:.1e} (relative)")
+
+
+def _print_works(found: FrictionSummary) -> None:
+    """Print the works and the lost energies, and the efficiency."""
+    if not found.complete:
+        typer.echo("efficiency: not determined, because some rows have no forces")
+        return
+    size = greatest([*found.works.values(), *found.lost.values()])
+    rows = [
+        *((name, number(value, size), "J") for name, value in found.works.items() if value),
+        *((f"lost in {name}", number(-value, size), "J") for name, value in found.lost.items() if value),
+    ]
+    print_table("work over the motion", ("", "work", "unit"), rows, (1,))
+    if found.efficiency is not None:
+        typer.echo(f"efficiency {100 * found.efficiency:.4g} %: outputs / inputs of the works above")
+
 
 SHOWN = 30
 

@@ -32,7 +32,7 @@ EXAMPLES = (
 def _run(run: Run) -> Result:
     """Find the forces of a motion, or those that hold one position at rest."""
     if "at" in run.given:
-        from gimcli.cli.holding import print_holding
+        from gimcli.cli.force_tables import print_holding
         from gimcli.library.holding_forces import HoldingResult, holding_forces
 
         run.instead(holding_forces, HoldingResult, print_holding, "a motion, --at for one position")
@@ -58,7 +58,7 @@ def _print(result: ForcesResult, full: bool) -> None:
 
         print_open(found.open)
     if found.friction is not None:
-        from gimcli.cli.friction import print_friction
+        from gimcli.cli.force_tables import print_friction
 
         print_friction(found.friction)
     _print_missing(found, result.steps)

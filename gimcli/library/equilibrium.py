@@ -19,9 +19,8 @@ from gimcli.errors import UsageError
 from gimcli.library.assembled import assembly_of
 from gimcli.library.extras import Extras
 from gimcli.library.inputs import Range, Seed, in_file_units, inputs_of, refuse_linked
-from gimcli.library.machines import for_each_machine, released_machines
+from gimcli.library.machines import for_each_machine, released_inputs, released_machines
 from gimcli.library.record import InputsField, NodesField, Records, RowField
-from gimcli.library.released import released_inputs
 from gimcli.library.result import Result
 from gimcli.library.rounding import greatest
 from gimcli.library.solved_positions import positions_at_rest

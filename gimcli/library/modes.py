@@ -19,10 +19,9 @@ from gimcli.dynamics.settling import settled
 from gimcli.dynamics.small_motions import Linearised, linearised
 from gimcli.errors import GimError, UsageError
 from gimcli.library.inputs import in_file_units, inputs_of
-from gimcli.library.machines import for_each_machine, released_machines
+from gimcli.library.machines import for_each_machine, released_inputs, released_machines
 from gimcli.library.mode_shapes import ModeShape, mode_shape
 from gimcli.library.record import Records, RowField
-from gimcli.library.released import released_inputs
 from gimcli.library.result import Result
 from gimcli.library.rounding import number, titled
 from gimcli.mechanism import FloatArray, Mechanism

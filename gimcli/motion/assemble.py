@@ -20,8 +20,7 @@ from gimcli.errors import StructureError
 from gimcli.kernels.plan_steps import ORIENT, TILT
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.positions import newton
-from gimcli.positions.block import NEW, RowBlock
-from gimcli.positions.branch_signs import sides
+from gimcli.positions.block import NEW, RowBlock, sides
 from gimcli.positions.newton import Packed, Run
 from gimcli.positions.position import Row
 from gimcli.positions.program import plan_program

@@ -12,8 +12,7 @@ import numpy as np
 from gimcli.continuation.arc import Gap
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.positions import newton
-from gimcli.positions.block import NEW, RowBlock
-from gimcli.positions.branch_signs import sides
+from gimcli.positions.block import NEW, RowBlock, sides
 from gimcli.positions.inputs import Inputs
 from gimcli.positions.newton import Run
 from gimcli.positions.position import Row
