@@ -109,9 +109,6 @@ def _clip(columns: DesignColumns, k: int, design: int, kept: str) -> Clip:
 MOST_CURVES, MOST_GRAPHS = 6, 6
 """Largest numbers of coupler curves, and of graphs."""
 
-BELOW, POINTS = "share of designs below", 2001
-"""Name of the axis, and largest number of points, of the curve of a distribution."""
-
 
 def sweep_picture(found: SweepTables, rows: Rows) -> Sheet | None:
     """Return the picture of designs, None if there is nothing to draw, or too much for one picture."""
