@@ -22,10 +22,10 @@ from gimcli.assemblies import Configurations, all_configurations, configurations
 from gimcli.branching.singular_positions import drawn_circuit
 from gimcli.branching.singularities import LIMIT, Singularity, interval, limits
 from gimcli.continuation import gauss_newton
+from gimcli.continuation.arclength import hermite
 from gimcli.continuation.branches import all_circuits, first_circuit
 from gimcli.continuation.circuit import Circuit
 from gimcli.continuation.curve import PositionCurve
-from gimcli.continuation.hermite import hermite
 from gimcli.errors import GimError, StructureError
 from gimcli.mechanism import SPAN, BoolArray, ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.positions.options import TOLERANCE

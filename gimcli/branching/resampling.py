@@ -7,9 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from gimcli.continuation.arclength import CurvePoint, correct
+from gimcli.continuation.arclength import CurvePoint, correct, hermite, hermite_slope
 from gimcli.continuation.circuit import CIRCUIT, STEPS, Circuit, nearby
-from gimcli.continuation.hermite import hermite, hermite_slope
 from gimcli.mechanism import FloatArray
 from gimcli.motion.motion import Motion
 from gimcli.status import Status

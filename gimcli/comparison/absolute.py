@@ -9,8 +9,7 @@ from typing import Protocol
 
 import numpy as np
 
-from gimcli.comparison.pairs import Bodies, BodyPair
-from gimcli.comparison.stop import Stop
+from gimcli.comparison.pairs import Bodies, BodyPair, Stop
 from gimcli.kernels import coordinates as kernels
 from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.positions.newton import Run

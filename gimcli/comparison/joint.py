@@ -15,8 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gimcli.comparison.absolute import follow_bodies, jacobian
-from gimcli.comparison.pairs import Bodies, BodyPair
-from gimcli.comparison.stop import Stop
+from gimcli.comparison.pairs import Bodies, BodyPair, Stop
 from gimcli.kernels import bodies as pairs
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
 from gimcli.positions.newton import Run

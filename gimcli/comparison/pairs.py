@@ -19,6 +19,16 @@ from gimcli.structure.residual import pose
 from gimcli.structure.rotation import members_of
 from gimcli.structure.steps import NONE
 
+
+@dataclass(frozen=True)
+class Stop:
+    """Stop when no correction exceeds `tolerance`: angles in rad, lengths relative to `length`."""
+
+    tolerance: float
+    length: float  # normal frame
+    iterations: int  # maximum number for one position
+
+
 PARTS = {
     kernels.COINCIDENT: ("x", "y"), kernels.ON_LINE: ("line",), kernels.ANGLE: ("angle",),
     kernels.DISTANCE: ("distance",),

@@ -14,8 +14,20 @@ import numpy as np
 
 from gimcli.errors import ModelError
 from gimcli.exchange.draft import BARREL, GROUND, free_name
-from gimcli.exchange.pose import DrawnPose
-from gimcli.mechanism import ANGLE, FRAME, HEIGHT, SPAN, Input, PairRow
+from gimcli.mechanism import ANGLE, FRAME, HEIGHT, SPAN, ComplexArray, Input, Mechanism, PairRow
+
+
+@dataclass(frozen=True)
+class DrawnPose:
+    """A mechanism in an assembled position: other programs take all dimensions from it.
+
+    `z`: positions of the nodes (nodes,) in the file's coordinates. `left_out`: sentences about what is not written.
+    """
+
+    mechanism: Mechanism
+    z: ComplexArray
+    left_out: list[str] = field(default_factory=list)
+
 
 PIECE = 0.1
 """Size of added bodies relative to the size of the mechanism."""

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from gimcli.exchange.drawn_linkage import DrawnPose
 from gimcli.exchange.pmks_plus_writer import drawing_text
-from gimcli.exchange.pose import DrawnPose
 
 
 def write(pose: DrawnPose) -> str:

@@ -10,11 +10,10 @@ from urllib.parse import quote
 
 from gimcli.dynamic_data import NO_NODE, AppliedLoad
 from gimcli.exchange.draft import GROUND
-from gimcli.exchange.drawn_linkage import PIECE, DrawnLinkage, DrawnSlot
+from gimcli.exchange.drawn_linkage import PIECE, DrawnLinkage, DrawnPose, DrawnSlot
 from gimcli.exchange.pmks_joints import letter
 from gimcli.exchange.pmks_plus import CLOCKWISE, GRAVITY, INERTIAS, NO_GRAVITY, POUND, POUND_FORCE, PROGRAM
 from gimcli.exchange.pmks_plus_codec import THOUSANDTHS, PlusDocument, PlusForce, PlusJoint, PlusLink, text_of
-from gimcli.exchange.pose import DrawnPose
 from gimcli.mechanism import FRAME
 from gimcli.structure.mobility import drawn_mobility
 

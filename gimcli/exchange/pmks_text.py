@@ -18,7 +18,7 @@ from urllib.parse import unquote
 
 from gimcli.errors import ModelError
 from gimcli.exchange.draft import GROUND, Draft
-from gimcli.exchange.drawn_linkage import DrawnLinkage, DrawnSlot, DrawnTurn
+from gimcli.exchange.drawn_linkage import DrawnLinkage, DrawnPose, DrawnSlot, DrawnTurn
 from gimcli.exchange.pmks_joints import (
     MOST_JOINTS,
     PROGRAM,
@@ -31,7 +31,6 @@ from gimcli.exchange.pmks_joints import (
     sound,
 )
 from gimcli.exchange.pmks_plus_codec import HEAD
-from gimcli.exchange.pose import DrawnPose
 
 ADDRESS = re.compile(r"https?://", re.IGNORECASE)
 MECHANISM = re.compile(r"[?&]mech=", re.IGNORECASE)

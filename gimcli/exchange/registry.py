@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 if TYPE_CHECKING:
     from gimcli.exchange.draft import Draft
-    from gimcli.exchange.pose import DrawnPose
+    from gimcli.exchange.drawn_linkage import DrawnPose
 
 
 class Reader(Protocol):

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gimcli.fitting.least_squares import FitProblem, Trials, trials
-from gimcli.fitting.quantity import FittedQuantity
+from gimcli.fitting.motion_quantity import FittedQuantity
 from gimcli.fitting.targets import FREE, GIVEN, TURN
 from gimcli.mechanism import FloatArray
 

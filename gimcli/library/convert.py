@@ -84,7 +84,7 @@ def convert(mechanism: Mechanism, to: str = MODEL_FILE) -> Conversion:
     OneOf(targets()).refuse("to", to)
     if to == MODEL_FILE:
         return _model_file(mechanism)
-    from gimcli.exchange.pose import DrawnPose
+    from gimcli.exchange.drawn_linkage import DrawnPose
     from gimcli.exchange.registry import FORMATS, writer_of
 
     form = next(form for form in FORMATS if form.writes == to)

@@ -17,14 +17,11 @@ from gimcli.families.family import Family
 from gimcli.fitting.conditions import DesignQuantities
 from gimcli.fitting.constrained import under_conditions
 from gimcli.fitting.goal_search import goal_search
-from gimcli.fitting.law_quantity import LawQuantity, varied_ends
-from gimcli.fitting.least_squares import FitProblem, Trials
-from gimcli.fitting.motion_quantity import MotionQuantity
-from gimcli.fitting.search import CONSTANTS, SearchResult, search
+from gimcli.fitting.least_squares import FitProblem, Trials, undetermined
+from gimcli.fitting.motion_quantity import LawQuantity, MotionQuantity, varied_ends
+from gimcli.fitting.search import CONSTANTS, SearchResult, SearchStop, search
 from gimcli.fitting.starts import periodic_dimensions
-from gimcli.fitting.stop import SearchStop
 from gimcli.fitting.targets import FREE, TURN
-from gimcli.fitting.undetermined import undetermined
 from gimcli.library.fit_check import FittedDesign, GoalChecker, TargetChecker
 from gimcli.library.fit_result import FitCounts, FitResult, GoalResult
 from gimcli.library.fit_targets import FittedTask, columns_of, input_range, task_of

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from gimcli.connected import grouped
 from gimcli.dynamic_data import AppliedLoad
 from gimcli.mechanism import FRAME, HEIGHT, SPAN, ComplexArray, Input, Mechanism, PairRow
-from gimcli.output.anchor import Anchor
+from gimcli.output.gear_outlines import Anchor
 from gimcli.structure.convex_hull import convex_hull
 
 if TYPE_CHECKING:

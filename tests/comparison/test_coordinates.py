@@ -13,7 +13,7 @@ from table1_operations import CASES, displaced
 from gimcli import GimError, load
 from gimcli.comparison.absolute import frame_poses
 from gimcli.comparison.methods import COORDINATES, TextbookConstants, follow
-from gimcli.comparison.stop import Stop
+from gimcli.comparison.pairs import Stop
 from gimcli.kernels import bodies, jit, points
 from gimcli.motion.motion import trace
 from gimcli.positions.dispatch import plain

@@ -12,10 +12,9 @@ import gimcli
 from gimcli import ModelError
 from gimcli.exchange.assembling import model_of
 from gimcli.exchange.draft import Draft
-from gimcli.exchange.drawn_linkage import DrawnLinkage
+from gimcli.exchange.drawn_linkage import DrawnLinkage, DrawnPose
 from gimcli.exchange.pmks_plus import PROGRAM, PlusDraft, payload_of
 from gimcli.exchange.pmks_plus_writer import PlusDrawing
-from gimcli.exchange.pose import DrawnPose
 from gimcli.exchange.registry import draft_of
 from gimcli.shipped import names
 

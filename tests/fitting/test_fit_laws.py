@@ -9,8 +9,7 @@ import pytest
 from gimcli import fit, load, loads, trace
 from gimcli.families.family import Family
 from gimcli.families.position_state import position_items
-from gimcli.fitting.law_quantity import LawQuantity
-from gimcli.fitting.motion_quantity import MotionQuantity
+from gimcli.fitting.motion_quantity import LawQuantity, MotionQuantity
 
 MODEL = """
 units: {length: mm}

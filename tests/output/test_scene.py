@@ -8,7 +8,7 @@ from bundled import FILES
 from strut import STRUT
 
 import gimcli
-from gimcli.output.anchor import Anchor
+from gimcli.output.gear_outlines import Anchor
 from gimcli.output.scene import Scene
 
 

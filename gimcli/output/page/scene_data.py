@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gimcli.mechanism import FRAME
-from gimcli.output.anchor import Anchor
+from gimcli.output.gear_outlines import Anchor
 from gimcli.output.scene import Scene
 
 if TYPE_CHECKING:
