@@ -89,9 +89,11 @@ def _of_any_model(verb: Any) -> Any:
     @wraps(verb)
     def decorated(mechanism: Any, *args: Any, **kwargs: Any) -> Any:
         known = RENAMED.get(verb.__name__, {})
-        renamed = {new: kwargs.pop(old) for old, new in known.items() if old in kwargs}
-        for new in renamed:
-            warn(f"{verb.__name__}: the argument is now named `{new}`", DeprecationWarning, stacklevel=2)
+        given = known.keys() & kwargs.keys()
+        for old in given:
+            text = f"{verb.__name__}: the argument `{old}` is now named `{known[old]}`"
+            warn(text, DeprecationWarning, stacklevel=2)
+        renamed = {known[old]: kwargs.pop(old) for old in given}
         return verb(mechanism if isinstance(mechanism, Mechanism) else load(mechanism), *args, **kwargs, **renamed)
 
     decorated.__module__ = __name__  # where pickle finds it

@@ -18,7 +18,7 @@ def test_the_old_name_works_and_names_the_new_one(verb, old):
     model, named, values = CALLS[verb]
     m, new, call = gimcli.load(model), RENAMED[verb][old], getattr(gimcli, verb)
     value = m.actuators[0].name if old == "input" else values[old]
-    with pytest.warns(DeprecationWarning, match=f"{verb}: .*`{new}`"):
+    with pytest.warns(DeprecationWarning, match=f"{verb}: the argument `{old}` is now named `{new}`"):
         before = call(m, **named, **{old: value})
     assert before.report() == call(m, **named, **{new: value}).report()
 

@@ -28,7 +28,7 @@ CALLS: dict[str, tuple[str, dict[str, Any]]] = {
     "reduce": ("engine", {"steps": 4}),
     "sensitivity": ("crank_rocker", {"of": "P.x", "steps": 4}),
     "sequence": ("ten_bar", {}),
-    "simulate": ("swing", {"time": 0.01}),
+    "simulate": ("swing", {"duration": 0.01}),
     "singularities": ("parallelogram", {}),
     "solve": ("crank_rocker", {"motor": 30}),
     "sweep": ("crank_rocker", {"vary": {"crank.length": [39, 41]}, "steps": 4}),
