@@ -127,7 +127,7 @@ def check_driven(mechanism: Mechanism, found: Mobility) -> None:
         loose = f"; nothing drives nodes {', '.join(found.undriven)}" if found.undriven else ""
         one = len(found.overdriven) == 1
         raise StructureError(
-            f"over-driven: {count} actuators on a mechanism of mobility {found.mobility};"
+            f"over-driven: {count} actuator{'s' * (count != 1)} on a mechanism of mobility {found.mobility};"
             f" {', '.join(found.overdriven)} {'is' if one else 'are'} redundant (the same freedom is already driven):"
             f" remove {'it' if one else 'them'}{loose}"
         )
