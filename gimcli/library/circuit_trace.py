@@ -207,7 +207,7 @@ class CircuitTraceResult(TraceResult):
 
     def animation(self) -> Animation:
         """Return the circuits with their events and columns."""
-        from gimcli.library.circuits_picture import circuit_trace_animation
+        from gimcli.library.circuit_animation import circuit_trace_animation
 
         return circuit_trace_animation(self.motions, self.circuits, self._found.extras)
 

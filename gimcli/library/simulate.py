@@ -361,7 +361,7 @@ class SimulateResult(RowsResult):
 
     def animation(self) -> Animation | None:
         """Return the motion with its events and columns; None if it has no row."""
-        from gimcli.library.simulation_picture import simulation_animation
+        from gimcli.library.simulation_animation import simulation_animation
         from gimcli.library.trace_animation import requested_graphs
 
         requested = requested_graphs(self._shown, self._extras, "time")

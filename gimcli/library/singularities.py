@@ -19,7 +19,7 @@ from gimcli.table import Table
 
 if TYPE_CHECKING:
     from gimcli.continuation.circuit import Circuit
-    from gimcli.library.circuits_picture import SingularPlace
+    from gimcli.library.circuit_animation import SingularPlace
     from gimcli.output.animation import Animation
     from gimcli.output.picture import Content
 
@@ -161,7 +161,7 @@ class SingularitiesResult(Result):
 
     def animation(self) -> Animation | None:
         """Return the branches with all singular and stationary positions as events."""
-        from gimcli.library.circuits_picture import ShownCircuit, circuits_animation
+        from gimcli.library.circuit_animation import ShownCircuit, circuits_animation
 
         circuits, shown = self._found.branches.circuits, []
         for number, (circuit, reach) in enumerate(zip(circuits, self._found.reach, strict=True)):
@@ -174,7 +174,7 @@ class SingularitiesResult(Result):
 
     def _place(self, circuit: Circuit, number: int, one: Found) -> SingularPlace:
         """Return a singular position as a mark on a circuit; stationary members are named."""
-        from gimcli.library.circuits_picture import SingularPlace, part_of
+        from gimcli.library.circuit_animation import SingularPlace, part_of
 
         kind = one.what.kind
         words = f"{', '.join(one.what.about)} stationary" if kind == STATIONARY else kind

@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gimcli.errors import UsageError
-from gimcli.library.extras import Extras
 from gimcli.library.inputs import Jit, Method, OneOf, Seed, Strategy, checked, in_file_units, inputs_of
 from gimcli.library.places import angles, coordinates, places
 from gimcli.library.result import ByName, Result
@@ -25,6 +24,7 @@ from gimcli.table import Column, Table, per_second, xy_columns
 
 if TYPE_CHECKING:
     from gimcli.gim.convergence import ErrorLaw
+    from gimcli.library.extras import Extras
     from gimcli.output.animation import Animation
     from gimcli.output.geometry import Geometry
     from gimcli.output.model import ModelText
@@ -76,14 +76,18 @@ def solve(
     """
     if history and method != "gim":
         raise UsageError("history, the error after every sweep, needs method gim (--method gim)")
-    extras = Extras(mechanism, measure)
+    extras = None
+    if measure:
+        from gimcli.library.extras import Extras
+
+        extras = Extras(mechanism, measure)
     given = {**(at if isinstance(at, Mapping) else {}), **inputs}
     if any(np.ndim(value) for value in given.values()):
         if (method, start, history, velocities, sequence) != ("auto", "drawn", False, False, ""):
             raise UsageError("arrays of inputs are solved by method auto: remove method, start, history, velocities")
         from gimcli.library.solved_positions import solved_positions
 
-        return solved_positions(mechanism, given, tolerance, extras)
+        return solved_positions(mechanism, given, tolerance, measure)
     chosen = Options.checked(method, strategy, tolerance, jit, sequence, seed if start == "random" else None)
     values = inputs_of(mechanism, at, inputs)
     with explained(mechanism):
@@ -110,9 +114,9 @@ class SolveResult(Result):
 
     KIND = "solve"
 
-    def __init__(self, position: Position, law: ErrorLaw | None, moving: Instant | None, extras: Extras) -> None:
+    def __init__(self, position: Position, law: ErrorLaw | None, moving: Instant | None, extras: Extras | None) -> None:
         self.mechanism, self.position, self.law, self.moving = position.mechanism, position, law, moving
-        self.measured = extras.beside(self.state, ()) if extras.wanted else []
+        self.measured = extras.beside(self.state, ()) if extras is not None and extras.wanted else []
 
     @property
     def answered(self) -> bool:

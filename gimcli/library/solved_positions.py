@@ -25,7 +25,7 @@ from gimcli.table import Column, Table
 
 
 def solved_positions(
-    mechanism: Mechanism, at: Mapping[str, Any], tolerance: float, extras: Extras
+    mechanism: Mechanism, at: Mapping[str, Any], tolerance: float, measure: str | Sequence[str]
 ) -> SolvedPositions:  # fmt: skip
     """Return the positions at inputs of which some are arrays (rows,); the others are the same in all rows."""
     try:
@@ -38,7 +38,7 @@ def solved_positions(
     inputs = np.array(rows).reshape(len(rows), -1)
     with explained(mechanism):
         found = Family(mechanism, [], tolerance).solve(np.empty((len(rows), 0)), inputs=inputs[:, :, None])
-    return SolvedPositions(mechanism, found, inputs.T, extras)
+    return SolvedPositions(mechanism, found, inputs.T, Extras(mechanism, measure))
 
 
 def positions_state(

@@ -272,7 +272,7 @@ class SweepResult(RowsResult):
 
     def animation(self) -> Animation | None:
         """Return the motions of the designs, one slider for each dimension; None if no design is solved."""
-        from gimcli.library.sweep_picture import sweep_animation
+        from gimcli.library.sweep_animation import sweep_animation
 
         return sweep_animation(self._found)
 
