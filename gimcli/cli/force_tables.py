@@ -23,8 +23,6 @@ if TYPE_CHECKING:
 
 def print_holding(result: HoldingResult) -> None:
     """Print efforts, reactions and the shaking force of one position."""
-    from gimcli.cli.force_tables import print_open
-
     size = greatest(abs(value) for value, _ in result.forces.values())
     rows = [
         (name, *_axes(value, size), number(abs(value) if isinstance(value, complex) else value, size), unit)

@@ -1,8 +1,9 @@
 """Columns of many designs at once, from their positions: the same numbers as those of a trace of each design.
 
-Columns of coordinates, inputs, angles, transmission angles, and velocities, accelerations and jerks are computed for
-all designs together. Columns of forces, and measures along the path, are computed design by design, which takes some
-milliseconds each. Full turns of directions are counted as in a trace (`rates.member_angles`).
+Columns of coordinates, inputs, angles, transmission angles, velocities, accelerations, jerks and forces are computed
+for all designs together. Measures along the path, and forces that `DesignForces` refuses, such as those with dry
+friction, are computed design by design, which takes some milliseconds each. Full turns of directions are counted as in
+a trace (`rates.member_angles`).
 """
 
 from __future__ import annotations
