@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gimcli.errors import GimError, StructureError
-from gimcli.library.check_sections import CheckSection, check_sections
-from gimcli.library.check_table import check_table
+from gimcli.library.check_views import CheckSection, check_sections, check_table
 from gimcli.library.check_warnings import file_warnings, motion_warnings
 from gimcli.library.inputs import in_file_units, interval_of, leaders
 from gimcli.library.machines import joined_reports
@@ -115,7 +114,7 @@ class CheckResult(Result):
 
     def animation(self) -> Animation:
         """Return the page: the report, and the motion along the laws if there is one."""
-        from gimcli.library.check_page import check_page
+        from gimcli.library.check_views import check_page
 
         motion = self.summary.motion if self.summary else None
         z = self.position.z if self.position is not None and not self.error else assembled(self.mechanism)
@@ -348,7 +347,7 @@ class MachinesCheck(CheckResult):
 
     def animation(self) -> Animation:
         """Return the page: the reports, and the motion along the laws if all machines have one."""
-        from gimcli.library.check_page import check_page
+        from gimcli.library.check_views import check_page
 
         motion = None if self.error else trace(self.mechanism, DRAWN, Options(tolerance=TOLERANCE))
         return check_page(self.mechanism, motion, assembled(self.mechanism), self.sections(), self.warnings)

@@ -12,7 +12,7 @@ from gimcli.branching.resampling import along, as_motion, lengths
 from gimcli.branching.singularities import Singularity
 from gimcli.continuation.circuit import Circuit, nearby
 from gimcli.library.extras import Extras
-from gimcli.library.trace_animation import event_text, first_graphs, row_at, rows_of, thinning, words
+from gimcli.library.motion_animation import event_text, first_graphs, row_at, rows_of, thinning, words
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.motion.motion import Motion
 from gimcli.output.animation import Animation, Clip, Moment, shown_rows

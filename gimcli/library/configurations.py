@@ -207,7 +207,7 @@ class ConfigurationsResult(Result):
 
     def animation(self) -> Animation | None:
         """Return the configurations, one clip each; None if there are none."""
-        from gimcli.library.position_animation import configurations_animation
+        from gimcli.library.motion_animation import configurations_animation
 
         if not self.count:
             return None

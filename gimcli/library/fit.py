@@ -22,9 +22,9 @@ from gimcli.fitting.motion_quantity import LawQuantity, MotionQuantity, varied_e
 from gimcli.fitting.search import CONSTANTS, SearchResult, SearchStop, search
 from gimcli.fitting.starts import periodic_dimensions
 from gimcli.fitting.targets import FREE, TURN
-from gimcli.library.fit_check import FittedDesign, GoalChecker, TargetChecker
 from gimcli.library.fit_result import FitCounts, FitResult, GoalResult
 from gimcli.library.fit_targets import FittedTask, columns_of, input_range, task_of
+from gimcli.library.fitted_design import FittedDesign, GoalChecker, TargetChecker
 from gimcli.library.inputs import Range, Seed, refuse_unmoved
 from gimcli.library.machines import accepted, driven_machines, for_each_machine
 from gimcli.mechanism import BoolArray, FloatArray, Machine, Mechanism

@@ -9,8 +9,8 @@ import numpy as np
 from gimcli.mechanism import FloatArray
 
 if TYPE_CHECKING:
-    from gimcli.library.fit_motion import FitMotion
     from gimcli.library.fit_targets import FittedTask
+    from gimcli.library.fitted_design import FitMotion
     from gimcli.output.graph import CurveGraph
     from gimcli.output.picture import Content
     from gimcli.table import Table
@@ -36,7 +36,7 @@ def fit_picture(motion: FitMotion, task: FittedTask, table: Table) -> Content:
 
 def _graphs(motion: FitMotion, task: FittedTask, table: Table) -> list[CurveGraph]:
     """Return the output over the input, with the targets, and its difference from the targets."""
-    from gimcli.library.fit_motion import column_of
+    from gimcli.library.fitted_design import column_of
     from gimcli.output.graph import Axis, Curve, CurveGraph
 
     (one,), (given, target, fitted) = task.components, table.columns[1:4]

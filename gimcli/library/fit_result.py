@@ -20,7 +20,7 @@ from gimcli.status import Status
 from gimcli.table import Column, Table
 
 if TYPE_CHECKING:
-    from gimcli.library.fit_check import FittedDesign
+    from gimcli.library.fitted_design import FittedDesign
     from gimcli.output.animation import Animation
     from gimcli.output.model import ModelText
     from gimcli.output.picture import Content

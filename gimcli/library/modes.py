@@ -302,6 +302,6 @@ class ModesResult(Result):
 
     def animation(self) -> Animation | None:
         """Return one clip for each mode; None without modes."""
-        from gimcli.library.modes_animation import modes_animation
+        from gimcli.library.modes_picture import modes_animation
 
         return modes_animation(self._found, self.modes, self.time) if self._found and self.modes else None

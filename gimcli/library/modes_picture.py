@@ -1,4 +1,7 @@
-"""The picture of modes: the mechanism at rest, and in both extreme positions of each mode."""
+"""The picture of modes: the mechanism at rest, and in both extreme positions of each mode.
+
+The animation has one oscillation of each.
+"""
 
 from __future__ import annotations
 
@@ -12,9 +15,13 @@ from gimcli.dynamics.modes import DECAY, RIGID, VIBRATION, Mode
 from gimcli.dynamics.small_motions import Linearised
 from gimcli.library.mode_shapes import Swing, swing
 from gimcli.library.rounding import number
+from gimcli.output.animation import Animation, Clip, Graph
+from gimcli.structure.carried import carried_point
+from gimcli.table import Column, Table, xy_columns
 
 if TYPE_CHECKING:
     from gimcli.output.picture import Content
+
 
 PANELS = 12
 """Greatest number of modes in the picture."""
@@ -50,3 +57,47 @@ def amplitude_text(found: Linearised, mode: Mode, shown: Swing) -> str:
     if unit == "rad" and found.mechanism.angle_unit == "deg":
         value, word = math.degrees(value), "deg"
     return f"shown with an amplitude of {number(value)} {word} of {name}"
+
+
+ROWS = 49
+"""Number of positions of an oscillation, the last one is the first."""
+
+ROUND = 2.0
+"""Time in which an oscillation is shown [s]."""
+
+GRAPHED = 3
+"""Greatest number of inputs with a graph."""
+
+PHASE = "phase"
+
+NO_TIME = "a mode is shown without velocities: its amplitude is chosen so that it can be seen"
+
+
+def modes_animation(found: Linearised, modes: Sequence[Mode], time: float) -> Animation:
+    """Return one clip for each mode; damped ones are shown without their decay."""
+    clips = tuple(_clip(found, k, mode, time) for k, mode in enumerate(modes, start=1))
+    mechanism = found.mechanism
+    graphs = tuple(Graph((mechanism.actuators[k].name,), PHASE) for k in found.released[:GRAPHED])
+    note = "Positions satisfy all constraints; the amplitude of each mode is chosen so that it can be seen."
+    return Animation(f"{mechanism.name}: modes", mechanism, clips, graphs, (note,), "Mode")
+
+
+def _clip(found: Linearised, k: int, mode: Mode, time: float) -> Clip:
+    mechanism = found.mechanism
+    shown = swing(found, mode, time, np.linspace(0.0, 2.0 * math.pi, ROWS))
+    z = mechanism.to_file(shown.z)
+    phase = shown.phases if mechanism.angle_unit == "rad" else np.degrees(shown.phases)
+    columns = [Column(PHASE, phase, mechanism.angle_unit)]
+    for j, actuator in enumerate(mechanism.actuators):
+        values = mechanism.value_to_file(j, shown.inputs[:, j])
+        columns.append(Column(actuator.name, values, mechanism.unit_of(actuator)))
+    for name in mechanism.traced:
+        path = np.asarray(mechanism.to_file(carried_point(mechanism, name, shown.z.T)))
+        columns += xy_columns(f"{name}.", path, mechanism.length_unit)
+    pace = (
+        f"; an oscillation of {number(mode.period)} s lasts {ROUND:g} s at speed × 1" if mode.kind == VIBRATION else ""
+    )
+    return Clip(
+        f"{k}: {spoken(mode)}", z, ROUND * shown.phases / (2.0 * math.pi), ("ok",) * len(z), Table(tuple(columns)),
+        PHASE, closed=True, without=NO_TIME, note=f"{amplitude_text(found, mode, shown)}{pace}",
+    )  # fmt: skip

@@ -42,6 +42,7 @@ from gimcli.quantities.state import MotionState
 from gimcli.rates.derivatives import MotionRates
 from gimcli.rates.member_angles import counted
 from gimcli.status import Status
+from gimcli.structure.carried import carried_point
 from gimcli.structure.drive_check import explained
 from gimcli.table import Column, Table, per_second
 
@@ -313,12 +314,16 @@ class SimulateResult(RowsResult):
 
     def picture(self) -> Content | None:
         """Return the mechanism above graphs, by default of inputs, speeds and energies; None without rows."""
-        from gimcli.library.simulation_picture import with_mechanism
+        from gimcli.output.drawing import motion_picture
         from gimcli.output.history import history_sheet
+        from gimcli.output.picture import Sheet
 
+        own, z = self.mechanism, self._found.nodes[0]
         if len(self._found.time) < 2:
             return None
-        return with_mechanism(self._found, history_sheet(self.graphs(), f"{self.mechanism.name}: simulation"))
+        paths = {name: own.to_file(carried_point(own, name, z)) for name in own.traced}
+        graphs = history_sheet(self.graphs(), f"{own.name}: simulation")
+        return Sheet("", (motion_picture(own, own.to_file(z).T, paths, graphs.title), *graphs.pictures))
 
     def geometry(self) -> Geometry | None:
         """Return the first position and the curves of the traced points in true size; None without rows."""
@@ -361,8 +366,8 @@ class SimulateResult(RowsResult):
 
     def animation(self) -> Animation | None:
         """Return the motion with its events and columns; None if it has no row."""
+        from gimcli.library.motion_animation import requested_graphs
         from gimcli.library.simulation_animation import simulation_animation
-        from gimcli.library.trace_animation import requested_graphs
 
         requested = requested_graphs(self._shown, self._extras, "time")
         return simulation_animation(self._found, self.times, self._shown, requested)

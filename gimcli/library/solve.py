@@ -284,7 +284,7 @@ class SolveResult(Result):
 
     def animation(self) -> Animation | None:
         """Return the position as a clip of one row; None if it is not solved."""
-        from gimcli.library.position_animation import position_animation
+        from gimcli.library.motion_animation import position_animation
 
         if not self.position.status.solved:
             return None

@@ -8,9 +8,9 @@ import numpy as np
 
 from gimcli.families.design_columns import DesignColumns
 from gimcli.families.design_table import DesignTable
+from gimcli.library.motion_animation import returns, words
 from gimcli.library.rounding import number
 from gimcli.library.sweep_tables import SweepTables
-from gimcli.library.trace_animation import returns, words
 from gimcli.mechanism import FloatArray, IntArray
 from gimcli.output.animation import Animation, Clip, DimensionSlider, Graph
 from gimcli.quantities.graphs import abscissa

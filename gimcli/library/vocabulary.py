@@ -9,8 +9,20 @@ from gimcli.connected import grouped
 from gimcli.errors import UsageError
 from gimcli.language.expression import Expression, PartKind
 from gimcli.language.reader import KnownNames
-from gimcli.library.plot_text import HODOGRAPH, POLAR as POLAR_WORD, CurveText, GraphText, graphs_of
-from gimcli.library.plots import Group, PlannedCurve, PlannedGraph, PlottedQuantity, amount, name_of, plotted
+from gimcli.library.plots import (
+    HODOGRAPH,
+    POLAR_WORD,
+    CurveText,
+    GraphText,
+    Group,
+    PlannedCurve,
+    PlannedGraph,
+    PlottedQuantity,
+    amount,
+    graphs_of,
+    name_of,
+    plotted,
+)
 from gimcli.mechanism import Mechanism
 from gimcli.output.graph import EQUAL, ORDINARY, POLAR
 from gimcli.quantities.catalogue import LISTED, catalogue

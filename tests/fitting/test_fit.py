@@ -17,8 +17,8 @@ from gimcli.families.position_state import position_items
 from gimcli.fitting.conditions import DesignQuantities
 from gimcli.fitting.least_squares import FitProblem, Trials
 from gimcli.fitting.motion_quantity import MotionQuantity
-from gimcli.library.fit_check import TargetChecker
 from gimcli.library.fit_targets import columns_of, task_of
+from gimcli.library.fitted_design import TargetChecker
 
 FOUR_BAR = ROOT / "examples" / "four_bar.yaml"
 

@@ -10,7 +10,7 @@ import gimcli
 from gimcli import UsageError
 from gimcli.language.expression import PartKind
 from gimcli.language.reader import longest
-from gimcli.library.plot_text import graphs_of
+from gimcli.library.plots import graphs_of
 from gimcli.output.graph import EQUAL, ORDINARY, POLAR
 
 FOUR_BAR = MODELS / "crank_rocker.yaml"

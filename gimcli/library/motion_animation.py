@@ -1,11 +1,17 @@
-"""The animation of a traced motion: its rows, events, velocities and columns."""
+"""The animations of motions and positions.
+
+A traced motion has its rows, events, velocities and columns; a solved position, or each configuration, is a clip of one
+row.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
 import numpy as np
 
-from gimcli.library.extras import Extras
-from gimcli.library.rounding import at_inputs
+from gimcli.library.rounding import at_inputs, titled
 from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.motion.motion import Motion
 from gimcli.motion.summary import occurrences
@@ -13,7 +19,11 @@ from gimcli.output.animation import Animation, Clip, Graph, Moment, shown_rows
 from gimcli.quantities.graphs import abscissa
 from gimcli.rates.member_angles import Angles, in_rows
 from gimcli.status import Status
-from gimcli.table import Column, Table
+from gimcli.table import Column, Table, xy_columns
+
+if TYPE_CHECKING:
+    from gimcli.library.extras import Extras
+    from gimcli.rates.instant import Instant
 
 SAME = 1e-6
 """Largest distance, relative to the size, of the first and the last position of a closed motion."""
@@ -119,3 +129,47 @@ def _with_steps(table: Table, motion: Motion, steps: int) -> Table:
 def rows_of(table: Table, rows: IntArray) -> Table:
     """Return some rows of a table."""
     return Table(tuple(Column(c.name, c.values[rows], c.unit) for c in table.columns))
+
+
+STILL = "a single position: velocities need --velocities"
+
+NO_RATES = "configurations have no velocities: use `gim solve --velocities` or trace the motion"
+
+
+def position_animation(
+    mechanism: Mechanism, z: ComplexArray, inputs: Mapping[str, float], places: Mapping[str, complex],
+    moving: Instant | None,
+) -> Animation:  # fmt: skip
+    """Return a solved position z (nodes,) with its velocities, if these are known.
+
+    `places` are the coordinates of nodes and points in the file's units.
+    """
+    rates, without = None, STILL
+    if moving is not None and not moving.singular:
+        vectors = [moving.of_points(order) for order in (1, 2)]
+        rates, without = np.array([[[of[name] for name in mechanism.nodes]] for of in vectors]), ""
+    clip = _clip("position", mechanism, z, inputs, places, rates, without)
+    return Animation(titled(mechanism, inputs), mechanism, (clip,))
+
+
+def configurations_animation(
+    mechanism: Mechanism, z: ComplexArray, inputs: Mapping[str, float], places: Mapping[str, ComplexArray],
+    names: Sequence[str], notes: Sequence[str], verdict: str,
+) -> Animation:  # fmt: skip
+    """Return all configurations z (configurations, nodes), one clip each with a name and a note."""
+    clips = []
+    for k, (name, note) in enumerate(zip(names, notes, strict=True)):
+        own = {point: complex(values[k]) for point, values in places.items()}
+        clips.append(_clip(name, mechanism, z[k], inputs, own, None, NO_RATES, note))
+    return Animation(titled(mechanism, inputs), mechanism, tuple(clips), notes=(verdict,), choice="Configuration")
+
+
+def _clip(
+    name: str, mechanism: Mechanism, z: ComplexArray, inputs: Mapping[str, float], places: Mapping[str, complex],
+    rates: ComplexArray | None, without: str, note: str = "",
+) -> Clip:  # fmt: skip
+    """Return a clip of one row with the inputs and the coordinates of nodes and points."""
+    own = [Column(a.name, np.array([inputs[a.name]]), mechanism.unit_of(a)) for a in mechanism.actuators]
+    points = [c for n, at in places.items() for c in xy_columns(f"{n}.", np.array([at]), mechanism.length_unit)]
+    at, table = mechanism.to_file(z)[None], Table((*own, *points))
+    return Clip(name, at, np.zeros(1), ("ok",), table, rates=rates, without=without, note=note)

@@ -1,13 +1,24 @@
-"""The report of a check as tables of texts, for the terminal, a page and a spreadsheet."""
+"""The report of a check as tables of texts for the terminal, as a table with one value in each row, and as a page.
+
+The page has the motion along the laws, or the initial configuration.
+"""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from gimcli.library.rounding import ZERO, at_inputs, input_value, interval, length, number
-from gimcli.mechanism import Mechanism
+from gimcli.mechanism import ComplexArray, Mechanism
+from gimcli.table import Column, Table
+
+if TYPE_CHECKING:
+    from gimcli.motion.motion import Motion
+    from gimcli.output.animation import Animation, Clip, Section
 
 MOST = 12
 """Greatest number of rows of a section."""
@@ -179,3 +190,101 @@ class _Texts:
 def _unit(unit: str) -> str:
     """Return a unit after a space; nothing where lengths have no physical unit."""
     return "" if unit == "unit" else f" {unit}"
+
+
+HEAD = ("section", "name", "quantity", "value", "unit", "at")
+
+FACTS = ("type", "links", "pairs", "formula", "gruebler", "mobility")
+LISTS = ("redundant", "undriven", "overdriven", "multiple_joints")
+"""Keys of the report about the whole mechanism: one value, and lists of names."""
+
+ENDS = ("law from", "law to", "range from", "range to")
+
+
+def check_table(mechanism: Mechanism, report: dict[str, Any]) -> Table:
+    """Return one row for each value; numbers have all digits, `at` has the inputs."""
+    length = _unit(mechanism.length_unit).strip()
+    drawings = [one["drawing"] or {"nodes": {}} for one in report.get("machines", [report])]
+    rows = [
+        *(("mechanism", "", key, str(report[key]), "", "") for key in FACTS),
+        *(("mechanism", "", key, " ".join(report[key]), "", "") for key in LISTS),
+        *(row for loop in report["loops"] for row in _loop(loop, length)),
+        *(("group", " ".join(one["links"]), one["kind"], one["class"], "", "") for one in report["groups"]),
+        *(row for one in report["inputs"] for row in _input(one)),
+        *(row for one in report["outputs"] for row in _output(mechanism, one)),
+        *(
+            ("transmission", "/".join(one["parts"]), "worst angle", repr(one["worst"]), one["unit"],
+             at_inputs(mechanism, one["at"]))
+            for one in report["transmission"]
+        ),
+        *(
+            ("greatest", one["name"], one["quantity"], repr(one["greatest"]), one["unit"],
+             at_inputs(mechanism, one["at"]))
+            for one in report["peaks"]
+        ),
+        *(
+            ("initial coordinates", node, "distance", repr(away), length, "")
+            for one in drawings for node, away in one["nodes"].items()
+        ),
+        *(("warning", one["where"], "", one["text"], "", "") for one in report["warnings"]),
+    ]  # fmt: skip
+    return Table(tuple(Column(n, np.array(c, dtype=str)) for n, c in zip(HEAD, zip(*rows, strict=True), strict=True)))
+
+
+def _loop(loop: dict[str, Any], unit: str) -> Rows:
+    name = " ".join(loop["links"])
+    sizes: Rows = [("loop", name, link, repr(value), unit, "") for link, value in loop["dimensions"].items()]
+    return [("loop", name, loop["type"], loop["kind"], "", ""), *sizes]
+
+
+def _input(one: dict[str, Any]) -> Rows:
+    ends = zip(ENDS, [*one["law"], *(one["range"] or ())], strict=False)  # the range may be unknown
+    return [("input", one["name"], end, repr(value), _unit(one["unit"]).strip(), "") for end, value in ends]
+
+
+def _output(mechanism: Mechanism, one: dict[str, Any]) -> Rows:
+    where = "; ".join(at_inputs(mechanism, one[f"{end}_at"]) for end in ("least", "greatest"))
+    what, ratio = "stroke" if one["kind"] == "slider" else "swing", one["time_ratio"]
+    ratios: Rows = [("output", one["name"], "time ratio", repr(ratio), "", where)] * (ratio is not None)
+    return [("output", one["name"], what, repr(one["range"]), _unit(one["unit"]).strip(), where), *ratios]
+
+
+def check_page(
+    mechanism: Mechanism, motion: Motion | None, z: ComplexArray | None, sections: Sequence[CheckSection],
+    warnings: Sequence[dict[str, Any]], note: str = "",
+) -> Animation:  # fmt: skip
+    """Return a page with the report and the motion, or else with a position z (nodes,) and a note on it."""
+    from gimcli.library.extras import Extras
+    from gimcli.library.motion_animation import law_animation
+    from gimcli.output.animation import Animation
+
+    shown = None if motion is None else law_animation(motion, Extras(mechanism), len(motion.time) - 1)
+    if shown is None:
+        shown = Animation(mechanism.name, mechanism, (_position(mechanism, z, note),))
+    return replace(shown, report=(*map(_section, sections), *_warnings(warnings)))
+
+
+def _position(mechanism: Mechanism, z: ComplexArray | None, note: str) -> Clip:
+    """Return a clip of one row; without a position it is empty, and the page shows the initial coordinates."""
+    from gimcli.output.animation import Clip
+
+    status = "not-assembled" if z is None else "ok"
+    place = np.full(len(mechanism.nodes), complex(np.nan, np.nan)) if z is None else mechanism.to_file(z)
+    table = Table((Column("time", np.zeros(1), "s"), Column("status", np.array([status]))))
+    name = note or "initial configuration"
+    return Clip(name, place[None, :], np.zeros(1), (status,), table, note=note)
+
+
+def _section(own: CheckSection) -> Section:
+    from gimcli.output.animation import Section
+
+    columns = (Column(name, np.array(cells)) for name, cells in zip(own.head, zip(*own.rows, strict=True), strict=True))
+    more = (f"and {own.left_out} more: the file .json or .csv lists all",) if own.left_out else ()
+    return Section(own.heading, more, Table(tuple(columns)))
+
+
+def _warnings(warnings: Sequence[dict[str, Any]]) -> list[Section]:
+    from gimcli.output.animation import Section
+
+    lines = tuple(": ".join(filter(None, (one["where"], one["text"]))) for one in warnings)
+    return [Section("Warnings", lines, warning=True)] if lines else []
