@@ -10,7 +10,7 @@ from gimcli.cli.arguments import INPUTS, OUTPUT, SHARED
 from gimcli.cli.console import note_doubtful_loading, print_status
 from gimcli.cli.from_verb import Run, from_verb
 from gimcli.cli.measures import PLOTS_ONLY, print_ranges
-from gimcli.library.forces import ForcesResult, forces_along
+from gimcli.library.forces import ForcesResult, forces
 from gimcli.library.result import Result
 
 if TYPE_CHECKING:
@@ -82,6 +82,6 @@ EXTRA = {
     "at": Annotated[list[str], SHARED["at"]], "time": Annotated[float | None, TIME], "full": Annotated[bool, FULL],
 }  # fmt: skip
 command = from_verb(
-    forces_along, ForcesResult, _print, {"plot": PLOTS_ONLY}, writes=True, loaded=(note_doubtful_loading,),
+    forces, ForcesResult, _print, {"plot": PLOTS_ONLY}, writes=True, loaded=(note_doubtful_loading,),
     extra=EXTRA, run=_run,
 )  # fmt: skip

@@ -74,10 +74,11 @@ class Run:
         return mechanism
 
     def found(self) -> Any:
-        """Return what the verb returns."""
+        """Return what the verb returns, or what it begins if its rows come in parts."""
         known = signature(self.verb).parameters
         reporters = {key: value for key, value in REPORTERS.items() if key in known}
-        return self.verb(self.mechanism, **self.arguments, **reporters)
+        begin = getattr(self.verb, "begin", self.verb)
+        return begin(self.mechanism, **self.arguments, **reporters)
 
     def written(self) -> Any:
         """Return the result of the verb; its files are written, while it is computed if its rows come in pieces."""
@@ -112,12 +113,12 @@ def from_verb(
 ) -> Callable[..., None]:  # fmt: skip
     """Return the command of a verb, with the signature that typer reads; `show` prints its result, of class `kind`.
 
-    `verb`: the function, or the one with the same arguments that begins a result whose rows are written while they are
-    computed. `options`: the form of the options that other commands do not have, by the names of the verb's arguments;
-    annotated where the terminal has another type. `writes`: without `-o` the usual files are written. `files`: the
-    options for single files. `assembled`: whether there is --assembly. `loaded`: functions of the mechanism, before the
-    analysis. `read`: functions of the values of options. `extra`: options of the terminal, which `show` gets by name.
-    `run`: what is done where it is more than to run the verb and to write its result.
+    `verb`: the function; rows of a result that it begins in parts are written while they are computed. `options`: the
+    form of the options that other commands do not have, by the names of the verb's arguments; annotated where the
+    terminal has another type. `writes`: without `-o` the usual files are written. `files`: the options for single
+    files. `assembled`: whether there is --assembly. `loaded`: functions of the mechanism, before the analysis. `read`:
+    functions of the values of options. `extra`: options of the terminal, which `show` gets by name. `run`: what is done
+    where it is more than to run the verb and to write its result.
     """
     readers: dict[str, Callable[[Any], Any]] = {"at": pairs, "measure": measures_of, **(read or {})}
     own = own_options(unwrap(verb), options or {})

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import ExitStack, nullcontext, redirect_stdout
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import typer
 
@@ -20,6 +20,7 @@ from gimcli.status import Status
 
 if TYPE_CHECKING:
     from gimcli.library.result import Result
+    from gimcli.library.under_way import UnderWay
     from gimcli.mechanism import Mechanism
     from gimcli.output.printed import PictureOptions
     from gimcli.table import Table
@@ -30,26 +31,7 @@ WHOLE = ("table", "arrays", "workbook", "geometry")
 REPORTED = {"table": "csv", "picture": "png", "arrays": "npz"}
 """Keys in the JSON report for the first file of each kind of content."""
 
-Kind = TypeVar("Kind", bound="Result", covariant=True)
 Found = TypeVar("Found", bound="Result")
-
-
-class Stream(Protocol[Kind]):
-    """A result that is computed in parts: the table of each part, then the result."""
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the columns."""
-
-    @property
-    def expected(self) -> int | None:
-        """Number of rows; None if it is not known before the end."""
-
-    def tables(self) -> Iterator[Table]:
-        """Yield the table of each part."""
-
-    def result(self, table: Table | None) -> Kind:
-        """Return the result, after the last table."""
 
 
 def stem_of(model: str) -> str:
@@ -149,7 +131,7 @@ class Outputs:
                 rows.append(table)
         self._write(result, self.files.files)
 
-    def stream(self, under_way: Stream[Found]) -> Found:
+    def stream(self, under_way: UnderWay[Found]) -> Found:
         """Write the rows of a result while it is computed; all files appear when the result is complete."""
         from gimcli.library.result import joined
 

@@ -15,7 +15,7 @@ from gimcli.cli.progress import end_bars
 from gimcli.errors import UsageError
 from gimcli.library.result import cells
 from gimcli.library.rounding import number
-from gimcli.library.sweep import SweepResult, swept
+from gimcli.library.sweep import SweepResult, sweep
 from gimcli.status import Status
 from gimcli.table import labelled
 
@@ -111,6 +111,6 @@ LISTED = typer.Option(
     "--designs", metavar="CSV", help="Designs in their order: a column for each dimension.", rich_help_panel=DESIGNS
 )
 command = from_verb(
-    swept, SweepResult, _print, OPTIONS, writes=True, extra={"designs": Annotated[Path | None, LISTED]}, run=_run,
+    sweep, SweepResult, _print, OPTIONS, writes=True, extra={"designs": Annotated[Path | None, LISTED]}, run=_run,
     read={"vary": partial(pairs, option="--vary", form="NAME=VALUES, such as crank.length=30:50:21")},
 )  # fmt: skip

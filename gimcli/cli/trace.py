@@ -10,7 +10,7 @@ from gimcli.cli.console import print_more, print_status
 from gimcli.cli.from_verb import from_verb
 from gimcli.cli.measures import PLOT, QUANTITIES, print_points, print_ranges
 from gimcli.library.rounding import at_inputs, how_it_ends, input_value, interval, intervals
-from gimcli.library.trace import MotionTraceResult, traced
+from gimcli.library.trace import MotionTraceResult, trace
 from gimcli.status import CHANGE, TANGENCY, Status
 
 if TYPE_CHECKING:
@@ -161,4 +161,4 @@ OPTIONS = {
         "--all-branches", help="Follow every circuit that crosses it.", rich_help_panel=LIMITS
     ),
 }  # fmt: skip
-command = from_verb(traced, MotionTraceResult, _shown, OPTIONS, writes=True)
+command = from_verb(trace, MotionTraceResult, _shown, OPTIONS, writes=True)

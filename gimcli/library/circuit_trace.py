@@ -18,6 +18,7 @@ from gimcli.library.extras import Extras
 from gimcli.library.inputs import in_file_units, interval_of
 from gimcli.library.point_ranges import PointRanges
 from gimcli.library.trace_result import TraceResult
+from gimcli.library.under_way import UnderWay
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.motion.motion import Motion
 from gimcli.motion.summary import traced_paths
@@ -35,7 +36,7 @@ DENSE = 720
 """Least number of rows of a circuit for which no member is expected to turn by half a turn between two rows."""
 
 
-class CircuitTrace:
+class CircuitTrace(UnderWay[TraceResult]):
     """A circuit, or all circuits that meet it: first the tables, then the result."""
 
     def __init__(
@@ -61,6 +62,7 @@ class CircuitTrace:
         self.circuits = [circuits[n - 1] for n in self.numbers]
         self.motions = [circuit_motion(circuit, steps + 1, tolerance) for circuit in self.circuits]
         self.extras = [extras() for _ in self.numbers]
+        self.expected = sum(len(motion.time) for motion in self.motions)
         self._dense: dict[int, Motion] = {}
 
     def angles(self, motion: Motion, member: int) -> FloatArray:
@@ -92,11 +94,6 @@ class CircuitTrace:
     def names(self) -> tuple[str, ...]:
         """Names of the columns."""
         return self._tables[0].names
-
-    @property
-    def expected(self) -> int | None:
-        """Number of rows; None if it is not known before the end."""
-        return sum(len(motion.time) for motion in self.motions)
 
     def tables(self) -> Iterator[Table]:
         """Yield the table of each circuit; if all are followed, the last column is `branch`."""

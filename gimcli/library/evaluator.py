@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gimcli.errors import UsageError
-from gimcli.library.sweep import swept
+from gimcli.library.sweep import sweep
 from gimcli.mechanism import Mechanism
 from gimcli.status import Status
 
@@ -19,7 +19,8 @@ class Evaluator:
 
     def __init__(self, mechanism: Mechanism, dimensions: Sequence[str], keep: Sequence[str], steps: int) -> None:
         nominal = {name: [mechanism.written.dimension(name).value] for name in dimensions}
-        self._job = swept(mechanism, nominal, steps=steps, keep=keep).job
+        verb: Any = sweep
+        self._job = verb.begin(mechanism, nominal, steps=steps, keep=keep).job
         self.dimensions, self.quantities = self._job.table.names, tuple(one.text for one in self._job.kept)
         if any(one.kind != "number" for one in self._job.kept):
             raise UsageError("keep: expected numbers, such as range(P.y)")

@@ -19,7 +19,8 @@ from gimcli.library.force_plots import summary_report, usual_graphs, varying, wi
 from gimcli.library.inputs import Jit, Steps, checked, refuse_unmoved
 from gimcli.library.machines import accepted, loaded_machines
 from gimcli.library.plots import PlannedGraph, drawn
-from gimcli.library.result import RowsResult, joined
+from gimcli.library.result import RowsResult
+from gimcli.library.under_way import UnderWay, in_parts
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.motion.motion import Motion, stream
 from gimcli.motion.summary import events, reachable
@@ -36,7 +37,7 @@ if TYPE_CHECKING:
     from gimcli.dynamics.bearing_loads import BearingLoad
     from gimcli.dynamics.force_statistics import Statistic
     from gimcli.dynamics.work_balance import Work
-    from gimcli.library.machine_forces import ForcesBeside, MachineForces
+    from gimcli.library.machine_forces import MachineForces
     from gimcli.output.graph import CurveGraph
     from gimcli.output.picture import Content
 
@@ -51,11 +52,13 @@ FORCES = ("N", "N m", "W")
 """Units of columns that are not bounded near singular positions."""
 
 
+@in_parts
+@checked
 def forces(
     mechanism: Mechanism, steps: Steps = 360, *, tolerance: float = 1e-10, jit: Jit = "auto",
     measure: str | Sequence[str] = (), plot: str | Sequence[str] = (), notify: Notify | None = None,
     progress: Phases = no_phases,
-) -> ForcesResult | MachineForces:  # fmt: skip
+) -> UnderWay[ForcesResult | MachineForces]:  # fmt: skip
     """Find driving efforts, reactions and shaking force along the actuators' laws (inverse dynamics).
 
     Args:
@@ -80,49 +83,29 @@ def forces(
         ModelError: no masses, loads, springs, dampers or friction are defined.
         StructureError: the mechanism has no actuator, or is not fully driven, over-driven or contradictory.
     """
-    found = forces_along(
-        mechanism, steps, tolerance=tolerance, jit=jit, measure=measure, plot=plot, notify=notify, progress=progress,
-        keep=True,
-    )  # fmt: skip
-    return found.result(joined(found.tables()))
-
-
-@checked
-def forces_along(
-    mechanism: Mechanism, steps: Steps = 360, *, tolerance: float = 1e-10, jit: Jit = "auto",
-    measure: str | Sequence[str] = (), plot: str | Sequence[str] = (), notify: Notify | None = None,
-    progress: Phases = no_phases, keep: bool = False,
-) -> ForcesAlong | ForcesBeside:  # fmt: skip
-    """Begin to find forces with the arguments of `forces`; the tables can be written piece by piece.
-
-    `keep` keeps all rows, of which any quantity may then be asked.
-    """
     require_action(mechanism)
     refuse_unmoved(mechanism, "add an actuator")
     if len(mechanism.machines) == 1:
-        return ForcesAlong(mechanism, steps, tolerance, jit, measure, plot, notify, progress, keep)
+        return ForcesAlong(mechanism, steps, tolerance, jit, measure, plot, notify, progress)
     from gimcli.library.machine_forces import ForcesBeside
 
     every = loaded_machines(mechanism)
     if len(every) == 1:
-        return ForcesAlong(every[0].mechanism, steps, tolerance, jit, measure, plot, notify, progress, keep)
-    begun = {
-        one.name: ForcesAlong(one.mechanism, steps, tolerance, jit, (), (), notify, progress, keep) for one in every
-    }
+        return ForcesAlong(every[0].mechanism, steps, tolerance, jit, measure, plot, notify, progress)
+    begun = {one.name: ForcesAlong(one.mechanism, steps, tolerance, jit, (), (), notify, progress) for one in every}
     return ForcesBeside(mechanism, begun, texts(measure), texts(plot))
 
 
-class ForcesAlong:
+class ForcesAlong(UnderWay["ForcesResult"]):
     """The forces of a motion that is being solved in pieces: first the tables of the pieces, then the result."""
 
     def __init__(
         self, mechanism: Mechanism, steps: int, tolerance: float, jit: str, measure: str | Sequence[str],
-        plot: str | Sequence[str],
-        notify: Notify | None, progress: Phases, keep: bool,
+        plot: str | Sequence[str], notify: Notify | None, progress: Phases,
     ) -> None:  # fmt: skip
-        """Begin to solve the motion; `keep` keeps all rows, of which any quantity may then be asked."""
+        """Begin to solve the motion."""
         chosen = Options.checked("auto", "spectral", tolerance, jit)
-        self.steps, self.options = steps, chosen
+        self.steps, self.options, self.expected = steps, chosen, steps + 1
         with explained(mechanism):
             solve = partial(stream, mechanism, steps, chosen)
             self._pieces = solve(notify=notify, progress=progress("forces along the motion"))
@@ -132,7 +115,7 @@ class ForcesAlong:
         self.found = ForceMotion(mechanism, steps + 1, jit, notify)
         self.statistics = ForceStatistics(self.found.statics, steps)
         self.angles = partial(LawAngles, mechanism, steps, solve)
-        self._counted, self.pieces, self._keep = self.angles(), list[Motion](), keep
+        self._counted, self.pieces = self.angles(), list[Motion]()
         self.choose(measure, plot)
 
     def choose(self, measure: str | Sequence[str], plot: str | Sequence[str]) -> None:
@@ -167,16 +150,11 @@ class ForcesAlong:
         """Names of the columns."""
         return self.head.names
 
-    @property
-    def expected(self) -> int | None:
-        """Number of rows; None if it is not known before the end."""
-        return self.steps + 1
-
     def tables(self) -> Iterator[Table]:
         """Yield the table of each piece of the motion."""
         for piece in chain((self._first,), self._pieces):
             first = self.found.summary.seen
-            self.pieces += [piece] * self._keep
+            self.pieces += [piece] * self.keeps
             forces = self.found.take(piece)
             table = force_table(piece, forces, first)
             self.statistics.add(table, piece, forces)

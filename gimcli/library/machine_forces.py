@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from gimcli.errors import UsageError
 from gimcli.library.machines import MachinesResult
+from gimcli.library.under_way import UnderWay
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.status import Status
 from gimcli.table import Column, Table
@@ -38,13 +39,14 @@ class MachineForces(MachinesResult):
         return {**super().report(), "solved": self.solved}
 
 
-class ForcesBeside:
+class ForcesBeside(UnderWay[MachineForces]):
     """The forces of machines that move at the same times: first the tables of the pieces, then the result."""
 
     def __init__(
         self, mechanism: Mechanism, begun: dict[str, Any], measure: Sequence[str], plot: Sequence[str]
     ) -> None:  # fmt: skip
         self.mechanism, self.begun, self.solved = mechanism, begun, 0
+        self.expected = max(one.expected for one in begun.values())
 
         def owned(text: str) -> bool:
             return any(one.knows((), [text]) for one in begun.values())
@@ -65,13 +67,10 @@ class ForcesBeside:
         """Names of the columns."""
         return self._beside([one.head for one in self.begun.values()]).names
 
-    @property
-    def expected(self) -> int | None:
-        """Number of rows."""
-        return max(int(one.expected) for one in self.begun.values())
-
     def tables(self) -> Iterator[Table]:
         """Yield the table of each piece of the motion."""
+        for one in self.begun.values():
+            one.keeps = self.keeps
         for tables in zip(*(one.tables() for one in self.begun.values()), strict=True):
             table = self._beside(tables)
             self.solved += int(np.sum(table["status"] == Status.OK.word))

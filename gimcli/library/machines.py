@@ -15,6 +15,7 @@ import numpy as np
 from gimcli.errors import GimError, UsageError
 from gimcli.library.inputs import inputs_of, near, refuse_follower, refuse_given, refuse_unmoved
 from gimcli.library.result import Result, joined
+from gimcli.library.under_way import UnderWay
 from gimcli.mechanism import Machine, Mechanism
 from gimcli.progress import limited
 from gimcli.structure.mobility import require_driven
@@ -222,21 +223,17 @@ def driven_machines(mechanism: Mechanism, _: object = None) -> list[Machine]:
     return [one for one in mechanism.machines if one.actuators]
 
 
-class MachineTables:
+class MachineTables(UnderWay[MachinesResult]):
     """The traces of machines that are computed one after the other: first the tables, then the result."""
 
     def __init__(self, mechanism: Mechanism, begun: dict[str, Any]) -> None:
         self.mechanism, self.begun = mechanism, begun
+        self.expected = sum(one.expected for one in begun.values())
 
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the columns."""
         return next(iter(self.tables())).names
-
-    @property
-    def expected(self) -> int | None:
-        """Number of rows."""
-        return sum(int(one.expected) for one in self.begun.values())
 
     def tables(self) -> Iterator[Table]:
         """Yield the table of each machine, with all columns."""

@@ -24,8 +24,9 @@ from gimcli.families.variation import MOST_VALUES, varied
 from gimcli.library.grid import contents_hash, model_hash
 from gimcli.library.inputs import OneOf, Range, Seed, Steps, checked, refuse_linked, refuse_unmoved
 from gimcli.library.machines import accepted, driven_machines
-from gimcli.library.result import RowsResult, joined
+from gimcli.library.result import RowsResult
 from gimcli.library.sweep_tables import SweepTables
+from gimcli.library.under_way import UnderWay, in_parts
 from gimcli.mechanism import Mechanism
 from gimcli.model.dimensions import dimension
 from gimcli.output.parts import Parts, header_of
@@ -50,13 +51,16 @@ Vary = Mapping[str, Any] | Sequence[Mapping[str, float]] | Path | str
 FILMS = (".gif", ".mp4")
 
 
+@in_parts
+@checked
 def sweep(
-    mechanism: Mechanism, vary: Vary, *, steps: int = 72, samples: int | None = None,
-    points: str = "random", seed: int = 0, keep: str | Sequence[str] = (), where: str = "", goal: str = "",
-    best: int = 0, rows: bool = False, tolerance: float = 1e-10, workers: int = 1, scheduler: str = "",
-    folder: Path | str | None = None, resume: bool = False, notify: Notify | None = None,
-    progress: Phases = no_phases,
-) -> SweepResult:  # fmt: skip
+    mechanism: Mechanism, vary: Vary, *, steps: Steps = 72,
+    samples: Annotated[int | None, Range(1, MOST_VALUES)] = None, points: Annotated[str, OneOf(POINTS)] = "random",
+    seed: Seed = 0, keep: str | Sequence[str] = (), where: str = "", goal: str = "",
+    best: Annotated[int, Range(0, MOST_VALUES)] = 0, rows: bool = False, tolerance: float = 1e-10,
+    workers: Annotated[int, Range(1, MOST_WORKERS)] = 1, scheduler: str = "", folder: Path | str | None = None,
+    resume: bool = False, notify: Notify | None = None, progress: Phases = no_phases,
+) -> UnderWay[SweepResult]:  # fmt: skip
     """Solve the motion of many designs, and keep some quantities of each.
 
     Args:
@@ -90,26 +94,6 @@ def sweep(
         UsageError: an unknown name, an invalid argument, or arguments that exclude each other.
         StructureError: the mechanism has no actuator, or is not fully driven, over-driven or contradictory.
     """
-    found = swept(
-        mechanism, vary, steps=steps, samples=samples, points=points, seed=seed, keep=keep, where=where, goal=goal,
-        best=best, rows=rows, tolerance=tolerance, workers=workers, scheduler=scheduler, folder=folder, resume=resume,
-        notify=notify, progress=progress,
-    )  # fmt: skip
-    result = found.result(joined(found.tables()))
-    found.clear()
-    return result
-
-
-@checked
-def swept(
-    mechanism: Mechanism, vary: Vary, *, steps: Steps = 72,
-    samples: Annotated[int | None, Range(1, MOST_VALUES)] = None, points: Annotated[str, OneOf(POINTS)] = "random",
-    seed: Seed = 0, keep: str | Sequence[str] = (), where: str = "", goal: str = "",
-    best: Annotated[int, Range(0, MOST_VALUES)] = 0, rows: bool = False, tolerance: float = 1e-10,
-    workers: Annotated[int, Range(1, MOST_WORKERS)] = 1, scheduler: str = "", folder: Path | str | None = None,
-    resume: bool = False, notify: Notify | None = None, progress: Phases = no_phases,
-) -> SweepUnderWay:  # fmt: skip
-    """Begin a sweep with the arguments of `sweep`; its tables can be written chunk by chunk."""
     refuse_linked(mechanism, "sweep")
     if scheduler and workers > 1:
         raise UsageError("workers are processes on this machine, scheduler uses those of a cluster: remove one of them")
@@ -190,8 +174,14 @@ def _header(job: SweepJob) -> dict[str, Any]:
     }  # fmt: skip
 
 
-class SweepUnderWay(SweepTables):
+class SweepUnderWay(SweepTables, UnderWay["SweepResult"]):
     """A sweep that is being computed: first the tables of its chunks, then the result."""
+
+    def whole(self) -> SweepResult:
+        """Return the result with all designs; the parts in the folder are removed."""
+        found = super().whole()
+        self.clear()
+        return found
 
     def result(self, table: Table | None) -> SweepResult:
         """Return the result, after all tables were read; `table` is None if they were written to a file."""

@@ -38,11 +38,6 @@ class SweepTables:
         own = self.job.row.names or ()
         return (*own[:-1], STEP, own[-1]) if self.job.rows else own
 
-    @property
-    def expected(self) -> int | None:
-        """Number of rows; None if it is not known before the end."""
-        return None
-
     def tables(self) -> Iterator[Table]:
         """Yield the table of each chunk, in the order of the designs; with `best` one table."""
         for chunk in best_of(self.job, self.run.chunks()):

@@ -13,8 +13,8 @@ from gimcli.errors import UsageError
 from gimcli.library.extras import Extras
 from gimcli.library.inputs import MOST_STEPS, Jit, Method, OneOf, Range, Steps, Strategy, checked, refuse_unmoved
 from gimcli.library.point_ranges import PointRanges
-from gimcli.library.result import joined
 from gimcli.library.trace_result import TraceResult
+from gimcli.library.under_way import UnderWay, in_parts
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.motion.motion import PIECE, Motion, stream
 from gimcli.motion.summary import Summary, events, reachable, traced_paths
@@ -26,8 +26,6 @@ from gimcli.structure.plan import make_plan
 from gimcli.table import Table
 
 if TYPE_CHECKING:
-    from gimcli.library.circuit_trace import CircuitTrace
-    from gimcli.library.machines import MachineTables
     from gimcli.output.animation import Animation
     from gimcli.output.geometry import Geometry
     from gimcli.output.graph import CurveGraph
@@ -37,12 +35,16 @@ if TYPE_CHECKING:
 AT_LIMIT = ("stop", "skip", "reverse")
 
 
+@in_parts
+@checked
 def trace(
-    mechanism: Mechanism, steps: int = 360, *, derivatives: int = 0, measure: str | Sequence[str] = (),
-    plot: str | Sequence[str] = (), at_limit: str = "stop", circuit: bool = False, branch: int = 1,
-    all_branches: bool = False, method: str = "auto", strategy: str = "spectral", tolerance: float = 1e-10,
-    jit: str = "auto", sequence: str = "", notify: Notify | None = None, progress: Phases = no_phases,
-) -> TraceResult:  # fmt: skip
+    mechanism: Mechanism, steps: Steps = 360, *, derivatives: Annotated[int, Range(0, 3)] = 0,
+    measure: str | Sequence[str] = (), plot: str | Sequence[str] = (),
+    at_limit: Annotated[str, OneOf(AT_LIMIT)] = "stop", circuit: bool = False,
+    branch: Annotated[int, Range(1, MOST_STEPS)] = 1, all_branches: bool = False,
+    method: Method = "auto", strategy: Strategy = "spectral", tolerance: float = 1e-10,
+    jit: Jit = "auto", sequence: str = "", notify: Notify | None = None, progress: Phases = no_phases,
+) -> UnderWay[TraceResult]:  # fmt: skip
     """Trace the motion that the actuators' laws prescribe, or whole circuits.
 
     Args:
@@ -81,25 +83,6 @@ def trace(
         UnassembledError: with `circuit` or `all_branches`, if no assembled position to start from was found; a motion
             along the laws has a status instead.
     """
-    found = traced(
-        mechanism, steps, derivatives=derivatives, measure=measure, plot=plot, at_limit=at_limit, circuit=circuit,
-        branch=branch, all_branches=all_branches, method=method, strategy=strategy, tolerance=tolerance, jit=jit,
-        sequence=sequence, notify=notify, progress=progress, keep=True,
-    )  # fmt: skip
-    return cast("TraceResult", found.result(joined(found.tables())))
-
-
-@checked
-def traced(
-    mechanism: Mechanism, steps: Steps = 360, *, derivatives: Annotated[int, Range(0, 3)] = 0,
-    measure: str | Sequence[str] = (), plot: str | Sequence[str] = (),
-    at_limit: Annotated[str, OneOf(AT_LIMIT)] = "stop", circuit: bool = False,
-    branch: Annotated[int, Range(1, MOST_STEPS)] = 1, all_branches: bool = False,
-    method: Method = "auto", strategy: Strategy = "spectral", tolerance: float = 1e-10,
-    jit: Jit = "auto", sequence: str = "", notify: Notify | None = None, progress: Phases = no_phases,
-    keep: bool = False,
-) -> MotionTrace | CircuitTrace | MachineTables:  # fmt: skip
-    """Begin a trace with the arguments of `trace`; its tables can be written piece by piece. `keep` keeps all rows."""
     chosen = Options.checked(method, strategy, tolerance, jit, sequence)
     extras = partial(Extras, mechanism, measure, plot, derivatives)
     own = extras()
@@ -120,10 +103,10 @@ def traced(
                 name: circuits(one, extras=partial(Extras, one, measure, plot, derivatives), progress=progress)
                 for name, one, *_ in driven_machines(mechanism)
             }
-            return next(iter(begun.values())) if len(begun) == 1 else MachineTables(mechanism, begun)
+            return next(iter(begun.values())) if len(begun) == 1 else cast(Any, MachineTables(mechanism, begun))
         if at_limit != "stop" or branch > 1:
             _refuse_mixed(method, own.order if at_limit == "reverse" else 0)
-        return MotionTrace(mechanism, steps, chosen, own, at_limit, branch, notify, progress, keep)
+        return MotionTrace(mechanism, steps, chosen, own, at_limit, branch, notify, progress)
 
 
 def _refuse_mixed(method: str, rates: int, at_limit: str = "stop", branch: int = 1, every: bool = False) -> None:
@@ -144,12 +127,12 @@ def _refuse_mixed(method: str, rates: int, at_limit: str = "stop", branch: int =
         raise UsageError("all-branches follows all branches; remove branch")
 
 
-class MotionTrace:
+class MotionTrace(UnderWay[TraceResult]):
     """A motion that is being solved in pieces: first the tables of the pieces, then the result."""
 
     def __init__(
         self, mechanism: Mechanism, steps: int, options: Options, extras: Extras, at_limit: str, branch: int,
-        notify: Notify | None, progress: Phases, keep: bool,
+        notify: Notify | None, progress: Phases,
     ) -> None:  # fmt: skip
         self.mechanism, self.steps, self.options, self.extras = mechanism, steps, options, extras
         rows = steps + 1 if at_limit != "stop" or branch > 1 else PIECE
@@ -159,8 +142,7 @@ class MotionTrace:
         first = self._first = next(self._pieces)
         require_consistent(mechanism, first.start, first.inputs[:, 0], first.first_status, options.tolerance)
         self.summary, self.ranges = Summary(steps + 1), PointRanges(mechanism)
-        self.kept: list[Motion] | None = [] if keep else None
-        self._notify = notify
+        self.kept, self._notify, self.expected = list[Motion](), notify, steps + 1
         extras.check(self._head) if extras.plans else None
 
     @cached_property
@@ -176,11 +158,6 @@ class MotionTrace:
     def _head(self) -> Table:
         return self.extras.head(self._first.rows(np.arange(1)))
 
-    @property
-    def expected(self) -> int | None:
-        """Number of rows; None if it is not known before the end."""
-        return self.steps + 1
-
     def tables(self) -> Iterator[Table]:
         """Yield the table of each piece of the motion."""
         angles = self.counted()
@@ -190,8 +167,7 @@ class MotionTrace:
             self.ranges.add(table, piece.good)
             yield table
             own.keep(table, self.summary.add(piece))
-            if self.kept is not None:
-                self.kept.append(piece)
+            self.kept += [piece] * self.keeps
 
     def result(self, table: Table | None) -> MotionTraceResult:
         """Return the result, after all tables were read; `table` is None if they were written to a file."""
@@ -204,7 +180,7 @@ class MotionTraceResult(TraceResult):
 
     def __init__(self, found: MotionTrace, table: Table | None) -> None:
         self.mechanism, self._found, self.summary, self._table = found.mechanism, found, found.summary, table
-        self.motions = found.kept or ()
+        self.motions = found.kept
 
     @cached_property
     def motion(self) -> Motion:
