@@ -6,7 +6,6 @@ Fitted designs are checked on it: all rows are solved, and the targets are passe
 from __future__ import annotations
 
 import math
-from codecs import BOM_UTF8 as BOM
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import suppress
@@ -23,9 +22,9 @@ from gimcli.fitting.least_squares import FitProblem, Trials
 from gimcli.fitting.motion_quantity import MotionQuantity
 from gimcli.fitting.targets import TURN, FitRange
 from gimcli.library.fit_targets import FittedTask, input_range
-from gimcli.library.model_text import changed_text
 from gimcli.library.trace import MotionTraceResult, trace
 from gimcli.mechanism import FRAME, FloatArray, IntArray, Mechanism
+from gimcli.model.edited_text import written_with
 from gimcli.model.read import read_text
 from gimcli.quantities.kinds import quantities_of
 from gimcli.quantities.quantity import Item
@@ -164,7 +163,7 @@ class DesignChecker:
         nominal = self.family.mechanism
         if nominal.path is None:
             return self._plain.with_(changes)
-        read = read_text(changed_text(nominal, changes).text.lstrip(BOM.decode()), nominal.written.source.folder)
+        read = read_text(written_with(nominal, changes), nominal.written.source.folder)
         read = next(one.mechanism for one in read.machines if one.mechanism.nodes == nominal.nodes)
         return replace(read, name=nominal.name, files=nominal.files, path=nominal.path)
 

@@ -11,6 +11,7 @@ import math
 from codecs import BOM_UTF8 as BOM
 from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -24,7 +25,7 @@ from gimcli.model.edited_text import written_with
 from gimcli.model.files import tables_of
 from gimcli.model.read import read_text
 from gimcli.model.schema import Model
-from gimcli.model.source import Where
+from gimcli.model.source import Where, read_yaml
 from gimcli.model.text_edits import replaced
 from gimcli.output.model import ModelText
 from gimcli.structure.carried import carried, measured
@@ -50,25 +51,20 @@ def model_text(mechanism: Mechanism, z: ComplexArray) -> ModelText:
 
     Raises UsageError if the mechanism was not read from a file, or if a dimension would change.
     """
-    path = mechanism.path
-    if path is None:
-        raise UsageError("the mechanism was not read from a model file, so that there is no text for its coordinates")
-    own = written_with(mechanism)
-    model = mechanism.written.model
-    wanted = _coordinates(mechanism, model, z)
-    tables = tuple(zip(tables_of(model), mechanism.files[1:], strict=True))
+    _refuse_without_file(mechanism, "coordinates")
+    own = read_yaml(written_with(mechanism), Path("<text>"))
+    wanted = _coordinates(mechanism, mechanism.written.model, z)
     wrong: list[str] = []
     for digits in DIGITS:
         text = replaced(own, _written(mechanism, wanted, digits))
-        found = _read(text, path, tables)
+        found = _read(mechanism, text)
         wrong = list(_changed(mechanism, found, z))
         if not wrong:
-            mark = BOM.decode() if path.read_bytes().startswith(BOM) else ""
-            return ModelText(mark + text, tables, tuple(_remarks(mechanism, found)))
+            return _content(mechanism, text, tuple(_remarks(mechanism, found)))
     names = f"{', '.join(wrong[:NAMED])}{', ...' * (len(wrong) > NAMED)}"
     raise UsageError(
-        f"{path.name}: the solved coordinates would change {names}, which the file takes from its coordinates: give"
-        " these dimensions in the file (`length`, `shape`, `local`, `free`), or a smaller --tolerance"
+        f"{mechanism.files[0].name}: the solved coordinates would change {names}, which the file takes from its"
+        " coordinates: give these dimensions in the file (`length`, `shape`, `local`, `free`), or a smaller --tolerance"
     )
 
 
@@ -77,21 +73,29 @@ def changed_text(mechanism: Mechanism, changes: Mapping[str, float]) -> ModelTex
 
     Raises UsageError if the mechanism was not read from a file, or if a number cannot be replaced in its text.
     """
-    path = mechanism.path
-    if path is None:
-        raise UsageError("the mechanism was not read from a model file, so that there is no text for its dimensions")
+    _refuse_without_file(mechanism, "dimensions")
+    return _content(mechanism, written_with(mechanism, changes))
+
+
+def _refuse_without_file(mechanism: Mechanism, what: str) -> None:
+    if mechanism.path is None:
+        raise UsageError(f"the mechanism was not read from a model file, so that there is no text for its {what}")
+
+
+def _content(mechanism: Mechanism, text: str, remarks: tuple[str, ...] = ()) -> ModelText:
+    """Return a text as the content of a model file, with the tables and the byte order mark of the one read before."""
+    path, *tables = mechanism.files
     mark = BOM.decode() if path.read_bytes().startswith(BOM) else ""
-    tables = tuple(zip(tables_of(mechanism.written.model), mechanism.files[1:], strict=True))
-    return ModelText(mark + written_with(mechanism, changes), tables)
+    return ModelText(mark + text, tuple(zip(tables_of(mechanism.written.model), tables, strict=True)), remarks)
 
 
-def _read(text: str, path: Path, tables: tuple[tuple[str, Path], ...]) -> Mechanism:
-    """Return the mechanism of a text; raise UsageError if it is not a valid model."""
-    folder = path.parent if not tables else tables[0][1].parents[len(Path(tables[0][0]).parts) - 1]
+def _read(mechanism: Mechanism, text: str) -> Mechanism:
+    """Return the mechanism of a new text; raise UsageError if it is not a valid model."""
     try:
-        return read_text(text, folder)
+        return read_text(text, mechanism.written.source.folder)
     except ModelError as error:
-        raise UsageError(f"{path.name}: a model file does not allow these coordinates: {error}") from None
+        name = mechanism.files[0].name
+        raise UsageError(f"{name}: a model file does not allow these coordinates: {error}") from None
 
 
 def _coordinates(mechanism: Mechanism, model: Model, z: ComplexArray) -> dict[Where, complex]:
@@ -106,24 +110,20 @@ def _coordinates(mechanism: Mechanism, model: Model, z: ComplexArray) -> dict[Wh
     return {where: complex(mechanism.to_file(np.asarray(at))) for where, at in found.items()}
 
 
-def _written(mechanism: Mechanism, wanted: Mapping[Where, complex], digits: int) -> dict[Where, str]:
-    """Return the numbers that change, as texts, by their paths of keys."""
+def _written(mechanism: Mechanism, wanted: Mapping[Where, complex], digits: int) -> dict[Where, Any]:
+    """Return the coordinates that change, by their paths of keys."""
     values = {dimension.where: dimension.value for dimension in dimensions(mechanism)}
     opened = mechanism.written.model.open.parts
     places = digits - 1 - math.floor(math.log10(mechanism.size * mechanism.scale))
-    changes: dict[Where, str] = {}
+    changes: dict[Where, Any] = {}
     for where, at in wanted.items():
         if where[0] == "nodes" and where[1] in opened:
-            changes[where] = f"[{_number(at.real, places)}, {_number(at.imag, places)}]"
+            changes[where] = [round(at.real, places) + 0.0, round(at.imag, places) + 0.0]
             continue
         for part, value in enumerate((at.real, at.imag)):
             if abs(value - values[*where, part]) > KEPT * 10.0**-places + np.spacing(abs(value)):
-                changes[*where, part] = _number(value, places)
+                changes[*where, part] = round(value, places) + 0.0
     return changes
-
-
-def _number(value: float, places: int) -> str:
-    return repr(round(value, places) + 0.0).removesuffix(".0")
 
 
 def _changed(old: Mechanism, new: Mechanism, z: ComplexArray) -> Iterator[str]:

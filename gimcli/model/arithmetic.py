@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 from gimcli.language.expression import Expression, ExpressionError
 from gimcli.model.formula import WORDS, UnknownNameError, is_number, parsed
 from gimcli.model.nearest import near
-from gimcli.model.source import Where
+from gimcli.model.source import Where, part_of
 from gimcli.model.units import SPEEDS, speed
 
 MOST_PARAMETERS = 1000
@@ -38,9 +38,9 @@ def evaluated(data: dict[str, Any], texts: Iterable[Where]) -> Evaluated:
     for where in texts:
         try:
             if (rate := _speed(data, where)) is None:
-                result.formulas[where] = _formula(_part(data, where), names)
+                result.formulas[where] = _formula(part_of(data, where), names)
             else:
-                _part(data, where[:-1])[where[-1]] = rate
+                part_of(data, where[:-1])[where[-1]] = rate
         except ExpressionError as error:
             result.refused[where] = reason(error, names if len(result.refused) < MOST_HINTS else ())
     values = {name: float(v) for name, v in names.items() if type(v) in (int, float) and math.isfinite(v)}
@@ -54,7 +54,7 @@ def evaluated(data: dict[str, Any], texts: Iterable[Where]) -> Evaluated:
         except ExpressionError as error:
             result.refused[where] = str(error)
             continue
-        _part(data, where[:-1])[where[-1]] = value
+        part_of(data, where[:-1])[where[-1]] = value
         if where[0] == PARAMETERS:
             values[str(where[1])] = value
     return result._replace(formulas={w: result.formulas[w] for w in _ordered(result) if w not in result.refused})
@@ -111,7 +111,7 @@ def _speed(data: dict[str, Any], where: Where) -> float | None:
     units = data["units"] if isinstance(data.get("units"), dict) else {}
     angle = units.get("angle", "deg")
     try:
-        own, text, length = _part(data, where[:2]), _part(data, where), str(units.get("length", "m"))
+        own, text, length = part_of(data, where[:2]), part_of(data, where), str(units.get("length", "m"))
         if not {"pivot", "arm", "nodes", "node", "guide"} & set(own):  # an error of its own: both kinds are possible
             with suppress(ValueError):
                 return speed(text, True, length, str(angle))
@@ -135,9 +135,3 @@ def _formula(text: str, names: Mapping[str, Any]) -> Expression:
     if len(names) > MOST_PARAMETERS:
         raise ExpressionError(f"{len(names)} parameters are too many for formulas; at most {MOST_PARAMETERS} are read")
     return parsed(text, names)
-
-
-def _part(data: Any, where: Where) -> Any:
-    for key in where:
-        data = data[key]
-    return data

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import re
 from collections.abc import Mapping
 from typing import Any
 
@@ -14,9 +12,6 @@ from gimcli.model.dimensions import AXES, dimensions_of, written
 from gimcli.model.source import Where, read_yaml
 from gimcli.model.text_edits import replaced
 from gimcli.model.wording import written as written_path
-
-_PLAIN = re.compile(r"[\w(.][\w.+\-*/() ]*")
-"""Formulas that need no quotes."""
 
 
 def written_with(mechanism: Mechanism, changes: Mapping[str, float | str] | None = None) -> str:
@@ -35,31 +30,18 @@ def written_with(mechanism: Mechanism, changes: Mapping[str, float | str] | None
     """
     new = mechanism.with_(changes or {})
     own = new.written
-    texts = {written_path(own.source, own.dimensions[name].where): _text(v) for name, v in own.changes.items()}
-    texts |= _chosen_positions(own)
-    text = replaced(own.source.text, texts)
+    values = {written_path(own.source, own.dimensions[name].where): value for name, value in own.changes.items()}
+    text = replaced(own.source, values | _chosen_positions(own))
     _check(new, text)
     return text
 
 
-def _chosen_positions(own: Any) -> dict[Where, str]:
+def _chosen_positions(own: Any) -> dict[Where, Any]:
     """Return the sides and coordinates of nodes without coordinates that an assembly has chosen, by paths of keys."""
-    nodes = {n: ", ".join(map(_text, own.model.nodes[n])) for n in own.model.open.chosen}
-    return {**_chosen_sides(own), **{("nodes", n): f"[{xy}]" for n, xy in nodes.items()}}
-
-
-def _chosen_sides(own: Any) -> dict[Where, str]:
-    """Return the sides of nodes that an assembly has chosen, by their paths of keys."""
-    chosen = {name: part.side for name, part in own.model.open.parts.items() if part.side is not None}
-    given = own.source.data["nodes"]
-    return {("nodes", n, "side"): side for n, side in chosen.items() if (given[n] or {}).get("side") != side}
-
-
-def _text(value: float | str) -> str:
-    """Return a number, or a formula, as it can be written anywhere in a model file."""
-    if isinstance(value, str):
-        return value if _PLAIN.fullmatch(value) else json.dumps(value, ensure_ascii=False)
-    return repr(float(value)).removesuffix(".0")
+    model, given = own.model, own.source.data["nodes"]
+    sides = {name: part.side for name, part in model.open.parts.items() if part.side is not None}
+    new: dict[Where, Any] = {("nodes", name): model.nodes[name] for name in model.open.chosen}
+    return new | {("nodes", n, "side"): side for n, side in sides.items() if (given[n] or {}).get("side") != side}
 
 
 def _check(mechanism: Mechanism, text: str) -> None:

@@ -53,6 +53,8 @@ class Source:
     by_line: bool = True  # errors name line and column, otherwise the path of keys
     keys: dict[Where, Spot] = field(default_factory=dict)
     values: dict[Where, Spot] = field(default_factory=dict)
+    extents: dict[Where, tuple[int, int]] = field(default_factory=dict)  # of values in the text, with their anchors
+    aliases: dict[Where, Where] = field(default_factory=dict)  # the paths of their anchors
     faults: list[Fault] = field(default_factory=list)
 
     def fault(self, where: Where, text: str, key: bool = False) -> None:
@@ -79,6 +81,13 @@ def _keys(at: dict[Spot, Where], fault: Fault) -> list[str]:
     """Return the dotted path of keys of an error as a list of one; empty at the top level."""
     name = ".".join(map(str, at.get((fault.line, fault.column), ())))
     return [name] if name and not fault.text.startswith(f"{name}: ") else []
+
+
+def part_of(data: Any, where: Where) -> Any:
+    """Return the part of plain data at a path of keys."""
+    for key in where:
+        data = data[key]
+    return data
 
 
 def read_source(path: Path) -> Source:
@@ -192,6 +201,7 @@ class PlacedError(ModelError):
 
 
 class _Anchor(NamedTuple):
+    where: Where
     data: Any
     parts: int
     height: int
@@ -202,7 +212,7 @@ class _DataBuilder:
 
     def __init__(self, source: Source, loader: Any) -> None:
         self.source, self.loader = source, loader
-        self.parts = 0
+        self.parts = self.end = 0  # `end`: index in the text behind the last value
         self.anchors: dict[str, _Anchor] = {}
 
     def document(self) -> dict[str, Any]:
@@ -231,22 +241,28 @@ class _DataBuilder:
     def part(self, where: Where) -> tuple[Any, int]:
         """Return the next part and its height (0 for a scalar)."""
         event = self.loader.get_event()
-        self.source.values[where] = _spot(event)
+        self.source.values[where], self.end = _spot(event), event.end_mark.index
         if isinstance(event, yaml.AliasEvent):
-            return self.alias(event, len(where))
-        before = self.count(event, len(where))
-        data: Any
-        if isinstance(event, yaml.MappingStartEvent):
-            data, height = self.mapping(where)
-        elif isinstance(event, yaml.SequenceStartEvent):
-            data, height = self.sequence(where)
+            data, height = self.alias(event, where)
         else:
-            data, height = scalar(event), 0
+            before = self.count(event, len(where))
+            data, height = self.value(event, where)
+            if event.anchor is not None:
+                self.anchors[event.anchor] = _Anchor(where, data, self.parts - before, height)
+        self.source.extents[where] = event.start_mark.index, self.end
+        return data, height
+
+    def value(self, event: Any, where: Where) -> tuple[Any, int]:
+        """Return the data and the height of a part that begins with an event; without brackets it ends as its last."""
+        if isinstance(event, yaml.ScalarEvent):
+            data = scalar(event)
             if isinstance(data, str):
                 self.refuse_invisible(data.translate(_LAYOUT), event)
-        if event.anchor is not None:
-            self.anchors[event.anchor] = _Anchor(data, self.parts - before, height)
-        return data, height
+            return data, 0
+        found = self.mapping(where) if isinstance(event, yaml.MappingStartEvent) else self.sequence(where)
+        closed = self.loader.get_event().end_mark.index
+        self.end = closed if event.flow_style else self.end
+        return found
 
     def count(self, event: Any, depth: int, parts: int = 1) -> int:
         """Count parts and return the count before them; raise ModelError if there are too many or too deep ones."""
@@ -257,13 +273,14 @@ class _DataBuilder:
             raise self.refused(_spot(event), f"more than {MOST_PARTS} keys and values are too many; shorten the file")
         return self.parts - parts
 
-    def alias(self, event: Any, depth: int) -> tuple[Any, int]:
+    def alias(self, event: Any, where: Where) -> tuple[Any, int]:
         """Return the data of an alias; its parts are counted as if it were written out."""
         anchor = self.anchors.get(event.anchor)
         if anchor is None:
             self.source.fault_at(_spot(event), f"alias *{event.anchor} has no anchor; write &{event.anchor} before it")
             return None, 0
-        self.count(event, depth + anchor.height, anchor.parts)
+        self.count(event, len(where) + anchor.height, anchor.parts)
+        self.source.aliases[where] = anchor.where
         return anchor.data, anchor.height
 
     def sequence(self, where: Where) -> tuple[list[Any], int]:
@@ -274,7 +291,6 @@ class _DataBuilder:
             entry, below = self.part((*where, len(result)))
             result.append(entry)
             height = max(height, below)
-        self.loader.get_event()
         return result, height + 1
 
     def mapping(self, where: Where) -> tuple[dict[str, Any], int]:
@@ -288,7 +304,6 @@ class _DataBuilder:
                 continue
             result[name], below = self.part((*where, name))
             height = max(height, below)
-        self.loader.get_event()
         return result, height + 1
 
     def key(self, where: Where, depth: int) -> str | None:

@@ -49,7 +49,7 @@ def _entry(name: str, value: Any, above: tuple[str, ...], notes: Mapping[tuple[s
     where, indent = (*above, name), "  " * len(above)
     note = f"  # {_printable(notes[where])}" if where in notes else ""
     key = indent + _key(name, len(where), f"\n{indent}")
-    line = f"{key} {_sentence(value) if isinstance(value, str) else _flow(value, len(where))}"
+    line = f"{key} {_sentence(value) if isinstance(value, str) else flow(value, len(where))}"
     whole = not isinstance(value, Mapping | list | tuple) or not value
     if whole or (len(line) <= WIDTH and not _divided(value, where, notes)):
         yield line + note
@@ -59,7 +59,7 @@ def _entry(name: str, value: Any, above: tuple[str, ...], notes: Mapping[tuple[s
             yield from _entry(str(own), part, where, notes)
     else:
         yield key + note
-        yield from _filled([_flow(part, len(where) + 1) for part in value], indent + "  ")
+        yield from _filled([flow(part, len(where) + 1) for part in value], indent + "  ")
 
 
 def _divided(value: Any, where: tuple[str, ...], notes: Mapping[tuple[str, ...], str]) -> bool:
@@ -83,13 +83,13 @@ def _filled(pieces: list[str], indent: str) -> Iterator[str]:
     yield f"{line}]"
 
 
-def _flow(value: Any, depth: int) -> str:
-    """Return a value in one line; `depth` is the number of keys above it."""
+def flow(value: Any, depth: int) -> str:
+    """Return plain data in one line; `depth` is the number of keys above it."""
     if isinstance(value, Mapping):
-        parts = (f"{_key(str(name), depth + 1)} {_flow(part, depth + 1)}" for name, part in value.items())
+        parts = (f"{_key(str(name), depth + 1)} {flow(part, depth + 1)}" for name, part in value.items())
         return "{" + ", ".join(parts) + "}"
     if isinstance(value, list | tuple):
-        return "[" + ", ".join(_flow(part, depth + 1) for part in value) + "]"
+        return "[" + ", ".join(flow(part, depth + 1) for part in value) + "]"
     return _text(value) if isinstance(value, str) else _number(value)
 
 

@@ -16,7 +16,7 @@ MOTOR = LINKS + "actuators:\n  motor: {type: rotary, pivot: O, arm: A}\n"
 CASES = {
     "a coordinate": (LINKS, {"B.x": 90.25}, "[110, 70]", "[90.25, 70]"),
     "all digits": (LINKS, {"B.x": 0.1 + 0.2}, "110", "0.30000000000000004"),
-    "a small number": (LINKS, {"B.x": -1e-7}, "110", "-1e-07"),
+    "a small number": (LINKS, {"B.x": -1e-7}, "110", "-1.0e-07"),
     "a parameter": ("parameters: {a: 3, b: 2*a} # size\n" + LINKS, {"a": 4.5}, "a: 3", "a: 4.5"),
     "a formula": ("parameters: {a: 3}\n" + LINKS, {"B.x": "2*a + 100"}, "110", "2*a + 100"),
     "a formula in quotes": ("parameters: {a: 3}\n" + LINKS, {"B.x": "min(a, 2)"}, "110", '"min(a, 2)"'),

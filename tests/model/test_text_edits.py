@@ -1,9 +1,17 @@
 """Coordinates are replaced in the text of a model file; the rest of the text stays as it is."""
 
+from pathlib import Path
+
 import pytest
 import yaml
 
-from gimcli.model.text_edits import replaced
+from gimcli.model.source import read_yaml
+from gimcli.model.text_edits import replaced as replaced_in
+
+
+def replaced(text, changes):
+    return replaced_in(read_yaml(text, Path("<text>")), changes)
+
 
 A, B = ("nodes", "A"), ("nodes", "B")
 SPELLINGS = {
@@ -23,15 +31,14 @@ SPELLINGS = {
 @pytest.mark.parametrize("name", SPELLINGS)
 def test_every_spelling_of_coordinates(name):
     text = SPELLINGS[name]
-    new = replaced(text, {(*A, 0): "-7.5", (*B, 1): "1e-07"})
+    new = replaced(text, {(*A, 0): -7.5, (*B, 1): 1e-07})
     expected = yaml.safe_load(text)
     expected["nodes"]["A"][0], expected["nodes"]["B"][1] = -7.5, 1e-07
-    found = yaml.safe_load(new.replace("1e-07", "1.0e-07"))  # a number in YAML 1.2, text in YAML 1.1
-    assert found == expected
+    assert yaml.safe_load(new) == expected
     before, after = text.splitlines(), new.splitlines()
     assert len(before) == len(after)
     assert sum(a != b for a, b in zip(before, after, strict=True)) <= 2
-    assert new.replace("-7.5", "").replace("1e-07", "") != text  # both were written
+    assert new.replace("-7.5", "").replace("1.0e-07", "") != text  # both were written
     assert replaced(text, {}) == text
 
 
@@ -66,9 +73,9 @@ ANCHORS = {
 def test_aliases_keep_their_values(name):
     text, expected = ANCHORS[name]
     if expected is not None:
-        assert replaced(text, {(*A, 0): "9"}) == expected
+        assert replaced(text, {(*A, 0): 9}) == expected
         return
-    new = replaced(text, {("x", "at", 0): "9"})
+    new = replaced(text, {("x", "at", 0): 9})
     before, after = yaml.safe_load(text), yaml.safe_load(new)
     assert after["x"] == {**before["x"], "at": [9]}
     assert after["y"] == before["y"]
@@ -76,10 +83,15 @@ def test_aliases_keep_their_values(name):
 
 def test_a_coordinate_given_by_an_alias_is_written_out():
     text = "nodes: {B: [&b 3, 4], A: [*b, 2]}\n"
-    assert replaced(text, {(*A, 0): "9"}) == "nodes: {B: [&b 3, 4], A: [9, 2]}\n"
-    assert replaced(text, {(*A, 0): "9", (*B, 0): "8"}) == "nodes: {B: [&b 8, 4], A: [9, 2]}\n"
+    assert replaced(text, {(*A, 0): 9}) == "nodes: {B: [&b 3, 4], A: [9, 2]}\n"
+    assert replaced(text, {(*A, 0): 9, (*B, 0): 8}) == "nodes: {B: [&b 8, 4], A: [9, 2]}\n"
 
 
 def test_a_node_given_by_an_alias_is_written_out():
     text = "nodes: {B: &b [3, 4], A: *b}\n"
-    assert replaced(text, {(*A, 0): "9"}) == "nodes: {B: &b [3, 4], A: [9, 4]}\n"
+    assert replaced(text, {(*A, 0): 9}) == "nodes: {B: &b [3, 4], A: [9, 4]}\n"
+
+
+def test_an_alias_of_a_mapping_keeps_a_value_that_another_alias_in_it_had():
+    text = "nodes: &n {A: &p [1, 2], B: *p}\nx: *n\n"
+    assert replaced(text, {(*B, 0): 9}) == "nodes: &n {A: &p [1, 2], B: [9, 2]}\nx: {A: [1, 2], B: [1, 2]}\n"
