@@ -28,7 +28,7 @@ def _run(run: Run) -> CheckResult:
         if run.files["out"] or run.files["as_json"]:
             option = "-o" if run.files["out"] else "--json"
             raise UsageError(f"--long prints the model file, it cannot be used with {option}")
-        from gimcli.library.model_text import long_form
+        from gimcli.model.long_text import long_form
 
         typer.echo(long_form(run.mechanism), nl=False)
         raise typer.Exit

@@ -20,7 +20,7 @@ from gimcli.dynamic_data import NO_NODE
 from gimcli.errors import ModelError, UsageError
 from gimcli.library.rounding import input_value
 from gimcli.mechanism import FRAME, ComplexArray, Mechanism
-from gimcli.model.dimensions import dimensions, written
+from gimcli.model.dimensions import dimensions
 from gimcli.model.edited_text import written_with
 from gimcli.model.files import tables_of
 from gimcli.model.read import read_text
@@ -170,22 +170,3 @@ def _remarks(old: Mechanism, new: Mechanism) -> Iterator[str]:
                 f"the law of {before.name} begins at the initial position: now {first} {old.unit_of(before)}, before"
                 f" {then}; write `from` and `to` to keep it"
             )
-
-
-def long_form(mechanism: Mechanism) -> str:
-    """Return the model file of a mechanism in long form.
-
-    Args:
-        mechanism: from `load` or `loads`, or from its `with_`.
-
-    Returns:
-        YAML text of a model of the same mechanism. Short forms are written out; types, lengths, shapes, local
-        coordinates, ends of laws and the duration are explicit. Formulas are evaluated, and are comments.
-
-    Raises:
-        UsageError: the mechanism was not read from a model.
-    """
-    from gimcli.model.long_text import long_text
-
-    written(mechanism)
-    return long_text(mechanism)

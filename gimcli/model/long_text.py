@@ -3,30 +3,41 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 
-from gimcli.mechanism import FRAME, Mechanism, Member
+from gimcli.dynamic_data import NO_MEMBER
+from gimcli.mechanism import FRAME, Mechanism
 from gimcli.model.bearers import node_of
 from gimcli.model.compile_geometry import axes
+from gimcli.model.dimensions import written
 from gimcli.model.law_ends import ended
+from gimcli.model.part import Part
 from gimcli.model.references import CLOSEST
-from gimcli.model.schema import Actuator, Gauge, Gear, Law, Link, Model
+from gimcli.model.schema import Actuator, Element, Law, Link, Load, Mass, Model, Prismatic, Spring, Tracer
 from gimcli.model.yaml_text import yaml_text
 
+FIRST = ("name", "source", "units", "parameters", "nodes", "ground")
+"""Sections in the order in which a text begins; those of the members follow as in the file, and then the others."""
 
-def long_text(mechanism: Mechanism) -> str:
-    """Return the model of a mechanism as YAML text in long form.
+
+def long_form(mechanism: Mechanism) -> str:
+    """Return the model file of a mechanism in long form.
 
     Args:
-        mechanism: read from a model, possibly with other dimensions or in another assembly.
+        mechanism: from `load` or `loads`, or from its `with_`, possibly in another assembly.
 
     Returns:
-        The text of a model file of the same mechanism. Types, lengths, shapes, local coordinates, ends of laws and
-        the duration are explicit. Formulas are evaluated, and are comments.
+        YAML text of a model of the same mechanism. Short forms are written out; types, lengths, shapes, local
+        coordinates, ends of laws and the duration are explicit. Formulas are evaluated, and are comments.
+
+    Raises:
+        UsageError: the mechanism was not read from a model.
     """
-    return yaml_text(_LongForm(mechanism).data(), notes=_notes(mechanism.written.model))
+    own = written(mechanism)
+    return yaml_text(_LongForm(mechanism).data(), notes=_notes(own.model))
 
 
 def _notes(model: Model) -> dict[tuple[str, ...], str]:
@@ -46,30 +57,28 @@ class _LongForm:
         self.mechanism: Mechanism = mechanism
         self.model: Model = mechanism.written.model
         self.number = {member.name: k for k, member in enumerate(mechanism.members)}
+        self.explicit: dict[str, Callable[[int, Any], dict[str, Any]]] = {
+            "links": self._link, "elements": self._element, "prismatic": self._slide, "actuators": self._actuator,
+            "points": self._point, "masses": self._mass, "loads": self._load, "springs": self._spring,
+        }  # fmt: skip
 
     def data(self) -> dict[str, Any]:
         """Return the sections; those that the model does not have are left out."""
         model, mechanism = self.model, self.mechanism
-        units, ground = model.units, model.ground
-        found: dict[str, Any] = {
-            "name": mechanism.name, "source": model.source,
-            "units": {"length": units.length, "angle": units.angle, "mass": units.mass},
-            "parameters": model.parameters, "nodes": self._nodes(),
-            "ground": {"nodes": ground.nodes} if ground.member is None else {"member": ground.member},
-            **self._members(),
-            "prismatic": {
-                name: _given(node=p.node, nodes=p.nodes, guide=p.guide, offset=p.offset)
-                for name, p in model.prismatic.items()
-            },
-            "actuators": {name: self._actuator(k, one) for k, (name, one) in enumerate(model.actuators.items())},
-            "gears": {name: self._gear(one) for name, one in model.gears.items()},
-            "points": self._points(), "trace": list(mechanism.traced), "duration": mechanism.duration,
-            "masses": self._masses(), "gravity": model.gravity, "loads": self._loads(), "springs": self._springs(),
-            "dampers": {name: {**_gauge(one), "damping": one.damping} for name, one in model.dampers.items()},
-            "friction": {name: _given(**vars(one)) for name, one in model.friction.items()},
-            "tolerances": model.tolerances, "quantities": model.quantities,
+        members = ("links" if isinstance(part, Link) else "elements" for part in model.members.values())
+        whole = {
+            "name": mechanism.name, "units": dict(vars(model.units)), "nodes": self._nodes(),
+            "trace": list(mechanism.traced), "duration": mechanism.duration,
         }  # fmt: skip
+        found = {key: whole.get(key) or self._section(key) for key in dict.fromkeys((*FIRST, *members, *Model.fields))}
         return {key: value for key, value in found.items() if value not in ({}, [], "", None)}
+
+    def _section(self, section: str) -> Any:
+        """Return a section of the file, with the explicit values in its parts."""
+        parts, explicit = getattr(self.model, section), self.explicit.get(section)
+        if explicit is None:
+            return plain(parts)
+        return {name: _long(part, explicit(k, part)) for k, (name, part) in enumerate(parts.items())}
 
     def _nodes(self) -> dict[str, list[float]]:
         """Return the initial coordinates, those of the file unless another assembly was chosen."""
@@ -80,54 +89,36 @@ class _LongForm:
             places = {**places, **{n: _pair(z) for n, z in zip(mechanism.nodes, solved.tolist(), strict=True)}}
         return places
 
-    def _members(self) -> dict[str, dict[str, Any]]:
-        """Return the sections of links and elements, in the order of the file."""
-        result: dict[str, dict[str, Any]] = {}
-        for name, part in self.model.members.items():
-            if isinstance(part, Link):
-                ends = (self.model.nodes[node] for node in part.nodes)
-                length = math.dist(*ends) if part.length is None else part.length
-                result.setdefault("links", {})[name] = {"nodes": part.nodes, "length": length}
-            else:
-                shape = part.shape or dict(zip(part.nodes, self._shape(self.number[name]), strict=True))
-                result.setdefault("elements", {})[name] = {"nodes": part.nodes, "shape": shape}
-        return result
+    # -- members ----------------------------------------------------------------------------------
 
-    def _shape(self, member: int) -> list[list[float]]:
-        """Return the coordinates of a member's nodes in its own frame (file's unit)."""
-        own = self.mechanism.members[member]
-        return [self._local(member, complex(own.local(node))) for node in self._written(own)]
+    def _link(self, _: int, part: Link) -> dict[str, Any]:
+        return {"length": math.dist(*(self.model.nodes[node] for node in part.nodes))} if part.length is None else {}
+
+    def _element(self, number: int, part: Element) -> dict[str, Any]:
+        """Return the coordinates of the nodes in the member's own frame (file's unit)."""
+        member, nodes = self.number[[*self.model.elements][number]], self.mechanism.nodes
+        local = self.mechanism.members[member].local
+        return {"shape": part.shape or {n: self._local(member, complex(local(nodes.index(n)))) for n in part.nodes}}
 
     def _local(self, member: int, place: complex) -> list[float]:
         """Return `local` for a position in the compiled frame of a member: from its first node, along its second."""
         own = self.mechanism.members[member]
-        first, along = axes(own, self._written(own), CLOSEST * self.mechanism.size)
+        nodes = [self.mechanism.nodes.index(name) for name in self.model.members[own.name].nodes]
+        first, along = axes(own, nodes, CLOSEST * self.mechanism.size)
         return _pair((place - complex(first)) / complex(along) * self.mechanism.scale)
 
-    def _written(self, member: Member) -> list[int]:
-        """Return the nodes of a member in the order of the file."""
-        return [self.mechanism.nodes.index(name) for name in self.model.members[member.name].nodes]
+    @staticmethod
+    def _slide(_: int, part: Prismatic) -> dict[str, Any]:
+        return {"offset": part.offset}
 
     # -- inputs -----------------------------------------------------------------------------------
 
     def _actuator(self, number: int, actuator: Actuator) -> dict[str, Any]:
-        own = {"type": "rotary" if actuator.rotary else "linear", **_gauge(actuator)}
-        if actuator.follows is None:
-            own["law"] = self._law(number, actuator.law or Law())
-        else:
-            own |= self._coupled(number, actuator)
-        if actuator.free:
-            own |= {"free": True, **_given(start=actuator.start), "speed": actuator.speed}
-        if actuator.effort is not None:
-            effort = actuator.effort
-            over = effort.over if effort.table is not None else None
-            own["effort"] = _given(
-                constant=effort.constant, table=effort.table, over=over, stall=effort.stall, idle=effort.idle
-            )
-        if (rotor := actuator.rotor) is not None:
-            ratio = rotor.ratio if rotor.lead is None else None
-            own["rotor"] = _given(inertia=rotor.inertia, ratio=ratio, lead=rotor.lead)
-        return own
+        own: dict[str, Any] = {"type": "rotary" if actuator.rotary else "linear"}
+        own |= {"speed": actuator.speed} if actuator.free else {}
+        if actuator.follows is not None:
+            return own | self._coupled(number, actuator)
+        return own | {"law": self._law(number, actuator.law or Law())}
 
     def _coupled(self, number: int, actuator: Actuator) -> dict[str, Any]:
         """Return the keys of an actuator that follows another; without a phase it agrees with the drawn position."""
@@ -136,11 +127,7 @@ class _LongForm:
         if phase is None:
             drawn = self.mechanism.inputs_to_file(np.array([one.drawn for one in self.mechanism.actuators]))
             phase = drawn[self.mechanism.actuators[number].name] - ratio * drawn[leader]
-        return {"follows": leader, "ratio": ratio, "phase": phase}
-
-    @staticmethod
-    def _gear(gear: Gear) -> dict[str, Any]:
-        return _given(**{key: getattr(gear, key) for key in Gear.fields})
+        return {"ratio": ratio, "phase": phase}
 
     def _law(self, number: int, law: Law) -> dict[str, Any]:
         profile = law.profile
@@ -156,57 +143,47 @@ class _LongForm:
 
     # -- what members carry -----------------------------------------------------------------------
 
-    def _points(self) -> dict[str, Any]:
-        found = {}
-        for point in self.mechanism.points:
-            on = self.model.points[point.name].on
-            found[point.name] = {"on": on, **self._place(on, self.model.points[point.name], point.member, point.local)}
-        return found
+    def _point(self, number: int, point: Tracer) -> dict[str, Any]:
+        compiled = self.mechanism.points[number]
+        return self._place(point, compiled.member, compiled.local)
 
-    def _place(self, on: str, part: Any, member: int, place: complex) -> dict[str, list[float]]:
+    def _place(self, part: Tracer | Load, member: int, place: complex) -> dict[str, Any]:
         """Return `local` of a point of a member, or `at` of a point of the ground."""
-        if on == "ground":
-            return {"at": part.at or _pair(complex(self.mechanism.to_file(np.array(place))))}
-        return {"local": part.local or self._local(member, place)}
+        if part.on == "ground":
+            return {"at": part.at or _pair(complex(self.mechanism.to_file(np.array(place)))), "local": None}
+        return {"at": None, "local": part.local or self._local(member, place)}
 
-    def _masses(self) -> dict[str, Any]:
-        found = {}
-        for inertia, (name, mass) in zip(self.mechanism.dynamics.inertias, self.model.masses.items(), strict=True):
-            own = {"mass": mass.mass, **_given(inertia=mass.inertia, centre=mass.centre)}
-            if "centre" not in own and node_of(self.model, name) is None and inertia.member != FRAME:
-                own["centre"] = self._local(inertia.member, inertia.centre)
-            found[name] = own
-        return found
+    def _mass(self, number: int, mass: Mass) -> dict[str, Any]:
+        own = self.mechanism.dynamics.inertias[number]
+        return (
+            {} if mass.centre or own.member in (FRAME, NO_MEMBER) else {"centre": self._local(own.member, own.centre)}
+        )
 
-    def _loads(self) -> dict[str, Any]:
-        found = {}
-        for applied, (name, load) in zip(self.mechanism.dynamics.loads, self.model.loads.items(), strict=True):
-            own: dict[str, Any] = {"on": load.on}
-            if load.torque is None and node_of(self.model, load.on) is None:
-                own |= self._place(load.on, load, applied.member, applied.point)
-            own |= _given(force=load.force, follower=load.follower, torque=load.torque, table=load.table)
-            found[name] = {**own, "over": load.over} if load.table is not None else own
-        return found
+    def _load(self, number: int, load: Load) -> dict[str, Any]:
+        own = self.mechanism.dynamics.loads[number]
+        carried = load.torque is None and node_of(self.model, load.on) is None
+        return {
+            **(self._place(load, own.member, own.point) if carried else {}),
+            "over": load.over if load.table else None,
+        }
 
-    def _springs(self) -> dict[str, Any]:
-        found = {}
-        for acting, (name, spring) in zip(self.mechanism.dynamics.springs, self.model.springs.items(), strict=True):
-            unit = self.mechanism.scale
-            if spring.rotary:
-                unit = 180.0 / math.pi if self.model.units.angle == "deg" else 1.0
-            free = acting.free * unit if spring.free is None else spring.free
-            found[name] = {**_gauge(spring), "stiffness": spring.stiffness, "free": free}
-        return found
+    def _spring(self, number: int, spring: Spring) -> dict[str, Any]:
+        unit, radian = self.mechanism.scale, 180.0 / math.pi if self.model.units.angle == "deg" else 1.0
+        free = self.mechanism.dynamics.springs[number].free * (radian if spring.rotary else unit)
+        return {"free": free if spring.free is None else spring.free}
 
 
-def _gauge(part: Gauge) -> dict[str, Any]:
-    """Return the nodes of an actuator, a spring or a damper."""
-    return _given(**{key: getattr(part, key) for key in Gauge.fields})
+def plain(data: Any) -> Any:
+    """Return a part of a model as plain data, with the keys that the file gives."""
+    if isinstance(data, Part):
+        return {key.rstrip("_"): plain(value) for key, value in vars(data).items() if key in data.given}
+    return {key: plain(value) for key, value in data.items()} if isinstance(data, Mapping) else data
 
 
-def _given(**keys: Any) -> dict[str, Any]:
-    """Return the keys with a value."""
-    return {key: value for key, value in keys.items() if value is not None}
+def _long(part: Part, explicit: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a part as plain data with explicit values, its type first; None removes a key."""
+    keys = {**plain(part), **explicit}
+    return {key: keys[key] for key in dict.fromkeys(("type", *part.fields)) if keys.get(key) is not None}
 
 
 def _pair(z: complex) -> list[float]:

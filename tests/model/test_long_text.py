@@ -14,7 +14,7 @@ from in_process import gim
 
 import gimcli
 from gimcli import Mechanism
-from gimcli.library.model_text import long_form
+from gimcli.model.long_text import long_form
 
 LEFT_OUT = ("files", "path", "written", "left_out", "name", "stated")
 EVERYTHING = """\
