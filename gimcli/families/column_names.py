@@ -9,9 +9,9 @@ import numpy as np
 from gimcli.errors import UsageError
 from gimcli.language.expression import PartKind
 from gimcli.mechanism import Mechanism
+from gimcli.nearest import guess
 from gimcli.positions.inputs import law_inputs
 from gimcli.quantities.catalogue import Catalogue
-from gimcli.quantities.naming import guess
 from gimcli.structure.drive_check import explained
 from gimcli.structure.mechanism_types import mechanism_type
 

@@ -12,9 +12,9 @@ from gimcli.calculus.numbers import nominal
 from gimcli.errors import UsageError
 from gimcli.families.float_tables import FloatTables
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+from gimcli.nearest import guess
 from gimcli.quantities.catalogue import catalogue
 from gimcli.quantities.kinds import KINDS
-from gimcli.quantities.naming import guess
 from gimcli.quantities.quantity import Item
 from gimcli.quantities.state import ApartError, Needs, Positions
 

@@ -11,11 +11,12 @@ import numpy as np
 from gimcli.assemblies import Configurations, all_configurations, drawn_configuration
 from gimcli.assemblies.numbering import SAME
 from gimcli.errors import GimError, UnassembledError, UsageError
-from gimcli.library.inputs import inputs_of, near, refuse_linked
+from gimcli.library.inputs import inputs_of, refuse_linked
 from gimcli.library.rounding import titled
 from gimcli.library.sides import with_sides_of
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.motion.side_by_side import whole_inputs, whole_positions
+from gimcli.nearest import guess
 from gimcli.positions.options import Options
 from gimcli.progress import Phases, no_phases
 from gimcli.structure.carried import measured
@@ -74,7 +75,7 @@ def _of_machines(
     names = [one.name for one in mechanism.driven_machines]
     for name in wanted:
         if name not in names:
-            raise UsageError(f"assembly {text}: no machine '{name}'{near(name, names, 'machines')}")
+            raise UsageError(f"assembly {text}: no machine '{name}'; {guess(name, names, 'machines')}")
     drawn, inputs = [], mechanism.drawn_inputs
     for one in mechanism.driven_machines:
         own = one.mechanism

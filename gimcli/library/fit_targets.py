@@ -13,9 +13,10 @@ import numpy as np
 from gimcli.errors import UsageError
 from gimcli.families.position_state import position_items
 from gimcli.fitting.targets import FREE, GIVEN, STEP, TIMINGS, TURN, FitRange, Targets
-from gimcli.library.inputs import OneOf, near
+from gimcli.library.inputs import OneOf
 from gimcli.library.number_columns import number_columns
 from gimcli.mechanism import FRAME, FloatArray, Mechanism
+from gimcli.nearest import guess
 from gimcli.quantities.quantity import Item
 
 COLUMNS = "x,y (a path), x,y,x2,y2 (pairs of points), x,y,angle (poses) or input,output (a function)"
@@ -185,7 +186,7 @@ def _function(
     known = [*(f"{m}.angle" for m in members), *(f"{p}.{a}" for p in mechanism.traced for a in "xy")]
     raise UsageError(
         f"output '{output}': expected an angle, a coordinate or another number of a position"
-        f"{near(output, known, 'such as')}"
+        f"; {guess(output, known, 'such as')}"
     )
 
 
@@ -195,7 +196,7 @@ def _known_point(mechanism: Mechanism, name: str) -> str:
     moving = [n for k, n in enumerate(mechanism.nodes) if k not in frame.nodes]
     moving += [p.name for p in mechanism.points if p.member != FRAME]
     if name not in moving:
-        raise UsageError(f"point: '{name}' is no node or point that moves{near(name, moving, 'known')}")
+        raise UsageError(f"point: '{name}' is no node or point that moves; {guess(name, moving)}")
     return name
 
 

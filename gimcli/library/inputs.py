@@ -14,6 +14,7 @@ import numpy as np
 
 from gimcli.errors import StructureError, UsageError
 from gimcli.mechanism import MOST_TURNS, SPAN, FloatArray, Mechanism
+from gimcli.nearest import guess
 from gimcli.positions.options import JIT, METHODS, STRATEGIES
 
 MOST_STEPS = 10_000_000
@@ -99,7 +100,7 @@ def inputs_of(
     for name, value in {**(at or {}), **by_name}.items():
         text = f"at {name}={value}"
         if name not in names:
-            raise UsageError(f"{text}: no actuator '{name}'{near(name, names)}")
+            raise UsageError(f"{text}: no actuator '{name}'; {guess(name, names, 'actuators')}")
         refuse_follower(mechanism, names.index(name), text)
         values[names.index(name)] = _value(mechanism, names.index(name), text, value)
     if not mechanism.couplings:
@@ -124,15 +125,6 @@ def leaders(mechanism: Mechanism, actuator: int) -> list[str]:
         return []
     names = [mechanism.actuators[k].name for k, _ in found.terms]
     return names + [mechanism.members[row.members[0]].name for row, _ in found.reads]
-
-
-def near(name: str, names: Iterable[str], what: str = "actuators") -> str:
-    """Return a suggestion: the most similar known name, or all known names."""
-    import difflib
-
-    known = list(names)
-    found = difflib.get_close_matches(name, known, 1)
-    return f"; did you mean '{found[0]}'?" if found else f"; {what}: {', '.join(known) or 'none'}"
 
 
 def _value(mechanism: Mechanism, k: int, text: str, value: float | str) -> float:

@@ -13,10 +13,11 @@ from typing import Any, ParamSpec, TypeVar, cast
 import numpy as np
 
 from gimcli.errors import GimError, UsageError
-from gimcli.library.inputs import inputs_of, near, refuse_follower, refuse_given, refuse_unmoved
+from gimcli.library.inputs import inputs_of, refuse_follower, refuse_given, refuse_unmoved
 from gimcli.library.result import Result, joined
 from gimcli.library.under_way import UnderWay
 from gimcli.mechanism import Machine, Mechanism
+from gimcli.nearest import guess
 from gimcli.progress import limited
 from gimcli.structure.mobility import require_driven
 from gimcli.table import Column, Table
@@ -41,7 +42,7 @@ def released_inputs(mechanism: Mechanism, free: str | Sequence[str]) -> tuple[in
             every = [actuator.name for actuator in mechanism.actuators]
             if name in every:
                 refuse_follower(mechanism, every.index(name), f"free {name}", "release")
-            raise UsageError(f"free {name}: no actuator '{name}'{near(name, names)}")
+            raise UsageError(f"free {name}: no actuator '{name}'; {guess(name, names, 'actuators')}")
     own = {r.actuator for r in mechanism.dynamics.releases if r.free and r.actuator in mechanism.drivers}
     own |= {mechanism.drivers[names.index(name)] for name in wanted}
     if not own and len(names) == 1:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from gimcli.errors import UsageError
 from gimcli.library.rounding import greatest, number
 from gimcli.mechanism import Mechanism
+from gimcli.nearest import guess
 from gimcli.quantities.state import ApartError, State
 from gimcli.status import Status
 from gimcli.table import Column, Table, labelled
@@ -406,11 +407,7 @@ def lines(table: Table) -> list[str]:
 
 def _unknown(name: str, names: Sequence[str]) -> KeyError:
     """Return the error for a name that does not exist, with the most similar name or the known names."""
-    from difflib import get_close_matches
-
-    near = get_close_matches(str(name), names, 1)
-    known = f"{', '.join(names[:LISTED])}{', ...' * (len(names) > LISTED)}"
-    return KeyError(f"{name}; did you mean {near[0]}?" if near else f"{name}; known: {known}")
+    return KeyError(f"{name}; {guess(str(name), names, most=LISTED)}")
 
 
 def _cell(value: Any, size: float) -> str:

@@ -135,7 +135,7 @@ def shipped_model(name: str) -> ShippedModel:
     """Return a shipped model by its name; raise UsageError for an unknown name."""
     path = shipped.path_of(name)
     if path is None:
-        from gimcli.model.nearest import near
+        from gimcli.nearest import near
 
         raise UsageError(f"no shipped model is called '{name}'{near(name, shipped.names())} (`gim new --list`)")
     return next(model for model in _models() if model.path == path)

@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from gimcli.errors import StructureError, UsageError
 from gimcli.library.grid import Grid, Kept, solve_grid
-from gimcli.library.inputs import MOST_STEPS, Jit, Range, checked, near, refuse_linked, refuse_unmoved
+from gimcli.library.inputs import MOST_STEPS, Jit, Range, checked, refuse_linked, refuse_unmoved
 from gimcli.library.result import Result
 from gimcli.mechanism import FRAME, ComplexArray, Mechanism
+from gimcli.nearest import guess
 from gimcli.progress import WORK, Notify, Phases, limited, no_phases
 from gimcli.reach.boundary import Workspace, survey, task_of
 from gimcli.reach.reach import Reach, reach
@@ -171,7 +172,7 @@ def _point(mechanism: Mechanism, given: str) -> str:
         driven = {n for one in mechanism.machines if one.actuators for n in one.mechanism.traced}
         return next((name for name in mechanism.traced if name in driven), mechanism.traced[0])
     if given not in names:
-        raise UsageError(f"point: no node or point '{given}'{near(given, names, 'nodes and points')}")
+        raise UsageError(f"point: no node or point '{given}'; {guess(given, names, 'nodes and points')}")
     return given
 
 

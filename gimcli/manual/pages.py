@@ -6,6 +6,7 @@ import re
 from pathlib import Path
 
 from gimcli.errors import UsageError
+from gimcli.nearest import near
 
 FOLDER = Path(__file__).parent
 INDEX, COMMANDS = "index", "commands"
@@ -38,7 +39,9 @@ def manual_text(name: str) -> str:
     """
     found = [_sections().get(name, ""), _text(name) if name in page_names() else ""]
     if not any(found):
-        raise UsageError(f"manual {name}: there is no such page{_near(name)}")
+        known = [*page_names(), *command_names()]
+        hint = near(name.lower().removesuffix(".md"), known) or f"; pages: {', '.join(page_names())}"
+        raise UsageError(f"manual {name}: there is no such page{hint}")
     return "\n".join(text for text in found if text)
 
 
@@ -60,10 +63,3 @@ def _sections() -> dict[str, str]:
         if name:
             sections[name] = sections.get(name, "") + line
     return sections
-
-
-def _near(name: str) -> str:
-    from difflib import get_close_matches
-
-    found = get_close_matches(name.lower().removesuffix(".md"), [*page_names(), *command_names()], 1)
-    return f"; did you mean '{found[0]}'?" if found else f"; pages: {', '.join(page_names())}"

@@ -11,9 +11,9 @@ from typing import Any, NamedTuple
 
 from gimcli.language.expression import Expression, ExpressionError
 from gimcli.model.formula import WORDS, UnknownNameError, is_number, parsed
-from gimcli.model.nearest import near
 from gimcli.model.source import Where, part_of
 from gimcli.model.units import SPEEDS, speed
+from gimcli.nearest import near
 
 MOST_PARAMETERS = 1000
 MOST_HINTS = 20

@@ -5,11 +5,11 @@ A member wins over a node of the same name, and a node over a sliding pair.
 
 from __future__ import annotations
 
-from gimcli.model.nearest import near
 from gimcli.model.pairs import used_nodes
 from gimcli.model.references import References
 from gimcli.model.schema import Model
 from gimcli.model.source import Where
+from gimcli.nearest import near
 
 
 def node_of(model: Model, name: str) -> str | None:

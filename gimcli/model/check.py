@@ -15,11 +15,11 @@ from gimcli.model import wording
 from gimcli.model.check_dynamics import check_dynamics
 from gimcli.model.check_inputs import check_inputs
 from gimcli.model.check_places import check_drawn, check_place
-from gimcli.model.nearest import near
 from gimcli.model.pairs import PAIRS, sized_nodes, used_nodes
 from gimcli.model.references import CLOSEST, References
 from gimcli.model.schema import NO_FORMULAS, Element, Link, Model, OpenNode, long_form
 from gimcli.model.source import Source, Where
+from gimcli.nearest import near
 
 SECTIONS = ("nodes", "links", "elements", *PAIRS, "actuators", "gears", "points", "masses", "loads",
             "springs", "dampers", "friction", "parameters", "tolerances", "quantities")  # fmt: skip

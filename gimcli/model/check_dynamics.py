@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
 from gimcli.model.bearers import check_bearer
 from gimcli.model.check_inputs import check_nodes
 from gimcli.model.check_laws import check_reach
 from gimcli.model.check_places import check_place
-from gimcli.model.nearest import near
 from gimcli.model.pairs import used_nodes
 from gimcli.model.references import References
 from gimcli.model.schema import LARGEST, Actuator, Damper, Effort, Gauge, Load, Mass, PairFriction, Rotor, Spring
 from gimcli.model.source import Where
 from gimcli.model.tables import read_table
+from gimcli.nearest import guess
 
 
 def check_dynamics(refs: References) -> None:
@@ -65,11 +63,7 @@ def _check_load(refs: References, where: Where, load: Load) -> None:
 def _unknown_input(refs: References, where: Where, name: str) -> None:
     if ("actuators",) not in refs.doubtful and ("actuators", name) not in refs.doubtful:
         known = ["time", *refs.model.actuators]
-        refs.fault(where, f"'{name}' is neither `time` nor an actuator{near(name, known) or _choice(known)}")
-
-
-def _choice(names: Iterable[str]) -> str:
-    return f"; known: {', '.join(list(names)[:8])}"
+        refs.fault(where, f"'{name}' is neither `time` nor an actuator; {guess(name, known, most=8)}")
 
 
 def _check_table(refs: References, where: Where, name: str, over: str) -> None:
@@ -106,7 +100,7 @@ def _check_pair(refs: References, name: str) -> None:
         return
     if name not in model.nodes:
         known = [*model.prismatic, *model.nodes]
-        text = f"'{name}' is neither a node nor a sliding pair{near(name, known) or _choice(known)}"
+        text = f"'{name}' is neither a node nor a sliding pair; {guess(name, known, most=8)}"
         refs.fault(where, text, key=True)
     elif refs.sure and len(refs.carriers(name)) < 2:
         refs.fault(where, f"node {name} is not a pair: fewer than two members have this node; name another", key=True)

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from gimcli.model.check_laws import check_laws
-from gimcli.model.nearest import near
 from gimcli.model.references import References
 from gimcli.model.schema import Actuator
 from gimcli.model.source import Where
+from gimcli.nearest import guess
 
 ROTARY, LINEAR = ("pivot", "arm", "reference"), ("nodes", "node", "guide")
 KEYS = (*ROTARY, *LINEAR)
@@ -38,8 +38,7 @@ def _check_following(refs: References, where: Where, actuator: Actuator) -> None
     elif leader not in known:
         if not {("actuators",), ("actuators", leader)} & set(refs.doubtful):
             others = [name for name in known if name != where[1]]
-            hint = near(leader, others) or f"; actuators: {', '.join(others) or 'none'}"
-            refs.fault((*where, "follows"), f"no actuator '{leader}'{hint}")
+            refs.fault((*where, "follows"), f"no actuator '{leader}'; {guess(leader, others, 'actuators')}")
     elif _leaders(refs, str(where[1]))[-1] == where[1]:
         chain = " -> ".join(f"'{name}'" for name in _leaders(refs, str(where[1])))
         refs.fault((*where, "follows"), f"'{where[1]}' follows itself: {chain}; one of them must have a law of its own")

@@ -11,12 +11,12 @@ import numpy as np
 from gimcli.mechanism import MOST_TURNS
 from gimcli.model.law_ends import ENDS, ended, increment, run_times
 from gimcli.model.laws import PolynomialLaw
-from gimcli.model.nearest import near
 from gimcli.model.references import References
 from gimcli.model.schema import LONGEST, PROFILES, SHORTEST, Actuator, Law, Profile
 from gimcli.model.source import Where
 from gimcli.model.tables import read_table
 from gimcli.model.units import TURN
+from gimcli.nearest import near
 
 SAMPLES = 1001
 """Times at which a polynomial is evaluated besides its stationary points, of which rounding may hide one."""

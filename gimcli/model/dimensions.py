@@ -13,11 +13,11 @@ from typing import Any, NamedTuple
 from gimcli.errors import UsageError
 from gimcli.mechanism import Mechanism
 from gimcli.model.law_ends import ENDS, run_times
-from gimcli.model.nearest import near
 from gimcli.model.part import Part
 from gimcli.model.schema import Model
 from gimcli.model.source import Where
 from gimcli.model.units import TURN
+from gimcli.nearest import near
 
 AXES = ("x", "y")
 NAMELESS = ("law", "profile", "constant")

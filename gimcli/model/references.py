@@ -7,10 +7,10 @@ from collections.abc import Collection, Sequence
 from itertools import pairwise
 
 from gimcli.calculus.numbers import nominal
-from gimcli.model.nearest import near
 from gimcli.model.schema import Model
 from gimcli.model.source import Source, Where
 from gimcli.model.wording import written
+from gimcli.nearest import near
 
 CLOSEST = 1e-12
 """Nodes closer than this fraction of the mechanism's size coincide in double precision."""

@@ -155,7 +155,7 @@ def _refuse_control(text: str, path: Path) -> None:
 
 def _models_near(path: Path) -> str:
     """Return what to give instead of a path that does not exist: a shipped model of a similar name, if there is one."""
-    from gimcli.model.nearest import nearest
+    from gimcli.nearest import nearest
     from gimcli.shipped import names
 
     name = nearest(path.stem, names())

@@ -6,9 +6,9 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from gimcli.model.nearest import near, nearest
 from gimcli.model.schema import MEMBER_WORDS, Model, OpenNode
 from gimcli.model.source import Source, Where
+from gimcli.nearest import near, nearest
 
 NONE: Mapping[Where, str] = {}
 SYNONYMS = {

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from gimcli.errors import UsageError
+from gimcli.nearest import guess
 from gimcli.output.picture import Content, Gallery, Key, Picture, Sheet
 from gimcli.output.style import FONT, INK, PALETTE, PAPER, TINT, Fill, Mark, Pen, tint
 
@@ -64,7 +65,8 @@ def read_look(style: str) -> Look:
         return Look(_used(library[style]))
     path = Path(style)
     if not path.is_file():
-        raise UsageError(_unknown(style, list(library)))
+        styles = sorted(name for name in library if not name.startswith("_"))
+        raise UsageError(f"style: no file or matplotlib style '{style}'; {guess(style, styles, 'styles')}")
     errors: list[int] = []
     try:
         with _collected(errors):
@@ -78,16 +80,6 @@ def read_look(style: str) -> Look:
 
 def _used(found: Any) -> dict[str, Any]:
     return {name: value for name, value in found.items() if name not in IGNORED}
-
-
-def _unknown(style: str, names: list[str]) -> str:
-    from difflib import get_close_matches
-
-    shown = sorted(name for name in names if not name.startswith("_"))
-    near = get_close_matches(style, shown, 1)
-    return f"style: no file or matplotlib style '{style}'; " + (
-        f"did you mean {near[0]}?" if near else f"styles: {', '.join(shown)}"
-    )
 
 
 @contextmanager

@@ -15,10 +15,10 @@ from gimcli.language.arrays import ARRAYS
 from gimcli.language.expression import Expression, ExpressionError, PartKind
 from gimcli.language.reader import ExpressionReader, KnownNames
 from gimcli.mechanism import FRAME, Mechanism
+from gimcli.nearest import guess
 from gimcli.quantities.coordinates import LETTERS, TURNING, MemberTurning, PointVector, RowValue
 from gimcli.quantities.forces import ForceQuantity, force_quantities
 from gimcli.quantities.kinds import KINDS, quantities_of
-from gimcli.quantities.naming import guess
 from gimcli.quantities.quantity import Head, Item, Quantity
 from gimcli.quantities.state import State
 from gimcli.structure.derived import derived
@@ -166,7 +166,7 @@ class Catalogue(KnownNames):
             except UsageError as error:
                 return error
         words = [*self.words, *self.mechanism.quantities, *KINDS, *self.columns]
-        near = guess(kind, KINDS) if colon else guess(name, words, LISTED)
+        near = guess(kind, KINDS) if colon else guess(name, words, most=LISTED)
         if f"{name}.length" in self.words:
             near = f"did you mean '{name}.length'?"
         elif name in self.members:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterable, Sequence
 
 from gimcli.errors import UsageError
 from gimcli.mechanism import FRAME, Mechanism
+from gimcli.nearest import guess
 
 FRAME_NAMES = ("frame", "ground")
 
@@ -15,14 +15,6 @@ def refuse_count(spec: str, names: Sequence[str], counts: Sequence[int], form: s
     """Raise UsageError if a measure has too many or too few names."""
     if len(names) not in counts or not all(names):
         raise UsageError(f"measure '{spec}': expected {form}")
-
-
-def guess(name: str, known: Iterable[str], most: int | None = None) -> str:
-    """Return "did you mean" with a similar name, else a list of all names, or of the first ones."""
-    words = list(dict.fromkeys(known))
-    near = [w for w in words if w.lower() == name.lower()] or difflib.get_close_matches(name, words, 1)
-    listed = f"{', '.join(words[:most]) or 'none'}{', ...' * (len(words) > len(words[:most]))}"
-    return f"did you mean '{near[0]}'?" if near else f"known: {listed}"
 
 
 def unknown(spec: str, what: str, name: str, known: Iterable[str]) -> UsageError:

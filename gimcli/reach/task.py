@@ -17,8 +17,8 @@ import numpy as np
 
 from gimcli.errors import UsageError
 from gimcli.mechanism import FRAME, SPAN, BoolArray, ComplexArray, FloatArray, IntArray, Mechanism
+from gimcli.nearest import guess
 from gimcli.positions.options import TOLERANCE
-from gimcli.quantities.naming import guess
 from gimcli.structure.carried import carried_point
 from gimcli.structure.quadric import Flat, Quadric
 from gimcli.structure.residual import holds

@@ -166,7 +166,7 @@ def test_a_style_file_with_errors_is_refused_with_its_line(tmp_path, name):
         (["--size", "160"], "size: expected width x height"), (["--size", "160x90"], "size: expected width x height"),
         (["--size", "5x5mm"], "size: expected sides from"), (["--size", "30x26mm"], "leaves no space for the axes"),
         (["--dpi", "5"], "dpi: expected a number from 20"), (["--ghosts", "few"], "ghosts: expected a number"),
-        (["--style", "grayscal"], "did you mean grayscale"), (["--dpi", "2400", "--size", "40x40in"], "pixels"),
+        (["--style", "grayscal"], "did you mean 'grayscale'"), (["--dpi", "2400", "--size", "40x40in"], "pixels"),
         (["--style", "https://example.org/a.mplstyle"], "no file or matplotlib style"),
     ],
 )  # fmt: skip
