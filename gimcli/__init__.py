@@ -57,10 +57,13 @@ __all__ = [
 ]  # fmt: skip
 
 RENAMED = {
-    "reduce": {"input": "actuator"}, "simulate": {"time": "duration", "method": "integrator"},
-    "workspace": {"keep": "folder", "all": "every"},
+    "circuits": {"samples": "values"}, "reduce": {"input": "actuator"},
+    "simulate": {"time": "duration", "method": "integrator"}, "workspace": {"keep": "folder", "all": "every"},
 }  # fmt: skip
 """Old and new names of arguments by functions; the old ones work in this version."""
+
+FREE_FIRST = ("equilibrium", "modes")
+"""Functions whose second argument was `free`, before `at`; this order works in this version."""
 
 _NO_VERBS = ("load", "loads", "shipped_models")
 _ERRORS = ("GimError", "ModelError", "OutputError", "StructureError", "UnassembledError", "UsageError")
@@ -80,6 +83,7 @@ def __getattr__(name: str) -> Any:
 
 def _of_any_model(verb: Any) -> Any:
     """Return a verb that also takes what `load` takes, such as a path, in the place of the mechanism, and old names."""
+    from collections.abc import Mapping
     from functools import wraps
     from warnings import warn
 
@@ -88,6 +92,10 @@ def _of_any_model(verb: Any) -> Any:
 
     @wraps(verb)
     def decorated(mechanism: Any, *args: Any, **kwargs: Any) -> Any:
+        if verb.__name__ in FREE_FIRST and args and args[0] is not None and not isinstance(args[0], Mapping):
+            text = f"{verb.__name__}: the second argument is `at`, as in all functions; give `free` by its name"
+            warn(text, DeprecationWarning, stacklevel=2)
+            args = (*args[1:2], None)[:1] + args[:1]
         known = RENAMED.get(verb.__name__, {})
         given = known.keys() & kwargs.keys()
         for old in given:

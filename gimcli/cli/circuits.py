@@ -29,4 +29,4 @@ def _print(result: CircuitsResult) -> None:
 SAMPLES = typer.Option(
     "--samples", metavar="N", rich_help_panel=METHOD, help="Input values at which all configurations are found."
 )
-command = from_verb(circuits, CircuitsResult, _print, {"samples": SAMPLES})
+command = from_verb(circuits, CircuitsResult, _print, {"values": SAMPLES})

@@ -14,6 +14,7 @@ from gimcli.families.float_tables import FloatTables
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.nearest import guess
 from gimcli.quantities.catalogue import catalogue
+from gimcli.quantities.forces import no_forces
 from gimcli.quantities.kinds import KINDS
 from gimcli.quantities.quantity import Item
 from gimcli.quantities.state import ApartError, Needs, Positions
@@ -99,7 +100,7 @@ def position_items(mechanism: Mechanism, text: str, order: int = 0) -> tuple[Ite
         raise UsageError(f"of '{text}': only {what} exact derivatives; `gim sweep --keep` has its values")
     if not items:
         axes = (f"{name}.{axis}" for name in known.points for axis in "xy")
-        near = guess(text, [*known.points, *known.members, "transmission", *axes])
+        near = no_forces(mechanism, text) or guess(text, [*known.points, *known.members, "transmission", *axes])
         raise UsageError(
             f"of '{text}': expected a node or point such as {mechanism.traced[0]}, its coordinate, a member,"
             f" transmission or angle:A/B; {near}"

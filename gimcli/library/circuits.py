@@ -35,16 +35,16 @@ LEAST, USUAL, MOST = 4, 72, 100_000
 
 @for_each_machine(driven_machines)
 def circuits(
-    mechanism: Mechanism, *, samples: Annotated[int, Range(LEAST, MOST)] = USUAL, progress: Phases = no_phases,
+    mechanism: Mechanism, *, values: Annotated[int, Range(LEAST, MOST)] = USUAL, progress: Phases = no_phases,
     seconds: float | None = None,
 ) -> CircuitsResult:  # fmt: skip
     """Find the circuits of a mechanism: the configurations that are connected without disassembly.
 
-    All configurations at `samples` values of the input are listed, and each is followed along its circuit.
+    All configurations at a number of values of the input are listed, and each is followed along its circuit.
 
     Args:
         mechanism: from `load` or `loads`.
-        samples: number of values of the input, 4 to 100 000.
+        values: number of values of the input, 4 to 100 000.
         progress: function of the name of a phase; returns a function of (done, all), for a progress bar.
         seconds: the search ends after this time with what was found; by default it has a bound in positions only.
 
@@ -54,12 +54,12 @@ def circuits(
         MachinesResult, whose `each` has one by the name of each machine.
 
     Raises:
-        UsageError: `samples` is not a whole number in its range.
+        UsageError: `values` is not a whole number in its range.
         StructureError: the mechanism has no actuator, or is not fully driven or over-driven.
     """
     refuse_linked(mechanism, "circuits")
-    constants = EnumerationConstants(samples=samples)
-    with explained(mechanism), limited(WORK * max(1.0, samples / USUAL), seconds) as limit:
+    constants = EnumerationConstants(samples=values)
+    with explained(mechanism), limited(WORK * max(1.0, values / USUAL), seconds) as limit:
         found = all_circuits(mechanism, constants, progress("configurations and their circuits"))
     return CircuitsResult(mechanism, found, limit.reached)
 

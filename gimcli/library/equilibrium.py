@@ -53,7 +53,7 @@ MULTIPLE = {2: " (double root)", 0: " (one of a continuum)"}
 
 @for_each_machine(released_machines)
 def equilibrium(
-    mechanism: Mechanism, free: str | Sequence[str] = (), at: Mapping[str, float | str] | None = None, *,
+    mechanism: Mechanism, at: Mapping[str, float | str] | None = None, free: str | Sequence[str] = (), *,
     time: float = 0.0, measure: str | Sequence[str] = (), starts: Annotated[int, Range(1, MOST_STARTS)] = 24,
     seed: Seed = 0, tolerance: float = 1e-10,
     progress: Phases = no_phases, seconds: float | None = None, **inputs: float,
@@ -65,8 +65,8 @@ def equilibrium(
 
     Args:
         mechanism: from `load` or `loads`; it needs masses, loads or springs.
-        free: names of inputs that are released besides those with `free: true`; a single input needs no name.
         at: dict of inputs by name, for names that are not Python names or are names of arguments.
+        free: names of inputs that are released besides those with `free: true`; a single input needs no name.
         time: time of tables over the time [s].
         measure: quantities of each equilibrium at rest, a text or a list, such as "A.fx" or "strut.length".
         starts: with several released inputs, starts in a row that find nothing new before the search ends; the first

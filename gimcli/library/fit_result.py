@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +17,8 @@ from gimcli.library.fit_targets import FittedTask
 from gimcli.library.result import Result
 from gimcli.library.rounding import number
 from gimcli.mechanism import FloatArray, Mechanism
+from gimcli.motion.motion import Motion
+from gimcli.quantities.state import State
 from gimcli.status import Status
 from gimcli.table import Column, Table
 
@@ -149,6 +152,17 @@ class FitResult(Result):
         apart = np.sum((points - centres) ** 2, axis=(1, 2))  # of pairs: their least possible error
         return np.asarray(np.sqrt(np.sum(residual**2, axis=1) + apart) * self._unit)
 
+    @cached_property
+    def state(self) -> State | None:
+        """The positions at the targets, of which any quantity may be asked by its name; None if there are none."""
+        from gimcli.library.solved_positions import positions_state
+
+        if self._found is None:
+            return None
+        own, count = self._found.motion, len(self._found.inputs)
+        z = Motion.joined(list(own.trace.motions)).z[:, own.places]
+        return positions_state(self.mechanism, self._found.inputs[None], z, np.zeros(count), [0] * count)
+
     def table(self) -> Table:
         """Return one row for each target: its input, its values, those of the motion, and their distance."""
         if self._found is None:
@@ -236,6 +250,11 @@ class GoalResult(FitResult):
     @property
     def _unit(self) -> float:
         return 1.0
+
+    @cached_property
+    def state(self) -> State | None:
+        """The motion along the law, of which any quantity may be asked by its name; None if there is none."""
+        return None if self._found is None else self._found.motion.trace.state
 
     def _outcome(self) -> str:
         return f"{self.goal} is {self.error:.9g}"

@@ -43,7 +43,7 @@ def columns_of(
 ) -> dict[str, FloatArray]:
     """Return the columns (targets,) of targets by name: of a file, of a dict, or of pairs of x and y."""
     if through is None:
-        raise UsageError("name a CSV file of targets (--through targets.csv), or a goal (--goal)")
+        raise UsageError("through: name a CSV file of targets, or a goal")
     if isinstance(through, Path | str):
         return number_columns(Path(through), "targets", f"; the columns can be {COLUMNS}")
     if not isinstance(through, Mapping):
@@ -170,11 +170,7 @@ def _function(
     mechanism: Mechanism, own: dict[str, FloatArray], output: str
 ) -> tuple[FloatArray, FloatArray, tuple[Item, ...], str, FloatArray]:
     if list(own) != ["output"] or not output:
-        cure = (
-            "name it with --output, such as --output rocker.angle"
-            if not output
-            else "the file needs the columns input,output"
-        )
+        cure = "name it by output, such as rocker.angle" if not output else "the file needs the columns input,output"
         raise UsageError(f"through: the output of a function: {cure}")
     with suppress(UsageError):
         items = position_items(mechanism, output)

@@ -49,7 +49,7 @@ def released_inputs(mechanism: Mechanism, free: str | Sequence[str]) -> tuple[in
         return mechanism.drivers
     if not own:
         raise UsageError(
-            f"{mechanism.name} has {len(names)} inputs and none is free: name those that are released, such as --free"
+            f"free: {mechanism.name} has {len(names)} inputs and none is free; name those that are released, such as"
             f" {names[0]} (the others are held), or write `free: true` at one of {', '.join(names)}"
         )
     return tuple(sorted(own))

@@ -55,15 +55,15 @@ ROUND = 1e-12
 
 @for_each_machine(released_machines)
 def modes(
-    mechanism: Mechanism, free: str | Sequence[str] = (), at: Mapping[str, float | str] | None = None, *,
+    mechanism: Mechanism, at: Mapping[str, float | str] | None = None, free: str | Sequence[str] = (), *,
     time: float = 0.0, settle: bool = False, tolerance: float = 1e-10, **inputs: float,
 ) -> ModesResult:  # fmt: skip
     """Find the natural modes of small vibrations about an equilibrium, for example `modes(m, angle=-90)`.
 
     Args:
         mechanism: from `load` or `loads`; it needs masses.
-        free: names of inputs that are released besides those with `free: true`; a single input needs no name.
         at: dict of inputs by name, for names that are not Python names or are names of arguments.
+        free: names of inputs that are released besides those with `free: true`; a single input needs no name.
         time: time of tables over the time [s].
         settle: first follow the forces from this position to an equilibrium.
         tolerance: largest accepted error of a constraint, relative to the mechanism's size; from 1e-14 to below 1.

@@ -251,6 +251,7 @@ class Result(Columns):
         if state is None:
             raise _unknown(name, table.names)
         from gimcli.quantities.catalogue import catalogue
+        from gimcli.quantities.forces import no_forces
 
         known = catalogue(self.mechanism)
         try:
@@ -260,8 +261,10 @@ class Result(Columns):
         except ApartError as error:
             raise KeyError(f"{name}: {error}") from None
         except UsageError as error:
-            alone = not set(name) & set(" ():|+*/")
-            raise _unknown(name, (*table.names, *known.columns)) if alone else KeyError(str(error)) from None
+            alone = not set(name) & set(" ():|+*/") and not no_forces(self.mechanism, name)
+            raise (
+                _unknown(name, [*dict.fromkeys((*table.names, *known.columns))]) if alone else KeyError(str(error))
+            ) from None
 
     def _asked(self, columns: list[NDArray[Any]]) -> Any:
         """Return one column (rows,), or several (rows, columns)."""

@@ -75,7 +75,7 @@ def solve(
         StructureError: the mechanism is not fully driven, over-driven or contradictory.
     """
     if history and method != "gim":
-        raise UsageError("history, the error after every sweep, needs method gim (--method gim)")
+        raise UsageError("history: the error after every sweep needs method gim")
     extras = None
     if measure:
         from gimcli.library.extras import Extras

@@ -130,6 +130,9 @@ def sweep(
 
 def _designs(given: Any) -> dict[str, Any]:
     """Return the columns of a list of designs: a CSV file, a DataFrame, or a list of dicts."""
+    if isinstance(given, str) and "=" in given and not Path(given).exists():
+        name, _, values = given.partition("=")
+        raise UsageError(f"vary: expected a dict of values, such as {{'{name}': '{values}'}}, got '{given}'")
     if isinstance(given, str | Path):
         from gimcli.library.number_columns import number_columns
 

@@ -27,6 +27,7 @@ from gimcli.mechanism import Mechanism
 from gimcli.nearest import guess
 from gimcli.output.graph import EQUAL, ORDINARY, POLAR
 from gimcli.quantities.catalogue import LISTED, catalogue
+from gimcli.quantities.forces import no_forces
 from gimcli.quantities.graphs import MEMBER_QUANTITIES, POINT_QUANTITIES
 from gimcli.quantities.kinds import KINDS
 from gimcli.quantities.quantity import Item
@@ -103,7 +104,7 @@ class Vocabulary(KnownNames):
         if name.partition(":")[0] in KINDS:
             return self.catalogue.unknown(rest, rest)
         words, columns = list(self.words), [*self.columns, *self.catalogue.columns]
-        near = guess(name, [*words, *columns], most=len(words) + LISTED)
+        near = no_forces(self.mechanism, name) or guess(name, [*words, *columns], most=len(words) + LISTED)
         return UsageError(f"plot: no quantity or column '{name}'; {near}")
 
     def across(self) -> tuple[str, str]:

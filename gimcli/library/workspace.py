@@ -71,9 +71,9 @@ def workspace(
     mechanism = _machine_of(mechanism, name)
     held = _held(mechanism, orientation or {})
     if resume and not (grid and folder is not None):
-        raise UsageError("resume continues a grid: give the same grid (--grid N) and the same folder again")
+        raise UsageError("resume: continues a grid; give the same grid and the same folder again")
     if grid and held:
-        raise UsageError("grid needs all inputs, but orientation fixes some of them: remove one of the two")
+        raise UsageError("grid: needs all inputs, but orientation fixes some of them; remove one of the two")
     with explained(mechanism):
         make_plan(mechanism)
     refuse_unmoved(mechanism, "add an actuator")

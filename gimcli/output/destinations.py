@@ -42,8 +42,9 @@ class Destinations:
 def destinations(out: Sequence[Path | str], stem: str, usual: Sequence[str], known: Sequence[str] = ()) -> Destinations:
     """Return the output files.
 
-    An entry of `out` is a folder if the folder exists, or if it ends with a slash or has no suffix; the folder gets
-    `stem` with the `usual` suffixes. "-" is the table as CSV on standard output. Any other entry is a file. `known` are
+    An entry of `out` is a folder if the folder exists and has no suffix of a file format, or if the entry ends with a
+    slash or has no suffix; the folder gets `stem` with the `usual` suffixes. "-" is the table as CSV on standard
+    output. Any other entry is a file. `known` are
     the suffixes that the result has, by default all. Raises UsageError for any other.
     """
     files: dict[Path, bool] = {}
@@ -51,12 +52,13 @@ def destinations(out: Sequence[Path | str], stem: str, usual: Sequence[str], kno
         if given == STDOUT:
             continue
         path = Path(given)
-        if given.endswith(("/", "\\")) or path.is_dir() or not path.suffix:
+        known_format = path.suffix.lower() in FORMATS
+        if given.endswith(("/", "\\")) or not path.suffix or (path.is_dir() and not known_format):
             for suffix in usual:
                 files.setdefault(path / f"{stem}{suffix}", False)
             continue
         if path.suffix.lower() not in (known or FORMATS):
-            folder = "" if path.suffix.lower() in FORMATS else "; the name of a folder with a dot needs / at its end"
+            folder = "" if known_format else "; the name of a folder with a dot needs / at its end"
             formats = ", ".join(known or FORMATS)
             raise UsageError(f"{given}: expected one of the formats {formats}, got '{path.suffix}'{folder}")
         files[path] = True

@@ -39,5 +39,5 @@ class Options:
         if not 1e-14 <= tolerance < 1.0:
             raise UsageError(f"tolerance: expected a number from 1e-14 to below 1, got {tolerance:g}")
         if moves and method != "gim":
-            raise UsageError("sequence needs method gim (--method gim)")
+            raise UsageError("sequence: needs method gim")
         return cls(method, strategy, tolerance, jit, seed=seed, moves=moves)

@@ -17,7 +17,7 @@ from gimcli.language.reader import ExpressionReader, KnownNames
 from gimcli.mechanism import FRAME, Mechanism
 from gimcli.nearest import guess
 from gimcli.quantities.coordinates import LETTERS, TURNING, MemberTurning, PointVector, RowValue
-from gimcli.quantities.forces import ForceQuantity, force_quantities
+from gimcli.quantities.forces import ForceQuantity, force_quantities, no_forces
 from gimcli.quantities.kinds import KINDS, quantities_of
 from gimcli.quantities.quantity import Head, Item, Quantity
 from gimcli.quantities.state import State
@@ -166,7 +166,7 @@ class Catalogue(KnownNames):
             except UsageError as error:
                 return error
         words = [*self.words, *self.mechanism.quantities, *KINDS, *self.columns]
-        near = guess(kind, KINDS) if colon else guess(name, words, most=LISTED)
+        near = guess(kind, KINDS) if colon else no_forces(self.mechanism, name) or guess(name, words, most=LISTED)
         if f"{name}.length" in self.words:
             near = f"did you mean '{name}.length'?"
         elif name in self.members:

@@ -15,6 +15,9 @@ from gimcli.quantities.state import ApartError, State
 if TYPE_CHECKING:
     from gimcli.dynamics.force_columns import ForceColumn
 
+ENDS, BEGINS = ("effort", "fx", "fy", "f", "normal", "moment", "torque", "force"), ("power", "energy", "shaking")
+"""Words with which the names of these quantities end or begin."""
+
 NO_LIMITS = "a simulation has the friction itself, not its limits: `gim forces` has them"
 
 
@@ -31,6 +34,18 @@ class ForceQuantity(Quantity):
             raise ApartError(NO_LIMITS)
         found = state.of_forces(self.own.find)
         return (found.real, found.imag) if self.own.vector else [found]
+
+
+def no_forces(mechanism: Mechanism, name: str) -> str:
+    """Return why a mechanism does not have a quantity with the name of a force; "" for another name, or if it may."""
+    words = name.split(".")
+    if len(words) < 2 or not (words[-1] in ENDS or words[0] in BEGINS):
+        return ""
+    if mechanism.dynamics.empty:
+        return "forces and energies need masses, loads or springs in the model file"
+    if mechanism.dynamics.metre is None:
+        return "forces and energies need a physical unit of length in the model file"
+    return "of several machines `forces` has the forces of each" if len(mechanism.machines) > 1 else ""
 
 
 def force_quantities(mechanism: Mechanism) -> Iterator[ForceQuantity]:

@@ -476,7 +476,7 @@ def test_a_held_input_keeps_its_value():
     model = double_pendulum()
     for one in model["actuators"].values():
         del one["free"]
-    found = equilibrium(load(model), "q", {"r": math.pi / 2})
+    found = equilibrium(load(model), {"r": math.pi / 2}, "q")
     assert [one["inputs"]["r"] for one in found.equilibria] == pytest.approx([math.pi / 2] * 2)
     for one in found.equilibria:  # the common centre is above or below the pivot
         a, b = (complex(*one["nodes"][name]) for name in "AB")
@@ -529,7 +529,7 @@ def test_each_equilibrium_is_one_of_the_linearised_equations(name):
 def test_the_holding_effort_is_that_of_the_inverse_dynamics_of_a_slow_motion(name):
     mechanism = load(MODELS / f"{name}.yaml").with_({"duration": 1e7})
     first = mechanism.actuators[0].name
-    found = equilibrium(mechanism, first, {a.name: v for a, v in _starts(mechanism)})
+    found = equilibrium(mechanism, {a.name: v for a, v in _starts(mechanism)}, first)
     assert found.holding[first] == pytest.approx(forces(mechanism, 1)[f"{first}.effort"][0], rel=1e-9)
 
 

@@ -44,7 +44,7 @@ def test_a_second_planet_is_redundant():
 def test_circuits_close_after_the_turns_of_the_ratio(ratio, turns):
     m = gimcli.load(five_bar(ratio, 60.0))
     assert turns_until_repeated(m) == turns
-    found = gimcli.circuits(m, samples=12)._found
+    found = gimcli.circuits(m, values=12)._found
     first = found.strands[0].circuit
     assert first.closed is (turns is not None)
     if first.closed:

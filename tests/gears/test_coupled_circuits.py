@@ -41,7 +41,7 @@ def test_circuits_close_after_the_turns_that_the_ratio_requires(ratio, turns):
     assert curve.period == pytest.approx(2.0 * np.pi * Fraction(ratio).limit_denominator(50).denominator)
     if turns > 3:
         return
-    found = gimcli.circuits(m, samples=12).report()
+    found = gimcli.circuits(m, values=12).report()
     assert found["complete"]
     assert [(one["closed"], one["turns"]) for one in found["curves"]] == [(True, turns)] * 2
     assert found["samples"] == 12 * turns
@@ -61,7 +61,7 @@ SHORT = {"b": (1.6, 1.3), "drawn": (1.5, 1.0)}
 def test_limits_are_where_the_dyad_is_stretched_or_folded(ratio, turns):
     m = gimcli.load(five_bar(ratio, 60.0, **SHORT))
     exact = folds(ratio, 60.0, turns, b=SHORT["b"])
-    found = gimcli.circuits(m, samples=72).report()
+    found = gimcli.circuits(m, values=72).report()
     ends = {
         round(branch[end]["motor"] % (360.0 * turns), 6)
         for curve in found["curves"]

@@ -59,7 +59,7 @@ def pendulum(drawn, law=""):
 )  # fmt: skip
 def test_equilibria_at_the_ends_of_the_turn_have_one_angle(law, expected, error):
     """The pendulum hangs and stands in the line of gravity; an error of rounding decides neither angle nor order."""
-    found = equilibrium(pendulum(error, law), "q").equilibria
+    found = equilibrium(pendulum(error, law), free="q").equilibria
     assert [one["inputs"]["q"] for one in found] == pytest.approx(expected, abs=1e-6)
 
 

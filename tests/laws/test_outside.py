@@ -46,7 +46,7 @@ ASKED = {
     "trace, reverse": lambda m: told(gimcli.trace(m, 24, at_limit="reverse")),
     "trace, circuit": lambda m: gimcli.trace(m, 24, circuit=True).report(),
     "singularities": lambda m: told(gimcli.singularities(m)),
-    "circuits": lambda m: told(gimcli.circuits(m, samples=24)),
+    "circuits": lambda m: told(gimcli.circuits(m, values=24)),
     "check": lambda m: gimcli.check(m).report(),
     "forces": lambda m: told(gimcli.forces(m, 24)),
     "forces, picture": lambda m: [vars(one) for one in gimcli.forces(m, 24).graphs()],

@@ -22,7 +22,7 @@ COSTS = ("evaluations", "integrator_steps", "seconds", "warnings", "text")
 WORK = ("residual", "sweeps")
 
 KINEMATIC = {
-    "check": gimcli.check, "circuits": lambda m: gimcli.circuits(m, samples=12), "singularities": gimcli.singularities,
+    "check": gimcli.check, "circuits": lambda m: gimcli.circuits(m, values=12), "singularities": gimcli.singularities,
     "configurations": gimcli.configurations, "sequence": gimcli.sequence, "groups": gimcli.groups,
     "sensitivity": lambda m: gimcli.sensitivity(m, steps=4, samples=0), "solve": gimcli.solve,
 }  # fmt: skip
@@ -30,7 +30,7 @@ KINEMATIC = {
 DYNAMIC = {
     "forces": lambda m: gimcli.forces(m, steps=8), "holding": gimcli.holding_forces,
     "reduce": lambda m: gimcli.reduce(m, steps=4), "simulate": lambda m: gimcli.simulate(m, duration=0.1, dt=0.05),
-    "modes": lambda m: gimcli.modes(m, [a.name for a in m.actuators], settle=True),
+    "modes": lambda m: gimcli.modes(m, free=[a.name for a in m.actuators], settle=True),
 }  # fmt: skip
 
 PLAIN = [

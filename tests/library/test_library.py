@@ -183,7 +183,7 @@ CASES = {
     "mobility": ("parallelogram_third_crank", [], gimcli.mobility),
     "groups": ("watt_1", [], gimcli.groups),
     "singularities": ("parallelogram", [], gimcli.singularities),
-    "circuits": ("crank_rocker", ["--samples", 12], lambda m: gimcli.circuits(m, samples=12)),
+    "circuits": ("crank_rocker", ["--samples", 12], lambda m: gimcli.circuits(m, values=12)),
     "workspace": (
         "crank_rocker", ["--point", "P", "--grid", 6, "--no-png"], lambda m: gimcli.workspace(m, "P", grid=6),
     ),

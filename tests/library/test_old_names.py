@@ -6,6 +6,7 @@ import gimcli
 from gimcli import RENAMED
 
 CALLS = {
+    "circuits": ("crank_rocker", {}, {"samples": 4}),
     "reduce": ("watt_durango", {"steps": 4}, {"input": ""}),
     "simulate": ("watt_durango", {"dt": 0.05}, {"time": 0.1, "method": "rk45"}),
     "workspace": ("crank_rocker", {"point": "P"}, {"all": True, "keep": None}),
@@ -29,6 +30,17 @@ def test_an_argument_is_not_given_by_both_names():
         pytest.raises(TypeError, match="multiple values for keyword argument"),
     ):
         gimcli.simulate("watt_durango", duration=0.1, time=0.2)
+
+
+@pytest.mark.parametrize("verb", ["equilibrium", "modes"])
+def test_released_inputs_were_the_second_argument(verb):
+    m, call = gimcli.load("double_pendulum"), getattr(gimcli, verb)
+    name = m.actuators[0].name
+    new = call(m, {}, name)
+    assert new.report() == call(m, free=name, at={}).report()
+    for old in ((name,), (name, {}), ([name], None)):
+        with pytest.warns(DeprecationWarning, match=f"{verb}: the second argument is `at`"):
+            assert call(m, *old).report() == new.report()
 
 
 def test_inputs_of_equilibrium_are_arguments_by_name():

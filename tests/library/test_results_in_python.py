@@ -16,7 +16,7 @@ import gimcli
 
 CALLS: dict[str, tuple[str, dict[str, Any]]] = {
     "check": ("crank_rocker", {}),
-    "circuits": ("crank_rocker", {"samples": 4}),
+    "circuits": ("crank_rocker", {"values": 4}),
     "configurations": ("crank_rocker", {"motor": 30}),
     "equilibrium": ("swing", {}),
     "fit": ("crank_rocker", {"goal": "max(P.y)", "vary": {"crank.length": (39, 41)}, "starts": 1}),
@@ -120,6 +120,45 @@ def test_time_and_inputs_follow_the_law():
     assert (one.time, one.inputs, one.status) == (2.0, {"cylinder": pytest.approx(0.5)}, "ok")
     with pytest.raises(AttributeError, match="time"):
         _ = run("groups").time
+
+
+def test_a_fit_has_every_quantity_at_its_targets():
+    """Driven at unit speed by its law, so that the rates are those of `solve` at the same inputs."""
+    m = gimcli.load("crank_rocker")
+    targets = gimcli.trace(m, 6).xy["P"][1:4]
+    found = gimcli.fit(m, {"crank.length": (38, 42)}, through=targets, starts=2)
+    each = [gimcli.solve(found.mechanism, motor=float(q)) for q in found["motor"]]
+    assert found["rocker.omega"] == pytest.approx([one["rocker.omega"] for one in each], rel=1e-9)
+    least = gimcli.fit(m, {"crank.length": (39, 41)}, goal="max(P.y)", starts=1)
+    assert np.max(least["P.y"]) == pytest.approx(least.error, rel=1e-9)
+
+
+@pytest.mark.parametrize("ask", [
+    lambda m: gimcli.trace(m, 4)["motor.effort"],
+    lambda m: gimcli.trace(m, 4, plot="motor.effort"),
+    lambda m: gimcli.sweep(m, {"crank.length": "39,41"}, keep="max(motor.effort)"),
+    lambda m: gimcli.fit(m, {"crank.length": (39, 41)}, goal="max(energy.kinetic)"),
+    lambda m: gimcli.sensitivity(m, "A.fx"),
+])  # fmt: skip
+def test_without_masses_a_force_is_unknown_with_the_reason(ask):
+    with pytest.raises((KeyError, gimcli.UsageError), match="need masses, loads or springs in the model file"):
+        ask("crank_rocker")
+
+
+def test_a_folder_with_the_suffix_of_a_file_is_refused_and_others_are_folders(tmp_path):
+    found = gimcli.solve("crank_rocker")
+    for name in ("t.csv", "results.v2"):
+        (tmp_path / name).mkdir()
+    with pytest.raises(gimcli.OutputError, match="a folder has this name"):
+        found.save(tmp_path / "t.csv")
+    found.save(tmp_path / "results.v2", f"{tmp_path / 't.csv'}/")
+    files = [sorted(one.name for one in (tmp_path / name).iterdir()) for name in ("results.v2", "t.csv")]
+    assert files == [["crank_rocker.solve.csv", "crank_rocker.solve.png"]] * 2
+
+
+def test_designs_as_the_text_of_the_terminal_are_refused_with_the_dict():
+    with pytest.raises(gimcli.UsageError, match=r"vary: expected a dict of values, such as \{'crank': '39:41:3'\}"):
+        gimcli.sweep("crank_rocker", "crank=39:41:3")
 
 
 def test_inputs_of_several_machines():
