@@ -392,7 +392,7 @@ def test_telephone(browser, crank):
 
 def test_circuits_are_chosen_from_a_list(browser, folder):
     path = folder / "circuits.html"
-    found = gimcli.circuits(gimcli.load(MODELS / "chebyshev.yaml"), samples=8)
+    found = gimcli.circuits(gimcli.load(MODELS / "chebyshev.yaml"), values=8)
     found.save(path)
     page = OpenPage(browser, path)
     names = page.texts("#clip option")

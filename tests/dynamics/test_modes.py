@@ -73,7 +73,7 @@ masses: {{A: 2, B: 2}}
 gravity: [0, -{G}]
 springs: {{s: {{nodes: [C, D], stiffness: 30}}}}
 """
-    found = gimcli.modes(gimcli.loads(text), ["q", "r"])
+    found = gimcli.modes(gimcli.loads(text), free=["q", "r"])
     assert found["omega"] == pytest.approx([3.132091952673165, 3.822302970723278], rel=1e-13)
     assert found["r.shape"] / found["q.shape"] == pytest.approx([1, -1])
     assert omegas(text, free="q")[0] == pytest.approx(math.sqrt(G + 30 * 0.16 / 2), rel=1e-13)
@@ -249,7 +249,7 @@ masses: {{A: 2, B: 1}}
 springs: {{s: {{pivot: O, arm: A, stiffness: 1}}, t: {{pivot: A, arm: B, reference: O, stiffness: 1}}}}
 loads: {{push: {{on: two, local: [1, 0], follower: [{-load}, 0]}}}}
 """
-    found = gimcli.modes(gimcli.loads(text), "q,r")
+    found = gimcli.modes(gimcli.loads(text), free="q,r")
     assert {m.kind for m in found.modes} == kinds
     assert all(m.damped > 0.1 for m in found.modes)  # it does not diverge: the unstable mode oscillates
 

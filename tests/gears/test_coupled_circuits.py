@@ -48,7 +48,7 @@ def test_circuits_close_after_the_turns_that_the_ratio_requires(ratio, turns):
 
 
 def test_an_irrational_ratio_does_not_close():
-    result = gimcli.circuits(gimcli.load(five_bar(2.0**0.5, 60.0)), samples=12)
+    result = gimcli.circuits(gimcli.load(five_bar(2.0**0.5, 60.0)), values=12)
     found = result.report()
     assert [one["closed"] for one in found["curves"]] == [False, False]
     assert found["complete"]

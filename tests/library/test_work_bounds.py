@@ -58,7 +58,7 @@ def test_an_outer_bound_holds_too():
 
 def test_a_circuit_has_a_greatest_number_of_points(monkeypatch):
     monkeypatch.setitem(circuit.CIRCUIT.__dict__, "points", 10)
-    (curve,) = gimcli.circuits(gimcli.load("crank_rocker"), samples=4).report()["curves"][:1]
+    (curve,) = gimcli.circuits(gimcli.load("crank_rocker"), values=4).report()["curves"][:1]
     assert curve["ended"] == "work limit"
     assert not curve["closed"]
 

@@ -87,14 +87,14 @@ DOUBLE_CRANK = {
 
 def test_paths_that_are_the_same_on_all_circuits_are_not_drawn():
     """All nodes of a double crank have the same circles on both circuits: these are side by side, without paths."""
-    content = gimcli.circuits(gimcli.load(DOUBLE_CRANK), samples=8).picture()
+    content = gimcli.circuits(gimcli.load(DOUBLE_CRANK), values=8).picture()
     assert isinstance(content, Gallery)
     assert [panel.title for panel in content.panels] == ["circuit 1", "circuit 2"]
     assert not any(curve_pen(0) in panel.strokes for panel in content.panels)
 
 
 def test_circuits_with_different_paths_are_in_one_picture():
-    content = gimcli.circuits(load("crank_rocker"), samples=8).picture()
+    content = gimcli.circuits(load("crank_rocker"), values=8).picture()
     assert isinstance(content, Sheet)
     assert [name for name, _ in content.pictures[0].legend] == ["P, circuit 1", "P, circuit 2"]
 

@@ -38,7 +38,7 @@ def results(motion):
         gimcli.configurations(load("crank_rocker")), gimcli.groups(load("jansen")), gimcli.sequence(load("jansen")),
         gimcli.forces(load("watt_1"), 6), gimcli.singularities(load("crank_rocker")),
         gimcli.workspace(load("chebyshev")),
-        gimcli.circuits(load("crank_rocker"), samples=8),
+        gimcli.circuits(load("crank_rocker"), values=8),
     ]  # fmt: skip
 
 
