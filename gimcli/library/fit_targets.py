@@ -169,9 +169,10 @@ def _compared(
 def _function(
     mechanism: Mechanism, own: dict[str, FloatArray], output: str
 ) -> tuple[FloatArray, FloatArray, tuple[Item, ...], str, FloatArray]:
-    if list(own) != ["output"] or not output:
-        cure = "name it by output, such as rocker.angle" if not output else "the file needs the columns input,output"
-        raise UsageError(f"through: the output of a function: {cure}")
+    if not output:
+        raise UsageError("output: name the output of a function, such as rocker.angle")
+    if list(own) != ["output"]:
+        raise UsageError("through: the output of a function: the file needs the columns input,output")
     with suppress(UsageError):
         items = position_items(mechanism, output)
         if len(items) == 1:
