@@ -15,6 +15,7 @@ from typing import Protocol
 import numpy as np
 
 from gimcli.mechanism import FloatArray
+from gimcli.numerics.follower import Follower
 from gimcli.progress import spend
 
 Part = float | FloatArray
@@ -148,37 +149,47 @@ def _plain(table: FloatArray, wanted: FloatArray) -> FloatArray | None:
     return step if strong else None
 
 
-def advance(system: Implicit, here: CurvePoint, step: float, constants: ArclengthConstants) -> CurvePoint | None:
-    """Return the point after a step along the tangent; None if it turns, or has to be corrected, too much."""
-    ahead = here.p + step * here.tangent
-    found = correct(system, ahead, constants)
-    if found is None or not np.linalg.norm(found - ahead) <= constants.pull * abs(step) + constants.noise:
-        return None
-    there = place(system, found, here.tangent)
-    return there if there.tangent @ here.tangent >= np.cos(constants.bend) else None
+class ArclengthFollower(Follower[FloatArray, CurvePoint]):
+    """Follows a curve from a point along its tangent; `places` are the points so far. The caller ends closed curves."""
+
+    def __init__(self, system: Implicit, start: CurvePoint, constants: ArclengthConstants) -> None:
+        self.system, self.constants, self.places = system, constants, [start]
+        self.step, self.shortest = constants.first, constants.shortest
+
+    def predict(self) -> FloatArray:
+        """Return the point (n + 1,) after a step along the tangent."""
+        here = self.places[-1]
+        return here.p + self.step * here.tangent
+
+    def correct(self, guess: FloatArray) -> CurvePoint | None:
+        """Return the point near a predicted one; None if the curve turns, or the point is moved, too much."""
+        here, constants = self.places[-1], self.constants
+        found = correct(self.system, guess, constants)
+        if found is None or not np.linalg.norm(found - guess) <= constants.pull * abs(self.step) + constants.noise:
+            return None
+        there = place(self.system, found, here.tangent)
+        return there if there.tangent @ here.tangent >= np.cos(constants.bend) else None
+
+    def accept(self, there: CurvePoint) -> bool:
+        """Add a point; the next step is longer if the tangent turned little in the last one."""
+        turned = 1.0 - float(there.tangent @ self.places[-1].tangent)  # about half the square of the angle
+        if turned < 0.25 * (1.0 - math.cos(self.constants.bend)):
+            self.step = min(self.step * self.constants.growth, self.longest(there))
+        self.places.append(there)
+        return True
+
+    def longest(self, there: CurvePoint) -> float:
+        """Return the greatest step from a point."""
+        return self.constants.longest
 
 
 def walk(system: Implicit, start: CurvePoint, constants: ArclengthConstants) -> Iterator[CurvePoint]:
-    """Yield the points after `start` along its tangent, until no step succeeds; the caller ends a closed curve."""
-    here, step = start, constants.first
-    for _ in range(constants.points):
-        there = advance(system, here, step, constants)
-        while there is None:
-            step *= 0.5
-            if step < constants.shortest:
-                return
-            there = advance(system, here, step, constants)
-        yield there
+    """Yield the points after `start` along its tangent, until no step succeeds."""
+    follower = ArclengthFollower(system, start, constants)
+    while len(follower.places) <= constants.points and follower.go():
+        yield follower.places[-1]
         if spend(1):
             return
-        step = grown(step, here, there, constants, constants.longest)
-        here = there
-
-
-def grown(step: float, here: CurvePoint, there: CurvePoint, constants: ArclengthConstants, longest: float) -> float:
-    """Return the length of the next step, increased if the tangent turned little in the last one."""
-    turned = 1.0 - float(there.tangent @ here.tangent)  # about half the square of the angle
-    return min(step * constants.growth, longest) if turned < 0.25 * (1.0 - math.cos(constants.bend)) else step
 
 
 def sign_change(

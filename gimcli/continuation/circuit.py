@@ -15,7 +15,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from gimcli.continuation.arclength import ArclengthConstants, CurvePoint, advance, correct, grown, place, sign_change
+from gimcli.continuation.arclength import (
+    ArclengthConstants,
+    ArclengthFollower,
+    CurvePoint,
+    correct,
+    place,
+    sign_change,
+)
 from gimcli.continuation.bifurcation import Crossing, crossing
 from gimcli.continuation.curve import PositionCurve
 from gimcli.continuation.gap_interpolation import lagrange
@@ -167,15 +174,15 @@ def oriented(curve: PositionCurve, p: FloatArray, tangent: FloatArray) -> FloatA
     return tangent if first > 0.0 else -tangent
 
 
-class CircuitWalker:
-    """Follows a curve point by point."""
+class CircuitWalker(ArclengthFollower):
+    """Follows a curve point by point, through singular positions."""
 
     def __init__(self, curve: PositionCurve, start: CurvePoint) -> None:
-        self.curve = curve
-        self.places, self.crossings = [start], dict[int, Crossing]()
+        super().__init__(curve, start, STEPS)
+        self.curve, self.crossings = curve, dict[int, Crossing]()
         self.missed: list[FloatArray] = []  # singular positions near the curve but not on it
         self.waiting: Crossing | None = None  # a crossing to be passed when the curve is closer to it
-        self.step, self.length = STEPS.first, 0.0
+        self.length = 0.0
         self.infinite: float | None = None  # parameter at infinity, if the curve goes there
 
     def run(self, closes: bool = True) -> str:
@@ -218,32 +225,26 @@ class CircuitWalker:
 
     def go(self) -> bool:
         """Add the next point, or a singular position with the points around it; return whether there was one."""
-        here = self.places[-1]
-        met = self.waiting
+        here, met = self.places[-1], self.waiting
         if met is not None and np.linalg.norm(met.p - here.p) <= CIRCUIT.approach * CIRCUIT.landing:
             self.waiting = None
             if self._pass(here, met):
                 return True
-        while self.step >= STEPS.shortest:
-            self.step = min(self.step, self._room(here))
-            there = advance(self.curve, here, self.step, STEPS)
-            if there is None:
-                self.step *= 0.5
-                continue
-            verdict = self._meets(here, there)
-            if verdict == "passed":
-                return True
-            if verdict == "jumps":
-                self.step *= 0.5
-                continue
-            self.step = grown(self.step, here, there, STEPS, self._longest(there))
-            self.places.append(there)
-            return True
-        return False
+        return super().go()
 
-    def _longest(self, here: CurvePoint) -> float:
+    def predict(self) -> FloatArray:
+        """Return the point (n + 1,) after a step, which is shorter near a singular position beside the curve."""
+        self.step = min(self.step, self._room(self.places[-1]))
+        return super().predict()
+
+    def accept(self, there: CurvePoint) -> bool:
+        """Add a point, or the crossing before it; return False if the step may have jumped to another branch."""
+        verdict = self._meets(self.places[-1], there)
+        return verdict == "passed" or (verdict == "well" and super().accept(there))
+
+    def longest(self, there: CurvePoint) -> float:
         """Return the greatest step; far outside the mechanism's size it increases with the distance."""
-        far = _reach(here)
+        far = _reach(there)
         return CIRCUIT.stride * far if far > CIRCUIT.outside else STEPS.longest
 
     def _room(self, here: CurvePoint) -> float:

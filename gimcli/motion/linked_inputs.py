@@ -15,6 +15,7 @@ import numpy as np
 
 from gimcli.errors import UnassembledError
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+from gimcli.numerics.follower import Follower
 from gimcli.positions.inputs import nearest_turns, straight_inputs
 from gimcli.structure.linked_equations import LinkedEquations, LinkedPoint, linked_equations
 
@@ -27,6 +28,7 @@ class LinkedConstants:
     bend: float = 0.2  # greatest correction of an extrapolated point, relative to the step
     first: float = 1e-2  # first step, relative to the whole motion
     shortest: float = 1e-9  # least step: before a limit or a singular position
+    growth: float = 1.5  # factor from one step to the next
     iterations: int = 12
     exact: float = 1e-13  # residual of a solved position
     orders: int = 3  # of derivatives
@@ -39,45 +41,49 @@ HALVINGS = 45
 """Bisections of the interval found: to rounding."""
 
 
-class LinkedPath:
+class LinkedPath(Follower[LinkedPoint, LinkedPoint]):
     """Points of a motion whose drivers have inputs u(s) (actuators,), from s = 0 to 1 or to a limit before."""
 
     def __init__(self, equations: LinkedEquations, start: LinkedPoint, u: Callable[[float], FloatArray]) -> None:
         self.equations, self.u = equations, u
         self.places, self.points = [0.0], [start]
-        self._follow()
+        self.step, self.shortest = LINKED.first, LINKED.shortest
+        while self.limit is not None and self.go():
+            self.step *= LINKED.growth
 
     @property
     def limit(self) -> float | None:
         """The parameter at which the motion ends before 1."""
         return None if self.places[-1] >= 1.0 else self.places[-1]
 
-    def _follow(self) -> None:
-        step = LINKED.first
-        while self.places[-1] < 1.0 and step > LINKED.shortest:
-            there = min(1.0, self.places[-1] + step)
-            found = self._next(there)
-            if found is None:
-                step *= 0.5
-                continue
-            self.places.append(there)
-            self.points.append(found)
-            step *= 1.5
+    @property
+    def ahead(self) -> float:
+        """The parameter after a step."""
+        return min(1.0, self.places[-1] + self.step)
 
-    def _next(self, there: float) -> LinkedPoint | None:
-        """Return the point at a parameter behind the last one; None if the step is too long."""
+    def predict(self) -> LinkedPoint:
+        """Return the point extrapolated from the last two."""
         last = self.points[-1]
-        guess = last.y
-        if len(self.points) > 1:
-            before, gap = self.points[-2], self.places[-1] - self.places[-2]
-            guess = last.y + (last.y - before.y) * (there - self.places[-1]) / gap
-        found = settled(self.equations, LinkedPoint(guess, last.read), self.u(there))
+        if len(self.points) == 1:
+            return last
+        gap = self.places[-1] - self.places[-2]
+        return last._replace(y=last.y + (last.y - self.points[-2].y) * (self.ahead - self.places[-1]) / gap)
+
+    def correct(self, guess: LinkedPoint) -> LinkedPoint | None:
+        """Return the point near an extrapolated one; None if the step is too long."""
+        found = settled(self.equations, guess, self.u(self.ahead))
         if found is None:
             return None
-        change = float(np.max(np.abs(found.y - last.y)))
-        bend = float(np.max(np.abs(found.y - guess)))
+        change = float(np.max(np.abs(found.y - self.points[-1].y)))
+        bend = float(np.max(np.abs(found.y - guess.y)))
         smooth = bend <= LINKED.bend * change or bend <= LINKED.bend * LINKED.first
         return found if change <= LINKED.longest and smooth else None
+
+    def accept(self, there: LinkedPoint) -> bool:
+        """Add a point."""
+        self.places.append(self.ahead)
+        self.points.append(there)
+        return True
 
     def at(self, places: FloatArray) -> LinkedPoint:
         """Return the points at parameters (rows,); beyond a limit those at the limit."""

@@ -1,0 +1,1 @@
+"""Methods of numerical mathematics that know nothing of mechanisms."""
