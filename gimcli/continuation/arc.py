@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from gimcli.continuation.arclength import ArclengthConstants, correct, place
+from gimcli.continuation.arclength import ArclengthConstants, beside
 from gimcli.continuation.bifurcation import Crossing
 from gimcli.continuation.curve import PositionCurve
 from gimcli.continuation.gap_interpolation import AT_LIMIT, BEYOND, GapInterpolation, lagrange
@@ -32,7 +32,7 @@ FIT, LOOSEST = 1e-13, 1e-11
 """Error of the polynomial halfway between the outermost positions: below FIT no other distance is tried; above LOOSEST
 the arc is rejected (LOOSEST allows for greater rounding errors where many branches meet)."""
 
-CORRECTIONS = ArclengthConstants(corrections=12, rounding=1e-11)
+CORRECTIONS = ArclengthConstants(corrections=12, rounding=1e-11, pull=0.2, bend=math.acos(0.9))
 
 
 @dataclass(frozen=True)
@@ -120,11 +120,8 @@ def _tried(
 
 def _beside(curve: PositionCurve, p: FloatArray, tangent: FloatArray, distance: float) -> FloatArray | None:
     """Return the position of the curve at a distance along the tangent of a singular one; None if it is not near."""
-    target = p + distance * tangent
-    found = correct(curve, target, CORRECTIONS, tangent)
-    if found is None or not np.linalg.norm(found - target) <= 0.2 * abs(distance):
-        return None
-    return found if abs(float(place(curve, found, tangent).tangent @ tangent)) >= 0.9 else None
+    found = beside(curve, tangent, p + distance * tangent, distance, CORRECTIONS, tangent)
+    return None if found is None else found.p
 
 
 @dataclass(frozen=True)

@@ -102,9 +102,12 @@ def place(system: Implicit, p: FloatArray, along: FloatArray) -> CurvePoint:
 
 
 def correct(
-    system: Implicit, p: FloatArray, constants: ArclengthConstants, normal: FloatArray | None = None
+    system: Implicit, p: FloatArray, constants: ArclengthConstants, normal: FloatArray | None = None, freedoms: int = 1
 ) -> FloatArray | None:
-    """Return the solution closest to p, or that in the plane through p with a `normal`; None without convergence."""
+    """Return the solution closest to p, or that in the plane through p with a `normal`; None without convergence.
+
+    freedoms: dimension of the set of solutions, 1 for a curve.
+    """
     p, last = p.copy(), np.inf
     for _ in range(constants.corrections):
         g, table = system.residual(p), system.jacobian(p)
@@ -112,7 +115,7 @@ def correct(
             g, table = np.append(g, 0.0), np.vstack([table, normal])
         if not (np.isfinite(g).all() and np.isfinite(table).all()):
             return None
-        step = _least(table, -g, len(p) if normal is not None else len(p) - 1, constants.rank)
+        step = _least(table, -g, len(p) - (freedoms if normal is None else 0), constants.rank)
         p += step
         size = float(np.linalg.norm(step))
         if size <= constants.closeness:
@@ -149,6 +152,21 @@ def _plain(table: FloatArray, wanted: FloatArray) -> FloatArray | None:
     return step if strong else None
 
 
+def beside(
+    system: Implicit, tangent: FloatArray, guess: FloatArray, distance: float, constants: ArclengthConstants,
+    normal: FloatArray | None = None,
+) -> CurvePoint | None:  # fmt: skip
+    """Return the point near a guess (n + 1,) at some distance from another point along its unit tangent (n + 1,).
+
+    None if the curve turns, or the guess has to be corrected, too much. normal: as in `correct`.
+    """
+    found = correct(system, guess, constants, normal)
+    if found is None or not np.linalg.norm(found - guess) <= constants.pull * abs(distance) + constants.noise:
+        return None
+    there = place(system, found, tangent)
+    return there if there.tangent @ tangent >= np.cos(constants.bend) else None
+
+
 class ArclengthFollower(Follower[FloatArray, CurvePoint]):
     """Follows a curve from a point along its tangent; `places` are the points so far. The caller ends closed curves."""
 
@@ -163,12 +181,7 @@ class ArclengthFollower(Follower[FloatArray, CurvePoint]):
 
     def correct(self, guess: FloatArray) -> CurvePoint | None:
         """Return the point near a predicted one; None if the curve turns, or the point is moved, too much."""
-        here, constants = self.places[-1], self.constants
-        found = correct(self.system, guess, constants)
-        if found is None or not np.linalg.norm(found - guess) <= constants.pull * abs(self.step) + constants.noise:
-            return None
-        there = place(self.system, found, here.tangent)
-        return there if there.tangent @ here.tangent >= np.cos(constants.bend) else None
+        return beside(self.system, self.places[-1].tangent, guess, self.step, self.constants)
 
     def accept(self, there: CurvePoint) -> bool:
         """Add a point; the next step is longer if the tangent turned little in the last one."""

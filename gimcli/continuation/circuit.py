@@ -19,6 +19,7 @@ from gimcli.continuation.arclength import (
     ArclengthConstants,
     ArclengthFollower,
     CurvePoint,
+    beside,
     correct,
     place,
     sign_change,
@@ -379,12 +380,8 @@ def landed(curve: PositionCurve, met: Crossing, ahead: FloatArray) -> CurvePoint
     """Return a point near a singular position on the branch along a tangent; None if none is found."""
     size = CIRCUIT.landing
     while size >= CIRCUIT.shortest_landing:
-        target = met.p + size * ahead
-        found = correct(curve, target, STEPS, ahead)
-        if found is not None and np.linalg.norm(found - target) <= STEPS.pull * size:
-            there = place(curve, found, ahead)
-            if there.tangent @ ahead >= math.cos(STEPS.bend):
-                return there
+        if (there := beside(curve, ahead, met.p + size * ahead, size, STEPS, ahead)) is not None:
+            return there
         size *= 0.25
     return None
 

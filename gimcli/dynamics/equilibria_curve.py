@@ -16,7 +16,7 @@ from itertools import pairwise
 import numpy as np
 
 from gimcli.branching.resampling import beside, heading, settled
-from gimcli.continuation.arclength import place
+from gimcli.continuation.arclength import CurvePoint, place
 from gimcli.continuation.circuit import CIRCUIT, Circuit
 from gimcli.dynamics.equilibria_balance import GeneralisedForces, StaticBalance
 from gimcli.dynamics.equilibria_freedoms import Freedoms
@@ -184,12 +184,12 @@ class BalanceCurve:
             return p, along / np.linalg.norm(along)
         return p, place(circuit.curve, p, along).tangent
 
-    def near(self, stop: CurveStop, p: FloatArray, along: FloatArray) -> BalancePoint:
-        """Return the point at a position p (n + 1,) of the round 0 near a stop, its tangent in the sense of `along`."""
-        moved, tangent = p.copy(), place(self.circuit.curve, p, along).tangent
+    def near(self, stop: CurveStop, found: CurvePoint) -> BalancePoint:
+        """Return the point at a position of the round 0 near a stop."""
+        moved = found.p.copy()
         moved[-1] += stop.round * self.turn
         near = self.places[stop.index].angles + stop.round * self.winding
-        return self._points([stop], [moved], [tangent], near)[0]
+        return self._points([stop], [moved], [found.tangent], near)[0]
 
     def _points(
         self, stops: Sequence[CurveStop], p: list[FloatArray], tangents: list[FloatArray], near: FloatArray

@@ -10,15 +10,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from gimcli.continuation.arclength import ArclengthConstants, correct
 from gimcli.dynamics.equilibria_balance import PositionJet
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.structure.system import system_of
 
-CORRECTIONS = 12
-"""Greatest number of Gauss-Newton corrections of a position."""
-
-SETTLED, ROUNDING = 1e-15, 1e-11
-"""A correction below SETTLED is the last one; below ROUNDING, the last one is that which is no smaller than before."""
+SETTLING = ArclengthConstants(corrections=12)
+"""Constants of the corrections of a position."""
 
 LOST = 1e-10
 """Singular values below this fraction of the greatest are 0."""
@@ -92,22 +90,7 @@ class Freedoms:
 
     def settled(self, y: FloatArray) -> FloatArray | None:
         """Return the solution nearest to y (n + k,); None without convergence."""
-        y, last = y.copy(), np.inf
-        for _ in range(CORRECTIONS):
-            error = self.residual(y)
-            if not np.isfinite(error).all():
-                return None
-            left, values, right = np.linalg.svd(self.jacobian(y), full_matrices=False)
-            kept = min(self.system.n, int(np.sum(values > LOST * values[0])))
-            step = right[:kept].T @ ((left[:, :kept].T @ error) / values[:kept])
-            y -= step
-            size = float(np.linalg.norm(step))
-            if size <= SETTLED or (size <= ROUNDING and size >= 0.5 * last):
-                return y
-            if size > 2.0 * last:
-                return None
-            last = size
-        return y if last <= ROUNDING else None
+        return correct(self, y, SETTLING, freedoms=self.count)
 
     def jet(self, y: FloatArray, first: FloatArray, second: FloatArray) -> PositionJet:
         """Return positions y (n + k, rows) with derivatives (j, n + k, rows) and (j, j, n + k, rows)."""

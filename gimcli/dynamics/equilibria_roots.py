@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from itertools import pairwise
 
 import numpy as np
 
-from gimcli.continuation.arclength import ArclengthConstants, correct, place
+from gimcli.continuation.arclength import ArclengthConstants, beside
 from gimcli.dynamics.equilibria_curve import BALANCE, BalanceCurve, BalancePoint, CurveStop, distance
 
-CORRECTIONS = ArclengthConstants(corrections=12, rounding=1e-10)
+CORRECTIONS = ArclengthConstants(corrections=12, rounding=1e-10, noise=1e-10, pull=0.2, bend=math.acos(0.9))
 
 DIVISIONS = 8
 """Most halvings of an interval in which a cubic has two extremes."""
@@ -135,12 +136,8 @@ def _beside(curve: BalanceCurve, root: BalancePoint, offset: float) -> BalancePo
     """Return the point at a distance along the tangent of another point."""
     shift = np.append(np.zeros(len(root.p) - 1), root.stop.round * curve.turn)
     target = root.p - shift + offset * root.tangent
-    p = correct(curve.circuit.curve, target, CORRECTIONS, root.tangent)
-    if p is None or np.linalg.norm(p - target) > 0.2 * abs(offset) + CORRECTIONS.rounding:
-        return None
-    if place(curve.circuit.curve, p, root.tangent).tangent @ root.tangent < 0.9:
-        return None
-    return curve.near(root.stop, p, root.tangent)
+    found = beside(curve.circuit.curve, root.tangent, target, offset, CORRECTIONS, root.tangent)
+    return None if found is None else curve.near(root.stop, found)
 
 
 def _multiple(curve: BalanceCurve, raw: BalancePoint, scale: float) -> CurveRoot | None:
