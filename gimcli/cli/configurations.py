@@ -9,7 +9,7 @@ import typer
 
 from gimcli.cli.console import print_records, print_turns, room
 from gimcli.cli.progress import end_bars
-from gimcli.library.rounding import titled
+from gimcli.rounding import titled
 
 if TYPE_CHECKING:
     from gimcli.library.configurations import ConfigurationsResult
@@ -35,7 +35,7 @@ def print_configurations(png: Path | None, result: ConfigurationsResult) -> None
     typer.echo(titled(mechanism, result.inputs))
     typer.echo(verdict(found))
     if not len(found):
-        from gimcli.library.unassembled import reason
+        from gimcli.motion.unassembled import reason
 
         if not found.limited:
             typer.echo(reason(mechanism, Status.NOT_ASSEMBLED, found.inputs, tried=("all",)))

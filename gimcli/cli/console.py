@@ -101,7 +101,7 @@ def print_more(count: int, shown: int, where: str = "--json lists all") -> None:
 
 def print_status(motion: Motion) -> None:
     """Print the status of the first row of a motion that is not solved, its cause and the cure."""
-    from gimcli.library.unassembled import motion_reason
+    from gimcli.motion.unassembled import motion_reason
 
     typer.echo(f"{motion.overall.word}: {motion_reason(motion)}")
 

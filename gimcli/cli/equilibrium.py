@@ -8,7 +8,7 @@ from gimcli.cli.arguments import INPUTS, METHOD
 from gimcli.cli.console import print_records
 from gimcli.cli.from_verb import from_verb
 from gimcli.library.equilibrium import EquilibriumResult, equilibrium
-from gimcli.library.rounding import at_inputs, number
+from gimcli.rounding import at_inputs, number
 
 HELP = (
     "Inputs with `free: true`, or named by --free, are released, the others are held at --at. With one released input"

@@ -14,7 +14,7 @@ from gimcli.cli.from_verb import Run, from_verb
 from gimcli.errors import UsageError
 from gimcli.library.fit import fit
 from gimcli.library.fit_result import FitResult
-from gimcli.library.rounding import number
+from gimcli.rounding import number
 from gimcli.table import labelled
 
 TARGETS = "Targets"

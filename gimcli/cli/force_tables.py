@@ -10,7 +10,7 @@ import typer
 from gimcli.cli.console import print_records, print_table
 from gimcli.dynamics.forces import MOST
 from gimcli.library.record import Records, RowField
-from gimcli.library.rounding import at_inputs, greatest, input_value, number
+from gimcli.rounding import at_inputs, greatest, input_value, number
 from gimcli.table import labelled
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ import typer
 from gimcli.cli.arguments import OUTPUT
 from gimcli.cli.console import print_aligned, print_more, print_table
 from gimcli.errors import UsageError
-from gimcli.library.rounding import greatest, length, number
+from gimcli.rounding import greatest, length, number
 
 if TYPE_CHECKING:
     from gimcli.mechanism import Mechanism

@@ -10,7 +10,7 @@ from gimcli.cli.console import print_table
 from gimcli.cli.from_verb import Run, from_verb
 from gimcli.library.jacobian import NATURAL
 from gimcli.library.mobility import MobilityResult, mobility
-from gimcli.library.rounding import number
+from gimcli.rounding import number
 from gimcli.status import Status
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ from gimcli.cli.arguments import INPUTS
 from gimcli.cli.console import note_doubtful_loading, print_more, print_records, print_table
 from gimcli.cli.from_verb import from_verb
 from gimcli.library.modes import ModesResult, modes
-from gimcli.library.rounding import number
+from gimcli.rounding import number
 from gimcli.table import labelled
 
 HELP = (

@@ -11,9 +11,9 @@ from gimcli.canonical import first_greatest
 from gimcli.cli.arguments import INPUTS
 from gimcli.cli.console import print_table
 from gimcli.cli.from_verb import from_verb
-from gimcli.library.rounding import at_inputs, number
 from gimcli.library.sensitivity import sensitivity
 from gimcli.library.sensitivity_result import SensitivityResult
+from gimcli.rounding import at_inputs, number
 from gimcli.table import labelled
 
 HELP = (

@@ -15,10 +15,10 @@ from gimcli.cli.progress import end_bars
 from gimcli.dynamics.integrators import INTEGRATORS, STEPPED, USUAL, WITH_DRY_FRICTION
 from gimcli.dynamics.simulation_table import column_names
 from gimcli.library.result import Result
-from gimcli.library.rounding import greatest, input_value, number
 from gimcli.library.simulate import SimulateResult, simulate
 from gimcli.mechanism import Mechanism
 from gimcli.output import refuse_repeated
+from gimcli.rounding import greatest, input_value, number
 
 HELP = (
     "Inputs with `free: true` move under weight, loads, springs, friction and driving efforts; the other inputs follow"

@@ -7,8 +7,8 @@ import typer
 from gimcli.branching.singularities import STATIONARY
 from gimcli.cli.console import print_records
 from gimcli.cli.from_verb import from_verb
-from gimcli.library.rounding import how_it_ends, intervals
 from gimcli.library.singularities import SingularitiesResult, singularities
+from gimcli.rounding import how_it_ends, intervals
 
 HELP = (
     "The circuit of the initial configuration is followed, and every branch that crosses it. limit: the input turns"

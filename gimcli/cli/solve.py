@@ -15,8 +15,8 @@ from gimcli.cli.from_verb import Run, from_verb
 from gimcli.cli.progress import end_bars
 from gimcli.errors import UsageError
 from gimcli.library.result import Result
-from gimcli.library.rounding import greatest, length, number, titled
 from gimcli.library.solve import SolveResult, solve
+from gimcli.rounding import greatest, length, number, titled
 
 if TYPE_CHECKING:
     from gimcli.rates.instant import Instant

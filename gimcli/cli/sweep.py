@@ -14,8 +14,8 @@ from gimcli.cli.from_verb import Run, from_verb
 from gimcli.cli.progress import end_bars
 from gimcli.errors import UsageError
 from gimcli.library.result import cells
-from gimcli.library.rounding import number
 from gimcli.library.sweep import SweepResult, sweep
+from gimcli.rounding import number
 from gimcli.status import Status
 from gimcli.table import labelled
 

@@ -9,8 +9,8 @@ import typer
 from gimcli.cli.console import print_more, print_status
 from gimcli.cli.from_verb import from_verb
 from gimcli.cli.measures import PLOT, QUANTITIES, print_points, print_ranges
-from gimcli.library.rounding import at_inputs, how_it_ends, input_value, interval, intervals
 from gimcli.library.trace import MotionTraceResult, trace
+from gimcli.rounding import at_inputs, how_it_ends, input_value, interval, intervals
 from gimcli.status import CHANGE, TANGENCY, Status
 
 if TYPE_CHECKING:

@@ -11,8 +11,8 @@ from gimcli.cli.arguments import INPUTS
 from gimcli.cli.console import print_table
 from gimcli.cli.from_verb import Run, from_verb
 from gimcli.errors import UsageError
-from gimcli.library.rounding import at_inputs, interval, length, number
 from gimcli.library.workspace import WorkspaceResult, workspace
+from gimcli.rounding import at_inputs, interval, length, number
 
 if TYPE_CHECKING:
     from gimcli.mechanism import Mechanism

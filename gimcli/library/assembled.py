@@ -12,13 +12,13 @@ from gimcli.assemblies import Configurations, all_configurations, drawn_configur
 from gimcli.assemblies.numbering import SAME
 from gimcli.errors import GimError, UnassembledError, UsageError
 from gimcli.library.inputs import inputs_of, refuse_linked
-from gimcli.library.rounding import titled
 from gimcli.library.sides import with_sides_of
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.motion.side_by_side import whole_inputs, whole_positions
 from gimcli.nearest import guess
 from gimcli.positions.options import Options
 from gimcli.progress import Phases, no_phases
+from gimcli.rounding import titled
 from gimcli.structure.carried import measured
 from gimcli.structure.drive_check import explained
 

@@ -138,7 +138,7 @@ class CheckResult(Result):
             self.error = str(error)
             return None
         if position.status.value:
-            from gimcli.library.unassembled import reason
+            from gimcli.motion.unassembled import reason
 
             self.error = f"{position.status.word}: {reason(mechanism, position.status, position.inputs)}"
         return position

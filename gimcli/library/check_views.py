@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gimcli.library.rounding import ZERO, at_inputs, input_value, interval, length, number
 from gimcli.mechanism import ComplexArray, Mechanism
+from gimcli.rounding import ZERO, at_inputs, input_value, interval, length, number
 from gimcli.table import Column, Table
 
 if TYPE_CHECKING:
@@ -254,7 +254,7 @@ def check_page(
     warnings: Sequence[dict[str, Any]], note: str = "",
 ) -> Animation:  # fmt: skip
     """Return a page with the report and the motion, or else with a position z (nodes,) and a note on it."""
-    from gimcli.library.extras import Extras
+    from gimcli.graphs.extras import Extras
     from gimcli.library.motion_animation import law_animation
     from gimcli.output.animation import Animation
 

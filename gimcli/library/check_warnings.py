@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from gimcli.library.rounding import at_inputs, interval, length, number
 from gimcli.mechanism import Mechanism
+from gimcli.rounding import at_inputs, interval, length, number
 from gimcli.status import Status
 from gimcli.structure.rigid_triangles import rigid_parts
 

@@ -11,7 +11,7 @@ import numpy as np
 from gimcli.branching.resampling import along, as_motion, lengths
 from gimcli.branching.singularities import Singularity
 from gimcli.continuation.circuit import Circuit, nearby
-from gimcli.library.extras import Extras
+from gimcli.graphs.extras import Extras
 from gimcli.library.motion_animation import event_text, first_graphs, row_at, rows_of, thinning, words
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.motion.motion import Motion

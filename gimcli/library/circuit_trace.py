@@ -14,15 +14,15 @@ from gimcli.branching.singularities import STATIONARY, interval, singularities
 from gimcli.continuation.branches import all_circuits
 from gimcli.continuation.circuit import Circuit
 from gimcli.errors import UsageError
-from gimcli.library.extras import Extras
+from gimcli.graphs.extras import Extras
 from gimcli.library.inputs import in_file_units, interval_of
-from gimcli.library.point_ranges import PointRanges
 from gimcli.library.trace_result import TraceResult
 from gimcli.library.under_way import UnderWay
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.motion.motion import Motion
 from gimcli.motion.summary import traced_paths
 from gimcli.progress import Phases
+from gimcli.quantities.point_ranges import PointRanges
 from gimcli.rates.member_angles import counted, direction
 from gimcli.table import Column, Table
 
@@ -182,7 +182,7 @@ class CircuitTraceResult(TraceResult):
 
     def geometry(self) -> Geometry:
         """Return a position on the first circuit, and the curves of all circuits, in true size."""
-        from gimcli.library.motion_geometry import motion_geometry
+        from gimcli.output.geometry import motion_geometry
 
         return motion_geometry(self.mechanism, self.poses(self.motions[0])[0], self.table())
 

@@ -15,9 +15,9 @@ from gimcli.library.machines import driven_machines, for_each_machine
 from gimcli.library.places import coordinates
 from gimcli.library.record import InputsField, Records, RowField
 from gimcli.library.result import Result
-from gimcli.library.rounding import at_inputs, how_it_ends, intervals
 from gimcli.mechanism import Mechanism
 from gimcli.progress import WORK, Phases, limited, no_phases
+from gimcli.rounding import at_inputs, how_it_ends, intervals
 from gimcli.structure.drive_check import explained
 from gimcli.table import Table
 
@@ -163,13 +163,13 @@ class CircuitsResult(Result):
 
     def picture(self) -> Content | None:
         """Return the paths of one point on all circuits and a graph over the input; None if there is no circuit."""
-        from gimcli.library.circuits_picture import circuits_picture
+        from gimcli.output.circuits import circuits_picture
 
         return circuits_picture(self._found, self._labels, self.headline()) if self._found.strands else None
 
     def geometry(self) -> Geometry | None:
         """Return the paths of the traced points on all circuits and a position, in true size; None without circuits."""
-        from gimcli.library.circuits_picture import circuits_geometry
+        from gimcli.output.circuits import circuits_geometry
 
         return circuits_geometry(self._found, self._labels) if self._found.strands else None
 

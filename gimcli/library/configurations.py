@@ -16,10 +16,10 @@ from gimcli.library.machines import for_each_machine
 from gimcli.library.places import angles, coordinates, pairs, places
 from gimcli.library.record import Records, RowField
 from gimcli.library.result import ByName, Result
-from gimcli.library.rounding import titled
 from gimcli.mechanism import Mechanism
 from gimcli.positions.options import Options
 from gimcli.progress import WORK, Phases, limited, no_phases
+from gimcli.rounding import titled
 from gimcli.structure.drive_check import explained
 from gimcli.table import Column, Table, xy_columns
 

@@ -9,8 +9,8 @@ import numpy as np
 
 from gimcli.errors import ModelError, StructureError, UnassembledError, UsageError
 from gimcli.library.inputs import OneOf
-from gimcli.library.rounding import titled
 from gimcli.mechanism import ComplexArray, Mechanism
+from gimcli.rounding import titled
 
 MODEL_FILE = "yaml"
 SUFFIXES = (".yaml", ".yml")

@@ -16,18 +16,18 @@ from gimcli.dynamics.equilibria_balance import StaticBalance
 from gimcli.dynamics.equilibria_circuit import circuit_equilibria, released_circuit
 from gimcli.dynamics.equilibria_search import released_search
 from gimcli.errors import UsageError
+from gimcli.graphs.extras import Extras
 from gimcli.library.assembled import assembly_of
-from gimcli.library.extras import Extras
 from gimcli.library.inputs import Range, Seed, in_file_units, inputs_of, refuse_linked
 from gimcli.library.machines import for_each_machine, released_inputs, released_machines
 from gimcli.library.record import InputsField, NodesField, Records, RowField
 from gimcli.library.result import Result
-from gimcli.library.rounding import greatest
 from gimcli.library.solved_positions import positions_at_rest
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.positions.options import Options
 from gimcli.progress import Phases, limited, no_phases
 from gimcli.quantities.state import SeparateState
+from gimcli.rounding import greatest
 from gimcli.status import Status
 from gimcli.structure.drive_check import explained
 from gimcli.table import Column, Table
@@ -299,7 +299,7 @@ class EquilibriumResult(Result):
 
     def picture(self) -> Content | None:
         """Return potential and effort over the input, and the mechanism in each equilibrium."""
-        from gimcli.library.equilibrium_picture import equilibrium_picture
+        from gimcli.output.equilibria import equilibrium_picture
 
         return equilibrium_picture(self.mechanism, self._found, self.headline())
 

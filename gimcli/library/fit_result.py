@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from gimcli.fitting.targets import GIVEN
 from gimcli.library.fit_targets import FittedTask
 from gimcli.library.result import Result
-from gimcli.library.rounding import number
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.motion.motion import Motion
 from gimcli.quantities.state import State
+from gimcli.rounding import number
 from gimcli.status import Status
 from gimcli.table import Column, Table
 

@@ -11,10 +11,10 @@ from pathlib import Path
 import numpy as np
 
 from gimcli.errors import UsageError
+from gimcli.families.number_columns import number_columns
 from gimcli.families.position_state import position_items
 from gimcli.fitting.targets import FREE, GIVEN, STEP, TIMINGS, TURN, FitRange, Targets
 from gimcli.library.inputs import OneOf
-from gimcli.library.number_columns import number_columns
 from gimcli.mechanism import FRAME, FloatArray, Mechanism
 from gimcli.nearest import guess
 from gimcli.quantities.quantity import Item

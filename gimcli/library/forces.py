@@ -14,11 +14,11 @@ from gimcli.dynamics.force_motion import ForceMotion
 from gimcli.dynamics.force_statistics import ForceAmount, ForceStatistics, ForceSummary, amounts
 from gimcli.dynamics.force_table import force_table
 from gimcli.dynamics.physical import require_action
-from gimcli.library.extras import Extras, texts
-from gimcli.library.force_plots import summary_report, usual_graphs, varying, with_marks
+from gimcli.graphs.extras import Extras, texts
+from gimcli.graphs.force_plots import summary_report, usual_graphs, varying, with_marks
+from gimcli.graphs.plots import PlannedGraph, drawn
 from gimcli.library.inputs import Jit, Steps, checked, refuse_unmoved
 from gimcli.library.machines import accepted, loaded_machines
-from gimcli.library.plots import PlannedGraph, drawn
 from gimcli.library.result import RowsResult
 from gimcli.library.under_way import UnderWay, in_parts
 from gimcli.mechanism import FloatArray, Mechanism

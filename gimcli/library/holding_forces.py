@@ -19,13 +19,13 @@ from gimcli.library.inputs import in_file_units, inputs_of
 from gimcli.library.machines import for_each_machine, loaded_machines
 from gimcli.library.places import places
 from gimcli.library.result import Result
-from gimcli.library.rounding import titled
 from gimcli.library.solved_positions import separate
 from gimcli.mechanism import Mechanism
 from gimcli.motion.solve import solve as solve_position
 from gimcli.positions.options import Options
 from gimcli.positions.position import Position
 from gimcli.quantities.state import AT_REST, SeparateState
+from gimcli.rounding import titled
 from gimcli.status import Status
 from gimcli.structure.drive_check import explained, require_consistent
 from gimcli.table import Table
@@ -127,7 +127,7 @@ class HoldingResult(Result):
             return ""
         if self.position.status is Status.OK:
             return UNDETERMINED
-        from gimcli.library.unassembled import reason
+        from gimcli.motion.unassembled import reason
 
         return f"{self.status}: {reason(self.mechanism, self.position.status, self.position.inputs)}"
 

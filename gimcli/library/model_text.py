@@ -18,7 +18,6 @@ import numpy as np
 from gimcli.canonical import beside
 from gimcli.dynamic_data import NO_NODE
 from gimcli.errors import ModelError, UsageError
-from gimcli.library.rounding import input_value
 from gimcli.mechanism import FRAME, ComplexArray, Mechanism
 from gimcli.model.dimensions import dimensions
 from gimcli.model.edited_text import written_with
@@ -28,6 +27,7 @@ from gimcli.model.schema import Model
 from gimcli.model.source import Where, read_yaml
 from gimcli.model.text_edits import replaced
 from gimcli.output.model import ModelText
+from gimcli.rounding import input_value
 from gimcli.structure.carried import carried, measured
 
 SAME = 1e-12

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gimcli.assemblies import all_configurations
+from gimcli.dynamics.mode_shapes import ModeShape, mode_shape
 from gimcli.dynamics.modes import Mode, natural_modes
 from gimcli.dynamics.physical import require_masses
 from gimcli.dynamics.reducer import release_of
@@ -20,14 +21,13 @@ from gimcli.dynamics.small_motions import Linearised, linearised
 from gimcli.errors import GimError, UsageError
 from gimcli.library.inputs import in_file_units, inputs_of
 from gimcli.library.machines import for_each_machine, released_inputs, released_machines
-from gimcli.library.mode_shapes import ModeShape, mode_shape
 from gimcli.library.record import Records, RowField
 from gimcli.library.result import Result
-from gimcli.library.rounding import number, titled
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.motion.linked_inputs import followed
 from gimcli.motion.solve import solve as solve_position
 from gimcli.positions.options import Options
+from gimcli.rounding import number, titled
 from gimcli.status import Status
 from gimcli.structure.drive_check import explained, require_consistent
 from gimcli.table import Table
@@ -216,7 +216,7 @@ class ModesResult(Result):
         if self.complete:
             return ""
         if self._found is None:
-            from gimcli.library.unassembled import reason
+            from gimcli.motion.unassembled import reason
 
             return reason(self.mechanism, self.code, self._inputs)
         rest = remaining(self._found) or "the steps became too short"
@@ -294,7 +294,7 @@ class ModesResult(Result):
 
     def picture(self) -> Content | None:
         """Return the shapes, each in both extreme positions; None without modes."""
-        from gimcli.library.modes_picture import modes_picture
+        from gimcli.output.modes import modes_picture
 
         return (
             modes_picture(self._found, self.modes, self.time, self.headline()) if self._found and self.modes else None
@@ -302,6 +302,6 @@ class ModesResult(Result):
 
     def animation(self) -> Animation | None:
         """Return one clip for each mode; None without modes."""
-        from gimcli.library.modes_picture import modes_animation
+        from gimcli.output.modes import modes_animation
 
         return modes_animation(self._found, self.modes, self.time) if self._found and self.modes else None

@@ -11,18 +11,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gimcli.library.rounding import at_inputs, titled
 from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.motion.motion import Motion
 from gimcli.motion.summary import occurrences
 from gimcli.output.animation import Animation, Clip, Graph, Moment, shown_rows
 from gimcli.quantities.graphs import abscissa
 from gimcli.rates.member_angles import Angles, in_rows
+from gimcli.rounding import at_inputs, titled
 from gimcli.status import Status
 from gimcli.table import Column, Table, xy_columns
 
 if TYPE_CHECKING:
-    from gimcli.library.extras import Extras
+    from gimcli.graphs.extras import Extras
     from gimcli.rates.instant import Instant
 
 SAME = 1e-6

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gimcli.library.places import coordinates
-from gimcli.library.rounding import input_value, number
 from gimcli.mechanism import ComplexArray, Mechanism
+from gimcli.rounding import input_value, number
 from gimcli.table import Column, Table, labelled, xy_columns
 
 Values = Sequence[Any] | NDArray[Any]

@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gimcli.errors import UsageError
-from gimcli.library.rounding import greatest, number
 from gimcli.mechanism import Mechanism
 from gimcli.nearest import guess
 from gimcli.quantities.state import ApartError, State
+from gimcli.rounding import greatest, number
 from gimcli.status import Status
 from gimcli.table import Column, Table, labelled
 

@@ -13,12 +13,12 @@ from gimcli.families.design_sensitivity import QuantitySlopes
 from gimcli.families.motion_sensitivity import MotionNumber
 from gimcli.families.tolerances import FirstOrderSpread, SampledSpread, first_order_spread
 from gimcli.library.result import Result
-from gimcli.library.rounding import titled
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.model.dimensions import Dimension
 from gimcli.motion.motion import Motion
 from gimcli.motion.summary import first_columns, status_column
 from gimcli.quantities.quantity import Item
+from gimcli.rounding import titled
 from gimcli.status import Status
 from gimcli.table import Column, Table, labelled
 

@@ -11,11 +11,11 @@ import numpy as np
 
 from gimcli.assemblies import all_configurations
 from gimcli.errors import GimError, ModelError, StructureError
-from gimcli.library.rounding import length, titled
 from gimcli.mechanism import ComplexArray, Mechanism
 from gimcli.model.compile import compile_model
 from gimcli.model.placing import place, placed_again, rough_again, sides_at, with_coordinates, with_sides
 from gimcli.model.schema import Model
+from gimcli.rounding import length, titled
 from gimcli.structure.mobility import require_driven
 
 MOST_SIDES = 8

@@ -27,11 +27,11 @@ from gimcli.dynamics.simulation_table import (
 )
 from gimcli.dynamics.simulation_types import SIMULATION, Settings, Simulation
 from gimcli.errors import UsageError
-from gimcli.library.extras import Extras, texts
+from gimcli.graphs.extras import Extras, texts
+from gimcli.graphs.plots import drawn
 from gimcli.library.inputs import MOST_STEPS, Jit, OneOf, Range, refuse_linked
 from gimcli.library.machines import accepted, driven_machines, for_each_machine
 from gimcli.library.places import angles, pairs, places
-from gimcli.library.plots import drawn
 from gimcli.library.result import ByName, RowsResult
 from gimcli.mechanism import FRAME, FloatArray, Machine, Mechanism
 from gimcli.motion.motion import Motion
@@ -327,7 +327,7 @@ class SimulateResult(RowsResult):
 
     def geometry(self) -> Geometry | None:
         """Return the first position and the curves of the traced points in true size; None without rows."""
-        from gimcli.library.motion_geometry import motion_geometry
+        from gimcli.output.geometry import motion_geometry
 
         if not len(self._found.time):
             return None

@@ -9,9 +9,9 @@ import numpy as np
 from gimcli.dynamics.simulation_table import ENERGIES
 from gimcli.dynamics.simulation_types import Event, Simulation
 from gimcli.library.motion_animation import row_at, rows_of, thinning
-from gimcli.library.rounding import at_inputs, number
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.output.animation import Animation, Clip, Graph, Moment, shown_rows
+from gimcli.rounding import at_inputs, number
 from gimcli.table import Table
 
 

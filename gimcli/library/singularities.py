@@ -11,9 +11,9 @@ from gimcli.library.inputs import in_file_units, interval_of, refuse_linked
 from gimcli.library.machines import driven_machines, for_each_machine
 from gimcli.library.record import InputsField, NodesField, Records, RowField
 from gimcli.library.result import Result
-from gimcli.library.rounding import at_inputs, intervals
 from gimcli.mechanism import Mechanism
 from gimcli.progress import Phases, no_phases
+from gimcli.rounding import at_inputs, intervals
 from gimcli.structure.drive_check import explained
 from gimcli.table import Table
 

@@ -14,17 +14,17 @@ from gimcli.errors import UsageError
 from gimcli.library.inputs import Jit, Method, OneOf, Seed, Strategy, checked, in_file_units, inputs_of
 from gimcli.library.places import angles, coordinates, places
 from gimcli.library.result import ByName, Result
-from gimcli.library.rounding import titled
 from gimcli.mechanism import Mechanism
 from gimcli.motion.solve import solve as solve_position
 from gimcli.positions.options import Options
 from gimcli.positions.position import Position
+from gimcli.rounding import titled
 from gimcli.structure.drive_check import explained, require_consistent
 from gimcli.table import Column, Table, per_second, xy_columns
 
 if TYPE_CHECKING:
     from gimcli.gim.convergence import ErrorLaw
-    from gimcli.library.extras import Extras
+    from gimcli.graphs.extras import Extras
     from gimcli.output.animation import Animation
     from gimcli.output.geometry import Geometry
     from gimcli.output.model import ModelText
@@ -78,7 +78,7 @@ def solve(
         raise UsageError("history: the error after every sweep needs method gim")
     extras = None
     if measure:
-        from gimcli.library.extras import Extras
+        from gimcli.graphs.extras import Extras
 
         extras = Extras(mechanism, measure)
     given = {**(at if isinstance(at, Mapping) else {}), **inputs}
@@ -141,7 +141,7 @@ class SolveResult(Result):
     @cached_property
     def reason(self) -> str:
         """Why the position is not solved, with numbers where it cannot be assembled, or is tangent; else ""."""
-        from gimcli.library.unassembled import reason
+        from gimcli.motion.unassembled import reason
 
         found, options = self.position, self.position.options
         tried = ("random",) if options is not None and options.seed is not None else ()

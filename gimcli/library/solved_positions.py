@@ -11,7 +11,7 @@ import numpy as np
 from gimcli.errors import UsageError
 from gimcli.families.designs import Designs
 from gimcli.families.family import Family
-from gimcli.library.extras import Extras
+from gimcli.graphs.extras import Extras
 from gimcli.library.inputs import inputs_of
 from gimcli.library.places import angles, pairs, places
 from gimcli.library.result import ByName, RowsResult

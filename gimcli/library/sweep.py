@@ -16,12 +16,12 @@ from gimcli.errors import UsageError
 from gimcli.families.column_names import ColumnNames
 from gimcli.families.design_table import design_table, listed_designs
 from gimcli.families.family import ONE, kernel_name, mode_of
+from gimcli.families.grid import contents_hash, model_hash
 from gimcli.families.quantity_text import texts_of
 from gimcli.families.sampling import POINTS
 from gimcli.families.sweep_job import SweepJob, chunk_size, default_keep
 from gimcli.families.sweep_run import SweepRun
 from gimcli.families.variation import MOST_VALUES, varied
-from gimcli.library.grid import contents_hash, model_hash
 from gimcli.library.inputs import OneOf, Range, Seed, Steps, checked, refuse_linked, refuse_unmoved
 from gimcli.library.machines import accepted, driven_machines
 from gimcli.library.result import RowsResult
@@ -134,7 +134,7 @@ def _designs(given: Any) -> dict[str, Any]:
         name, _, values = given.partition("=")
         raise UsageError(f"vary: expected a dict of values, such as {{'{name}': '{values}'}}, got '{given}'")
     if isinstance(given, str | Path):
-        from gimcli.library.number_columns import number_columns
+        from gimcli.families.number_columns import number_columns
 
         return dict(number_columns(Path(given), "designs"))
     if hasattr(given, "columns") and hasattr(given, "to_numpy"):

@@ -9,12 +9,12 @@ import numpy as np
 from gimcli.families.design_columns import DesignColumns
 from gimcli.families.design_table import DesignTable
 from gimcli.library.motion_animation import returns, words
-from gimcli.library.rounding import number
 from gimcli.library.sweep_tables import SweepTables
 from gimcli.mechanism import FloatArray, IntArray
 from gimcli.output.animation import Animation, Clip, DimensionSlider, Graph
 from gimcli.quantities.graphs import abscissa
 from gimcli.quantities.motion_table import motion_table
+from gimcli.rounding import number
 from gimcli.status import Status
 from gimcli.table import Table
 

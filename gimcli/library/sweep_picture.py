@@ -9,7 +9,6 @@ import numpy as np
 from gimcli.families.design_columns import DesignColumns
 from gimcli.families.design_motions import DesignMotions
 from gimcli.families.sweep_job import DESIGN, GOAL, STATUS, Rows
-from gimcli.library.rounding import number
 from gimcli.library.sweep_tables import SweepTables
 from gimcli.mechanism import ComplexArray, FloatArray
 from gimcli.output.contours import contour_picture
@@ -17,6 +16,7 @@ from gimcli.output.drawing import motion_picture
 from gimcli.output.graph import Axis, Curve, CurveGraph
 from gimcli.output.panels import panel
 from gimcli.output.picture import WIDEST, Picture, Sheet
+from gimcli.rounding import number
 from gimcli.status import Status
 
 MOST_CURVES, MOST_GRAPHS = 6, 6

@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 import numpy as np
 
 from gimcli.errors import UsageError
-from gimcli.library.extras import Extras
+from gimcli.graphs.extras import Extras
 from gimcli.library.inputs import MOST_STEPS, Jit, Method, OneOf, Range, Steps, Strategy, checked, refuse_unmoved
-from gimcli.library.point_ranges import PointRanges
 from gimcli.library.trace_result import TraceResult
 from gimcli.library.under_way import UnderWay, in_parts
 from gimcli.mechanism import FloatArray, Mechanism
@@ -20,6 +19,7 @@ from gimcli.motion.motion import PIECE, Motion, stream
 from gimcli.motion.summary import Summary, events, reachable, traced_paths
 from gimcli.positions.options import Options
 from gimcli.progress import Notify, Phases, no_phases
+from gimcli.quantities.point_ranges import PointRanges
 from gimcli.rates.member_angles import LawAngles
 from gimcli.structure.drive_check import explained, require_consistent
 from gimcli.structure.plan import make_plan
@@ -259,7 +259,7 @@ class MotionTraceResult(TraceResult):
         """Return the report that --json prints."""
         why: dict[str, Any] = {}
         if not self.complete:
-            from gimcli.library.unassembled import motion_reason
+            from gimcli.motion.unassembled import motion_reason
 
             why = {"reason": motion_reason(self.motion)}
         return {
@@ -289,7 +289,7 @@ class MotionTraceResult(TraceResult):
 
     def geometry(self) -> Geometry | None:
         """Return the first position and all curves in true size, with all rows of the traced points."""
-        from gimcli.library.motion_geometry import motion_geometry
+        from gimcli.output.geometry import motion_geometry
 
         if not self.solved:
             return None

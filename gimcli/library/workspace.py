@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from gimcli.errors import StructureError, UsageError
-from gimcli.library.grid import Grid, Kept, solve_grid
+from gimcli.families.grid import Grid, Kept, solve_grid
 from gimcli.library.inputs import MOST_STEPS, Jit, Range, checked, refuse_linked, refuse_unmoved
 from gimcli.library.result import Result
 from gimcli.mechanism import FRAME, ComplexArray, Mechanism

@@ -1,16 +1,22 @@
-"""The picture of equilibria: stable positions with full lines, the others with dashes, each with its number."""
+"""The picture of equilibria: stable positions with full lines, the others with dashes, each with its number.
+
+With one released input also potential and holding effort over it.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from gimcli.mechanism import ComplexArray, Mechanism
+from gimcli.dynamics.equilibria import BalanceHistory, Equilibria
+from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.output.drawing import name_nodes, plot
+from gimcli.output.graph import Axis, Curve, CurveGraph
 from gimcli.output.labels import Labels
-from gimcli.output.picture import LAYOUT, Picture, PictureLayout, composition
+from gimcli.output.panels import with_panels
+from gimcli.output.picture import LAYOUT, Content, Picture, PictureLayout, composition
 from gimcli.output.pose import draw_markers, draw_strong
 from gimcli.output.scene import Scene
 from gimcli.output.style import GHOST_PIN, INK, Mark, Pen
@@ -96,3 +102,57 @@ def _write_numbers(labels: Labels, drawn: Sequence[ShownEquilibrium], node: int,
             near.append(one.number)
     for place, numbers in together:
         labels.beside(place, ", ".join(map(str, numbers)), size=10.0)
+
+
+OUTSIDE = 3.0
+"""Coordinate, in sizes, up to which a curve that goes to infinity is shown, unless there are equilibria beyond."""
+
+ORDER = ("unstable", "stable", "undecided")
+"""Kinds in the order of the marks of events: an open circle, a filled square, an open diamond."""
+
+
+def equilibrium_picture(mechanism: Mechanism, found: Equilibria, title: str) -> Content:
+    """Return the mechanism in all equilibria, or in the start position, with graphs if one input is released."""
+    shown = [ShownEquilibrium(k + 1, one.stability, mechanism.to_file(one.z)) for k, one in enumerate(found.found)] or [
+        ShownEquilibrium(0, "", mechanism.to_file(found.start))
+    ]
+    picture = equilibria_picture(mechanism, shown, title)
+    return picture if found.history is None else with_panels(picture, _graphs(mechanism, found, found.history))
+
+
+def _graphs(mechanism: Mechanism, found: Equilibria, history: BalanceHistory) -> list[CurveGraph]:
+    """Return potential and effort over the released input, with the equilibria."""
+    main = found.released[0]
+    actuator, rows = mechanism.actuators[main], _shown_rows(found, history)
+    q = mechanism.value_to_file(main, history.inputs[main, rows])
+    places = mechanism.value_to_file(main, np.array([one.inputs[main] for one in found.found]))
+    effort = np.where(np.isfinite(history.effort), history.effort, np.nan)[rows]
+    over, unit = Axis(actuator.name, mechanism.unit_of(actuator)), "N m" if actuator.rotary else "N"
+    numbers = [(float(x), str(k + 1)) for k, x in enumerate(places)]
+    return [
+        CurveGraph(
+            over, Axis("potential", "J"), [Curve("potential", q, history.potential[rows])], verticals=numbers,
+            events=_marks(found, places, [one.potential for one in found.found]),
+        ),
+        CurveGraph(
+            over, Axis("holding effort", unit), [Curve("holding effort", q, effort)],
+            events=_marks(found, places, [0.0] * len(places)),
+        ),
+    ]  # fmt: skip
+
+
+def _marks(found: Equilibria, x: FloatArray, y: Sequence[float]) -> Mapping[str, list[complex]]:
+    """Return the places of the equilibria in a graph by their kind."""
+    every = list(zip(found.found, x.tolist(), y, strict=True))
+    return {kind: [complex(a, b) for one, a, b in every if one.stability == kind] for kind in ORDER}
+
+
+def _shown_rows(found: Equilibria, history: BalanceHistory) -> IntArray:
+    """Return the numbers of the rows that are not far outside the mechanism."""
+    far = max([OUTSIDE, *(1.5 * _reach(one.z[:, None])[0] for one in found.found)])
+    return np.asarray(np.flatnonzero(_reach(history.z) <= far))
+
+
+def _reach(z: ComplexArray) -> FloatArray:
+    """Return the greatest coordinate of some positions (nodes, rows)."""
+    return np.asarray(np.max(np.maximum(np.abs(z.real), np.abs(z.imag)), axis=0))

@@ -1,6 +1,7 @@
 """Geometry in true size for drawing programs: layers of polylines, circles, points and names.
 
 Coordinates are those of the file. Only pins, blocks and names have a size of their own, in proportion to the drawing.
+A motion is a position, and the curves of the traced points.
 """
 
 from __future__ import annotations
@@ -14,9 +15,11 @@ import numpy as np
 from gimcli.mechanism import ComplexArray, Mechanism
 from gimcli.output.curves import pieces
 from gimcli.output.scene import Scene, Slider
+from gimcli.table import Table
 
 if TYPE_CHECKING:
     from gimcli.output.gear_outlines import GearOutlines
+
 
 PIN = 0.01
 """Radius of a pin, relative to the extent of the mechanism."""
@@ -160,3 +163,26 @@ class _MechanismLayers:
         geometry.add(POINTS, *(Spot(at) for name, at in named.items() if name not in mechanism.nodes))
         beside = (1 + 1j) * 1.5 * self.radius
         geometry.add(NAMES, *(Lettering(at + beside, name, 2 * self.radius) for name, at in named.items()))
+
+
+BRANCH = "branch"
+
+
+def motion_geometry(mechanism: Mechanism, pose: ComplexArray, table: Table) -> Geometry:
+    """Return a position (nodes,) in the file's coordinates and the paths that a table has, with all its rows."""
+    found = Geometry(mechanism.length_unit)
+    found.add_mechanism(mechanism, pose)
+    for name in (*mechanism.nodes, *(point.name for point in mechanism.points)):
+        if {f"{name}.x", f"{name}.y"} <= set(table.names):
+            z = table.floats(f"{name}.x") + 1j * table.floats(f"{name}.y")
+            for tail, rows in _parts(table):
+                found.add_curve(f"curve {name}{tail}", z[rows])
+    return found
+
+
+def _parts(table: Table) -> list[tuple[str, np.ndarray]]:
+    """Return the rows of each branch, and the end of its name."""
+    if BRANCH not in table.names:
+        return [("", np.arange(len(table)))]
+    own = table[BRANCH]
+    return [(f" {BRANCH} {number}", np.flatnonzero(own == number)) for number in np.unique(own)]

@@ -17,7 +17,6 @@ import numpy as np
 from gimcli.canonical import beside
 from gimcli.errors import UsageError
 from gimcli.library.inputs import in_file_units, inputs_of
-from gimcli.library.rounding import at_inputs
 from gimcli.library.solved_positions import positions_state
 from gimcli.library.trace import MotionTraceResult
 from gimcli.mechanism import SPAN, ComplexArray, FloatArray, Mechanism
@@ -26,6 +25,7 @@ from gimcli.positions.inputs import law_inputs, law_times
 from gimcli.quantities.catalogue import catalogue
 from gimcli.quantities.state import ApartError
 from gimcli.rates.member_angles import full_turn
+from gimcli.rounding import at_inputs
 from gimcli.status import Status
 from gimcli.table import Table
 from gimcli.view.live_model import LiveContent, LiveModel

@@ -225,7 +225,7 @@ def numbers_of(mechanism: Mechanism) -> dict[str, float]:
 
 def unsolved(result: Any) -> str:
     """Return why no row of a motion is solved."""
-    from gimcli.library.unassembled import motion_reason
+    from gimcli.motion.unassembled import motion_reason
 
     return f"{result.motion.overall.word}: {motion_reason(result.motion)}"
 

@@ -15,8 +15,8 @@ from typer.testing import CliRunner
 
 from gimcli import GimError, load
 from gimcli.cli import app
+from gimcli.families.grid import carried_by, input_grid
 from gimcli.kernels import jit
-from gimcli.library.grid import carried_by, input_grid
 from gimcli.motion.scatter import Scatterer, scattered
 from gimcli.motion.solve import solve
 from gimcli.positions.dispatch import plain

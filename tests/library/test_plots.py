@@ -8,9 +8,9 @@ from in_process import gim, refused
 
 import gimcli
 from gimcli import UsageError
+from gimcli.graphs.plots import graphs_of
 from gimcli.language.expression import PartKind
 from gimcli.language.reader import longest
-from gimcli.library.plots import graphs_of
 from gimcli.output.graph import EQUAL, ORDINARY, POLAR
 
 FOUR_BAR = MODELS / "crank_rocker.yaml"

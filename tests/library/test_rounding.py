@@ -10,8 +10,8 @@ from bundled import MODELS
 from in_process import gim
 
 import gimcli
-from gimcli.library.rounding import input_value, interval, length, number
 from gimcli.model.source import read_source
+from gimcli.rounding import input_value, interval, length, number
 
 
 @pytest.mark.parametrize(

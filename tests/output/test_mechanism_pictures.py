@@ -8,7 +8,7 @@ from bundled import MODELS
 from strut import STRUT
 
 import gimcli
-from gimcli.library.circuits_picture import _alike
+from gimcli.output.circuits import _alike
 from gimcli.output.curves import overlap
 from gimcli.output.drawing import motion_picture
 from gimcli.output.force_symbols import CENTRE_RADIUS, COIL, LANE, LONGEST

@@ -10,8 +10,8 @@ from bundled import MODELS
 from in_process import gim, printed
 
 import gimcli
-from gimcli.library.point_ranges import PointRanges
 from gimcli.model.source import read_source
+from gimcli.quantities.point_ranges import PointRanges
 from gimcli.table import Column, Table
 
 

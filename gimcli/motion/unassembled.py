@@ -8,7 +8,6 @@ from collections.abc import Callable, Collection, Iterator
 import numpy as np
 
 from gimcli.canonical import first_least, ranks
-from gimcli.library.rounding import input_value, interval, length, number
 from gimcli.mechanism import ANGLE, FRAME, HEIGHT, SPAN, ComplexArray, FloatArray, Mechanism
 from gimcli.motion.assemble import Assembler
 from gimcli.motion.motion import Motion
@@ -16,6 +15,7 @@ from gimcli.motion.side_by_side import machine_inputs
 from gimcli.motion.solve import solve
 from gimcli.positions.dispatch import plain
 from gimcli.positions.options import TOLERANCE, Options
+from gimcli.rounding import input_value, interval, length, number
 from gimcli.status import Status
 from gimcli.structure.checks import Check, checks
 from gimcli.structure.plan import make_plan

@@ -7,9 +7,7 @@ from typing import Any
 
 from gimcli.connected import grouped
 from gimcli.errors import UsageError
-from gimcli.language.expression import Expression, PartKind
-from gimcli.language.reader import KnownNames
-from gimcli.library.plots import (
+from gimcli.graphs.plots import (
     HODOGRAPH,
     POLAR_WORD,
     CurveText,
@@ -23,6 +21,8 @@ from gimcli.library.plots import (
     name_of,
     plotted,
 )
+from gimcli.language.expression import Expression, PartKind
+from gimcli.language.reader import KnownNames
 from gimcli.mechanism import Mechanism
 from gimcli.nearest import guess
 from gimcli.output.graph import EQUAL, ORDINARY, POLAR

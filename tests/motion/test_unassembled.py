@@ -6,7 +6,7 @@ import re
 import pytest
 
 import gimcli
-from gimcli.library.unassembled import Unassembled, reason
+from gimcli.motion.unassembled import Unassembled, reason
 from gimcli.status import Status
 
 FOUR = """

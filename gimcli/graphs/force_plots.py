@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from gimcli.dynamics.force_statistics import Extremum, ForceSummary
-from gimcli.library.plots import PlannedCurve, PlannedGraph, plotted
+from gimcli.graphs.plots import PlannedCurve, PlannedGraph, plotted
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.output.graph import EQUAL, ORDINARY, Curve, CurveGraph, PlaceMark
 from gimcli.table import Column

@@ -20,7 +20,7 @@ from gimcli.rates.member_angles import Angles, in_rows
 from gimcli.table import Column, Table
 
 if TYPE_CHECKING:
-    from gimcli.library.plots import PlannedGraph
+    from gimcli.graphs.plots import PlannedGraph
     from gimcli.output.graph import CurveGraph
     from gimcli.rates.derivatives import TracedRates
 
@@ -62,8 +62,8 @@ class Extras:
 
     def _plan(self, graphs: Sequence[str], columns: Mapping[str, str] | None) -> None:
         """Read the graphs and add their quantities."""
-        from gimcli.library.plots import only_angle
-        from gimcli.library.vocabulary import Vocabulary
+        from gimcli.graphs.plots import only_angle
+        from gimcli.graphs.vocabulary import Vocabulary
         from gimcli.quantities.catalogue import catalogue
 
         vocabulary, known = Vocabulary(self.mechanism, columns, self.specs), catalogue(self.mechanism)
@@ -121,7 +121,7 @@ class Extras:
 
     def check(self, head: Table) -> None:
         """Raise UsageError if a graph cannot be drawn, such as one with abscissae of different units."""
-        from gimcli.library.plots import drawn
+        from gimcli.graphs.plots import drawn
 
         for plan in self.plans:
             drawn(plan, {column.name: column for column in head.columns}, Column("", head.columns[0].values))
@@ -140,7 +140,7 @@ class Extras:
         """Return the graphs; `motion` has the rows that are kept."""
         if not self.plans:
             return []
-        from gimcli.library.plots import drawn
+        from gimcli.graphs.plots import drawn
         from gimcli.quantities.graphs import abscissa
 
         columns, across = self.kept, abscissa(motion)

@@ -11,11 +11,20 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gimcli.dynamics.mode_shapes import Swing, swing
 from gimcli.dynamics.modes import DECAY, RIGID, VIBRATION, Mode
 from gimcli.dynamics.small_motions import Linearised
-from gimcli.library.mode_shapes import Swing, swing
-from gimcli.library.rounding import number
+from gimcli.mechanism import ComplexArray, Mechanism
+from gimcli.output import style
 from gimcli.output.animation import Animation, Clip, Graph
+from gimcli.output.drawing import length_labels
+from gimcli.output.gallery import NAMED, columns_of, window_of
+from gimcli.output.labels import Labels
+from gimcli.output.picture import LAYOUT, Frame, Gallery, Picture, PictureLayout, composition
+from gimcli.output.pose import draw_ghost, draw_markers, draw_strong, part_names
+from gimcli.output.scene import Scene
+from gimcli.output.style import Mark, Pen
+from gimcli.rounding import number
 from gimcli.structure.carried import carried_point
 from gimcli.table import Column, Table, xy_columns
 
@@ -29,8 +38,6 @@ PANELS = 12
 
 def modes_picture(found: Linearised, modes: Sequence[Mode], time: float, headline: str) -> Content:
     """Return one panel for each mode, at most PANELS."""
-    from gimcli.output.extremes import extremes_gallery
-
     mechanism, shown = found.mechanism, modes[:PANELS]
     swings = [swing(found, mode, time, np.array([0.0, math.pi])) for mode in shown]
     extremes = np.array([mechanism.to_file(one.z) for one in swings])
@@ -101,3 +108,59 @@ def _clip(found: Linearised, k: int, mode: Mode, time: float) -> Clip:
         f"{k}: {spoken(mode)}", z, ROUND * shown.phases / (2.0 * math.pi), ("ok",) * len(z), Table(tuple(columns)),
         PHASE, closed=True, without=NO_TIME, note=f"{amplitude_text(found, mode, shown)}{pace}",
     )  # fmt: skip
+
+
+OTHER = Pen(1.5, style.PALETTE[1], (3.0, 1.5), layer=5)
+"""Members in the second extreme position."""
+
+OTHER_PIN = Mark(size=3.6, face=style.PAPER, edge=style.PALETTE[1], width=0.9, layer=6)
+
+
+@composition
+def extremes_gallery(
+    mechanism: Mechanism, rest: ComplexArray, extremes: ComplexArray, titles: Sequence[str], title: str, *,
+    layout: PictureLayout = LAYOUT,
+) -> Gallery:  # fmt: skip
+    """Return one panel for each motion.
+
+    Args:
+        mechanism: the mechanism.
+        rest: position in the middle (nodes,), in the file's coordinates, as the extremes.
+        extremes: the two extreme positions (motions, 2, nodes).
+        titles: what stands above each panel.
+        title: what stands above all.
+        layout: size of the window.
+    """
+    scenes = [Scene(mechanism, np.array([one, rest, other])) for one, other in extremes]
+    columns = columns_of(len(scenes))
+    frame = window_of(np.concatenate([scene.extent() for scene in scenes]), columns, layout)
+    panels = [_panel(scene, frame, name, len(scenes) <= NAMED) for scene, name in zip(scenes, titles, strict=True)]
+    return Gallery(title, tuple(panels), columns)
+
+
+def _panel(scene: Scene, frame: Frame, title: str, all_names: bool) -> Picture:
+    mechanism = scene.mechanism
+    panel = Picture(title, frame, length_labels(mechanism))
+    with panel.named("at-rest"):
+        draw_ghost(panel, scene, 1)
+    with panel.named("other-extreme"):
+        _draw_other(panel, scene, scene.poses[2])
+    draw_strong(panel, scene, colours=dict.fromkeys(part_names(scene), style.PALETTE[0]))
+    draw_markers(panel, scene)
+    labels = Labels(panel)
+    for node in sorted(scene.used if all_names else scene.used & scene.fixed):
+        labels.beside(complex(scene.poses[0][node]), mechanism.nodes[node])
+    labels.write()
+    return panel
+
+
+def _draw_other(panel: Picture, scene: Scene, z: ComplexArray) -> None:
+    """Draw the members, cylinders and blocks at a position with dashed lines."""
+    for body in scene.bodies:
+        outline = [scene.place(anchor, z) for anchor in body.outline]
+        panel.stroke(OTHER, [*outline, *outline[: body.kind == "plate"]])
+    for drive in scene.drives:
+        if drive.kind == "cylinder":
+            panel.stroke(OTHER, z[list(drive.nodes)])
+    blocks = {node for slider in scene.sliders for node in slider.nodes}
+    panel.mark(OTHER_PIN, *z[[n for n in {*scene.pins, *blocks} if n not in scene.fixed]].tolist())
