@@ -55,6 +55,7 @@ class Recording:
     def __init__(self) -> None:
         self.steps: list[tuple[str, tuple[Any, ...]]] = []  # operation and operands: numbers, or places in this list
         self._known: dict[Any, Recorded] = {}
+        self._moved: dict[int, Dual] = {}  # nominal numbers with their derivatives, by places
         self.variables: list[Recorded] = []
 
     def variable(self, value: float) -> Recorded:
@@ -72,11 +73,26 @@ class Recording:
         key = (name, *((1, one.place) if isinstance(one, Recorded) else (0, one) for one in own))
         found = self._known.get(key)
         if found is None:
-            value = RULES[name].value(*map(nominal, own))
-            found = Recorded(self, len(self.steps), complex(value) if np.iscomplexobj(value) else float(value))
-            self.steps.append((name, tuple(own)))
-            self._known[key] = found
+            found = self._known[key] = self._recorded(name, own, RULES[name].value(*map(nominal, own)))
         return found
+
+    def slope(self, number: Any, variable: int) -> Any:
+        """Return the derivative of a number by a variable as a recorded number, 0.0 if it does not depend on it."""
+        if not isinstance(number, Recorded) or self.variables[variable].place not in self._needed([number.place]):
+            return 0.0
+        key = ("slope", number.place, variable)
+        if key not in self._known:
+            if number.place not in self._moved:
+                plain = [place for place, (name, _) in enumerate(self.steps) if name != "slope"]
+                self._moved = self.tangents([np.array([one.value]) for one in self.variables], plain)
+            value = self._moved[number.place].slopes[variable, 0]
+            self._known[key] = self._recorded("slope", (number, variable), value)
+        return self._known[key]
+
+    def _recorded(self, name: str, operands: Sequence[Any], value: Any) -> Recorded:
+        """Append an operation with a nominal result."""
+        self.steps.append((name, tuple(operands)))
+        return Recorded(self, len(self.steps) - 1, complex(value) if np.iscomplexobj(value) else float(value))
 
     def evaluate(self, values: Any, wanted: Sequence[int]) -> dict[int, Any]:
         """Return the numbers at places `wanted` of the recording for values (variables, designs) of the variables.
@@ -84,11 +100,16 @@ class Recording:
         The values of each variable may also be dual numbers; so are the results then.
         """
         done: dict[int, Any] = {}
+        needed = self._needed(wanted)
+        moving = [self.steps[place][1][0].place for place in needed if self.steps[place][0] == "slope"]
+        moved = self.tangents(values, moving) if moving else {}
         with np.errstate(all="ignore"):
-            for place in self._needed(wanted):
+            for place in needed:
                 name, operands = self.steps[place]
                 if name == "variable":
                     done[place] = values[operands[0]]
+                elif name == "slope":
+                    done[place] = moved[operands[0].place].slopes[operands[1]]
                 else:
                     own = (done[one.place] if isinstance(one, Recorded) else one for one in operands)
                     done[place] = RULES[name].value(*own)
@@ -107,7 +128,7 @@ class Recording:
         needed, todo = set(wanted), list(wanted)
         while todo:
             name, operands = self.steps[todo.pop()]
-            for one in operands if name != "variable" else ():
+            for one in operands if name not in ("variable", "slope") else ():
                 if isinstance(one, Recorded) and one.place not in needed:
                     needed.add(one.place)
                     todo.append(one.place)

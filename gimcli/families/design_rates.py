@@ -1,4 +1,4 @@
-"""Velocities, accelerations and jerks of many designs: the operations of the nominal plan, with numbers of each design.
+"""Derivatives of the positions of many designs: the operations of the nominal plan, with numbers of each design.
 
 The plan is differentiated once, with recorded numbers as dimensions; the constants of the operations are then computed
 for all designs together.
@@ -6,6 +6,7 @@ for all designs together.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -15,22 +16,57 @@ from gimcli.calculus.recorded import Recording
 from gimcli.families.float_tables import TableMaker
 from gimcli.kernels import tape as kernels
 from gimcli.kernels.lanes import WIDTH
-from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+from gimcli.mechanism import BoolArray, ComplexArray, FloatArray, Mechanism
 from gimcli.positions.dispatch import choose
+from gimcli.positions.newton import Run
 from gimcli.progress import Notify
 from gimcli.rates.derivatives import ORDERS, Differentiator, parts
+from gimcli.rates.plan_rates import Differentiated
+from gimcli.rates.slots import POSITION, Slot
+from gimcli.rates.tape import Tape
 from gimcli.rates.tape_values import tape_values
 from gimcli.structure.plan import make_plan
 
+TOGETHER = 16
+"""Number of dimensions whose derivatives are computed together: their lanes are in the cache of a processor."""
+
+
+class DesignTapes:
+    """Tapes with recorded numbers, which are executed one after another for many designs."""
+
+    def __init__(self, tapes: Sequence[Tape], recording: Recording) -> None:
+        self.arrays = [tape.arrays()[:2] for tape in tapes]
+        constants = [[part for _, c in tape.constants.values() for part in (c.real, c.imag)] for tape in tapes]
+        factors = [[x for pair in tape.factors for x in pair] for tape in tapes]
+        self.maker = TableMaker(recording, [*factors, *constants])
+        self.first = [len(w) // WIDTH - len(own) for (w, _), own in zip(self.arrays, constants, strict=True)]
+
+    def __call__(
+        self, designs: FloatArray, z: ComplexArray, given: FloatArray, points: ComplexArray, angles: FloatArray,
+        run: Run,
+    ) -> None:  # fmt: skip
+        """Fill points (designs, slots, points, rows) and angles (designs, slots, members, rows).
+
+        designs (designs, dimensions) in the file's units; z (designs, nodes, rows); given (designs or 1, ., actuators,
+        rows): inputs and their derivatives. NaN in rows that are not solved or singular.
+        """
+        numbers, count = self.maker.flat(designs), len(self.arrays)
+        z, given = np.ascontiguousarray(z), np.array(given, order="C")
+        for k, (w, heads) in enumerate(self.arrays):
+            factors = numbers[k].reshape(len(designs), -1, 2)
+            with np.errstate(all="ignore"):
+                run(kernels.play_designs)(
+                    w, heads, self.first[k], numbers[count + k], factors, parts(z), given, parts(points), angles
+                )  # fmt: skip
+
 
 class DesignRates:
-    """Computes the derivatives of all nodes and members by the time, up to an order."""
+    """Computes velocities, accelerations and jerks of nodes and members."""
 
     def __init__(self, order: int, recorded: Mechanism, recording: Recording) -> None:
-        """Differentiate the plan of a mechanism with recorded numbers."""
+        """Differentiate the plan of a mechanism with recorded numbers up to an order."""
         self.made = Differentiator(recorded, make_plan(recorded), ORDERS[:order], recorded.nodes)
-        constants = [part for _, c in self.made.tape.constants.values() for part in (c.real, c.imag)]
-        self.maker = TableMaker(recording, [[x for pair in self.made.tape.factors for x in pair], constants])
+        self.tapes = DesignTapes([self.made.tape], recording)
 
     def dual(self, design: FloatArray, z: Dual, given: Dual) -> tuple[Any, Any]:
         """Return points[order, node] and angles[order - 1, member - 1] (1, rows) of one design in dual numbers.
@@ -38,12 +74,12 @@ class DesignRates:
         design (dimensions,); z (nodes, rows) and given (order + 1, actuators, rows) with tangents by the dimensions
         and by the inputs.
         """
-        more, numbers = len(z.slopes) - len(design), list[list[Any]]()
-        for values, slopes in zip(self.maker.flat(design[None]), self.maker.flat_tangents(design[None]), strict=True):
+        more, numbers, maker = len(z.slopes) - len(design), list[list[Any]](), self.tapes.maker
+        for values, slopes in zip(maker.flat(design[None]), maker.flat_tangents(design[None]), strict=True):
             own = np.pad(slopes, ((0, more), (0, 0))).T[..., None]
             numbers.append([Dual([x], d) if d.any() else x for x, d in zip(values[0], own, strict=True)])
         factors, constants = numbers
-        w = dict(enumerate(constants, start=len(self.made.w) // WIDTH - len(constants)))
+        w = dict(enumerate(constants, start=self.tapes.first[0]))
         found = tape_values(self.made.heads, list(zip(factors[::2], factors[1::2], strict=True)), w, z, given)
         points, angles = ({key: (x + 0.0 * z[0].real)[None] for key, x in one.items()} for one in found)
         return points, angles
@@ -53,19 +89,43 @@ class DesignRates:
     ) -> tuple[ComplexArray, FloatArray]:
         """Return nodes (designs, order + 1, nodes, rows) and omega, alpha ... (designs, order, members, rows).
 
-        designs (designs, dimensions) in the file's units; z (designs, nodes, rows); given (designs or 1, order + 1,
-        actuators, rows): inputs and their derivatives. NaN in rows that are not solved or singular.
+        Arguments are those of a tape; inputs and their derivatives are given up to the order.
         """
-        made, (count, _, rows) = self.made, z.shape
-        run = choose(jit, made.plain_seconds(z[:, 0].size), notify, ("play",))(kernels.play)
-        factors, constants = self.maker.flat(designs)
-        factors, constants = factors.reshape(count, -1, 2), constants.reshape(count, -1, 2, 1)
-        nodes = np.empty((count, *made.points, rows), dtype=complex)
-        angles = np.empty((count, *made.angles, rows))
-        given = np.ascontiguousarray(given)
-        own: Any
-        with np.errstate(all="ignore"):
-            for k, own in enumerate(np.ascontiguousarray(z)):
-                made.tape.fixed[:] = constants[k]
-                run(made.w, made.heads, factors[k], parts(own), given[k % len(given)], parts(nodes[k]), angles[k])
+        run = choose(jit, self.made.plain_seconds(z[:, 0].size), notify, ("play_designs",))
+        shape = len(z), z.shape[-1]
+        nodes = np.empty((shape[0], *self.made.points, shape[1]), dtype=complex)
+        angles = np.empty((shape[0], *self.made.angles, shape[1]))
+        self.tapes(designs, z, given, nodes, angles, run)
         return nodes, angles
+
+
+class PositionSlopes:
+    """Computes the derivatives of nodes by the dimensions and by the inputs."""
+
+    def __init__(self, recorded: Mechanism, recording: Recording) -> None:
+        """Differentiate the plan of a mechanism with recorded numbers."""
+        by = [Slot(dimension=k) for k in range(len(recording.variables))]
+        by += [Slot(unit=k) for k in range(len(recorded.actuators))]
+        self.count, tapes = len(by), list[Tape]()
+        for k in range(0, len(by), TOGETHER):
+            found = Differentiated(recorded, make_plan(recorded), [POSITION, *by[k : k + TOGETHER]])
+            found.write_slopes(k)
+            tapes.append(found.tape)
+        self.tapes = DesignTapes(tapes, recording)
+
+    def __call__(
+        self, designs: FloatArray, z: ComplexArray, inputs: FloatArray, run: Run
+    ) -> tuple[ComplexArray, BoolArray]:
+        """Return the derivatives (designs, dimensions + actuators, nodes, rows), and where they are defined.
+
+        designs (designs, dimensions); z (designs, nodes, rows), inputs (1 or designs, actuators, rows) in the normal
+        frame. The derivatives by dimensions are at constant inputs; after them come those by the inputs [rad or lengths
+        of the normal frame]. The mask (designs, rows) is false in rows without a position and at singular positions:
+        the derivatives are NaN.
+        """
+        by, good = np.zeros((len(z), self.count, *z.shape[1:]), dtype=complex), np.empty((len(z), 1, 1, z.shape[-1]))
+        self.tapes(designs, z, inputs[:, None], by, good, run)
+        known = np.isfinite(good[:, 0, 0])
+        if not known.all():
+            by.transpose(0, 3, 1, 2)[~known] = np.nan
+        return by, known

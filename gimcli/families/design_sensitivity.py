@@ -15,9 +15,8 @@ from gimcli.calculus.dual import Dual
 from gimcli.families.family import Family
 from gimcli.families.float_tables import FloatTables, with_inputs
 from gimcli.families.position_state import PositionState, dual_state
-from gimcli.families.sensitivity import BoolArray, position_derivatives
 from gimcli.kernels.plan_steps import Program
-from gimcli.mechanism import ANGLE, SPAN, ComplexArray, FloatArray, Mechanism
+from gimcli.mechanism import ANGLE, SPAN, BoolArray, ComplexArray, FloatArray, Mechanism
 from gimcli.positions.newton import Run
 from gimcli.positions.program import plan_program
 from gimcli.quantities.quantity import Item
@@ -121,7 +120,7 @@ class DesignSensitivity:
 
     def _derivatives(self, z: ComplexArray, inputs: FloatArray) -> tuple[ComplexArray, BoolArray]:
         """Return derivatives of positions (1, dimensions + inputs, nodes, rows), and whether they exist (rows,)."""
-        by, good = position_derivatives(self.mechanism, self.numbers, self.tangents, z[None], inputs[None], self.run)
+        by, good = self.family.slopes(self.family.nominal[None], z[None], inputs[None], self.run)
         return by, good[0]
 
     def _block(self, z: ComplexArray, given: FloatArray) -> QuantitySlopes:

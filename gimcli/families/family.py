@@ -15,7 +15,7 @@ import numpy as np
 
 from gimcli.errors import GimError, ModelError, StructureError, UsageError
 from gimcli.families.coupling_slopes import CouplingSlopes
-from gimcli.families.design_rates import DesignRates
+from gimcli.families.design_rates import DesignRates, PositionSlopes
 from gimcli.families.designs import Designs
 from gimcli.families.float_tables import FloatTables, TableMaker, listed, spans
 from gimcli.families.later_law import LaterLaw
@@ -136,6 +136,11 @@ class Family:
         if order not in self._rates:
             self._rates[order] = DesignRates(order, *self.recorded)
         return self._rates[order]
+
+    @cached_property
+    def slopes(self) -> PositionSlopes:
+        """What computes the derivatives of nodes by the dimensions and by the inputs."""
+        return PositionSlopes(*self.recorded)
 
     @cached_property
     def forces(self) -> DesignForces | None:

@@ -14,7 +14,6 @@ from gimcli.families.designs import Designs
 from gimcli.families.family import Family
 from gimcli.families.float_tables import FloatTables, with_inputs
 from gimcli.families.position_state import PositionState, dual_state
-from gimcli.families.sensitivity import position_derivatives
 from gimcli.mechanism import FloatArray
 from gimcli.positions.dispatch import choose
 from gimcli.progress import Notify
@@ -101,7 +100,7 @@ class MotionQuantity:
         self.family, self.items, self.notify = family, tuple(items), notify
         units = [np.pi / 180.0 if one.quantity.circular and one.head.unit == "deg" else 1.0 for one in items]
         self._units = np.array(units)
-        self._run = choose("on", SECONDS, notify, ("differentiate_all",))
+        self._run = choose("on", SECONDS, notify, ("play_designs",))
 
     def values(self, designs: FloatArray, inputs: FloatArray) -> FloatArray:
         """Return the values (designs, rows, columns); NaN where a position cannot be assembled."""
@@ -117,7 +116,7 @@ class MotionQuantity:
             return QuantityRates(nothing, np.empty((*nothing.shape, len(self.family.names))), nothing)
         found, mechanism = self._solved(designs, inputs), self.family.mechanism
         tables, tangents = self.family.tables(designs), self.family.tangents(designs)
-        by, _ = position_derivatives(mechanism, tables, tangents, found.z, found.inputs, self._run)
+        by, _ = self.family.slopes(designs, found.z, found.inputs, self._run)
         at = dual_state(mechanism, found.z, tables, by, FloatTables(*(with_inputs(table, 1) for table in tangents)))
         values = np.moveaxis(at.values(self.items), 0, -1) * self._units
         rates = np.moveaxis(at.slopes(self.items), 0, -1) * self._units  # (designs, dimensions + input, rows, columns)

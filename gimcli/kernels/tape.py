@@ -365,3 +365,19 @@ def play(
             else:
                 make_complex(w, head, f, g, high)
         done += high
+
+
+@stage
+def play_designs(
+    w: FloatArray, heads: IntArray, first: int, constants: FloatArray, factors: FloatArray, z: FloatArray,
+    given: FloatArray, points: FloatArray, angles: FloatArray,
+) -> None:  # fmt: skip
+    """Execute a tape for all rows of many designs.
+
+    constants (designs, lanes): numbers of the lanes from `first` on. factors (designs, operations, 2). z, points and
+    angles are those of `play` with a leading axis of designs, given (designs or 1, slots, actuators, rows).
+    """
+    for n in range(z.shape[0]):
+        for k in range(constants.shape[1]):
+            fill(w, first + k, constants[n, k], min(ROWS, z.shape[2]))
+        play(w, heads, factors[n], z[n], given[n % given.shape[0]], points[n], angles[n])

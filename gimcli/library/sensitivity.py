@@ -133,7 +133,7 @@ def sensitivity(
         else:
             motion = _position(mechanism, inputs_of(mechanism, at, inputs))
     work = BLOCK_SECONDS * (1 + len(chosen)) * len(make_plan(mechanism).steps) * (1 + len(motion.time) // 256)
-    run = choose(jit, work, notify, ("differentiate_all",))
+    run = choose(jit, work, notify, ("play_designs",))
     chosen, fixed, rows = _derivatives(motion, quantities, chosen, bool(by), run)
     allowed = _tolerances(mechanism, chosen)
     given = np.flatnonzero(allowed > 0.0)

@@ -152,6 +152,7 @@ class Differentiated(SlotValues):
             anchor = self.nodes[step.anchor][k]
             if vector.u != NONE and vector.actuator == NONE:
                 found = tape.carried(anchor, self.nodes[vector.v][k], self.nodes[vector.u][k], vector.z)
+                found = self.stretched(found, vector, k)
             else:
                 found = tape.plus(anchor, self.vector(vector, k))
             node[k] = tape.kept_number(found) if keep else found
@@ -171,8 +172,10 @@ class Differentiated(SlotValues):
         def arm(k: int) -> Number:
             return tape.scaled(tape.plus(self.nodes[step.b][k], self.nodes[step.a][k], -1.0), -1j)
 
-        known = Value(1.0)
-        bound = [Imposed(self, SPAN, u.__getitem__, None, known), Imposed(self, HEIGHT, u.__getitem__, arm, known)]
+        bound = [
+            Imposed(self, SPAN, u.__getitem__, None, Value(1.0)),
+            Imposed(self, HEIGHT, u.__getitem__, arm, Value(step.distance)),
+        ]
         self.pair(u, (u[0], bound[1].normal(0)), bound)
 
     def pair(self, unknown: list[Number], gradients: tuple[Number, Number], imposed: list[Imposed]) -> None:
@@ -254,6 +257,14 @@ class Differentiated(SlotValues):
                 elif k == 0:
                     place = self.tape.plus(place, z)
                 self.tape.emit(kernels.WRITE_POINT, self.tape.lane(place), k - skipped, number)
+
+    def write_slopes(self, first: int) -> None:
+        """Write the derivatives of nodes that can differ from 0 to the output from slot `first` on, and lane GOOD."""
+        for node, slots in self.nodes.items():
+            for k, slope in enumerate(slots[1:]):
+                if not vanishes(slope):
+                    self.tape.emit(kernels.WRITE_POINT, self.tape.lane(slope), first + k, node)
+        self.tape.emit(kernels.WRITE_ANGLE, self.tape.lane(0.0), 0, 0)
 
     def write_angle(self, number: int, member: Member) -> None:
         """Write all slots of a member's angle phi to the output: the arm's w_k = (i phi_k - ...) w.

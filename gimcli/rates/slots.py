@@ -13,8 +13,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from gimcli.calculus.numbers import scalar
+from gimcli.calculus.recorded import Recorded
 from gimcli.kernels import tape as kernels
 from gimcli.mechanism import FRAME, Mechanism
 from gimcli.rates.tape import ComplexLanes, Lane, Number, Real, Tape, Term, vanishes
@@ -26,11 +28,13 @@ class Slot:
     """A requested derivative.
 
     The derivative of the inputs is row `given` of the given derivatives, or 1 for the actuator `unit`, otherwise 0.
+    That of the mechanism's own numbers is the one by the variable `dimension` of their recording, otherwise 0.
     """
 
     cross: tuple[int, int, int] | None = None
     given: int | None = None
     unit: int | None = None
+    dimension: int | None = None
     order: int = 1
 
 
@@ -59,10 +63,17 @@ class SlotValues:
         fixed = mechanism.members[FRAME]
         self.nodes = Nodes(self.tape, len(slots))
         for node, z in zip(fixed.nodes, fixed.shape, strict=True):
-            self.nodes[node] = [scalar(z), *[0j] * (len(slots) - 1)]
+            self.nodes[node] = [scalar(self.number(z, k)) for k in range(len(slots))]
         self.registers: dict[int, list[Number]] = {}
         self.inputs: dict[tuple[int, int], Real] = {}
         self.turns: dict[tuple[int, int], Number] = {}
+
+    def number(self, number: Any, k: int) -> Any:
+        """Return slot k of a number of the mechanism."""
+        variable = self.slots[k].dimension
+        if k and (variable is None or not isinstance(number, Recorded)):
+            return 0.0
+        return number.recording.slope(number, variable) if k else number
 
     # -- inputs --------------------------------------------------------------------------------
 
@@ -130,10 +141,19 @@ class SlotValues:
 
     def vector(self, vector: Vector, k: int) -> Number:
         """Return slot k of a vector that moves with nodes."""
+        return self.stretched(self.tape.scaled(self.turned(vector, k), vector.z), vector, k)
+
+    def turned(self, vector: Vector, k: int) -> Number:
+        """Return slot k of a vector without its constant factor z."""
         if vector.actuator == NONE:
-            return self.tape.scaled(self.base(vector, k), vector.z)
+            return self.base(vector, k)
         turns, bases = ({n: part(vector, n) for n in self.needed(k)} for part in (self.e, self.base))
-        return self.tape.scaled(self.total(vector, self.leibniz(turns, bases, k)), vector.z)
+        return self.total(vector, self.leibniz(turns, bases, k))
+
+    def stretched(self, found: Number, vector: Vector, k: int) -> Number:
+        """Return slot k of a vector from that at a constant factor z."""
+        z = self.number(vector.z, k) if k else 0.0
+        return found if vanishes(z) else self.tape.plus(found, self.turned(vector, 0), z)
 
     def needed(self, k: int) -> set[int]:
         """Return the slots of the factors that are needed for slot k of a product."""
@@ -141,10 +161,12 @@ class SlotValues:
 
     def value(self, value: Value, k: int) -> Real:
         """Return slot k of a length, which is constant or a linear function of an input."""
-        constant = value.constant if k == 0 else 0.0
+        constant: float = self.number(value.constant, k)
+        gain: float = self.number(value.gain, k)
         if value.actuator == NONE:
             return constant
-        given = self.input(value.actuator, k)
+        given = self.input(value.actuator, k if vanishes(gain) else 0)  # an input does not depend on a dimension
+        gain = value.gain if vanishes(gain) else gain
         if isinstance(given, Lane):
-            return self.tape.real(kernels.AFFINE, given.lane, f=constant, g=value.gain)
-        return constant + value.gain * given
+            return self.tape.real(kernels.AFFINE, given.lane, f=constant, g=gain)
+        return constant + gain * given

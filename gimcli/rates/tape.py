@@ -61,15 +61,18 @@ class Tape:
         self.factors: list[tuple[Any, Any]] = []
         self.constants: dict[Any, tuple[int, Any]] = {}  # lanes and value, by value or place in the recording
         self.kept, self.used, self.most = kernels.LANES, 0, 0
+        self.known: dict[Any, Any] = {}  # results in this step, by operation and operands
+        self.begin = 0  # first operation of this step
 
     # -- lanes ---------------------------------------------------------------------------------
 
     @contextmanager
     def step(self) -> Iterator[None]:
         """Release the lanes that are taken inside the block at its end."""
-        used = self.used
+        before = self.used, self.known, self.begin
+        self.known, self.begin = self.known.copy(), len(self.heads)
         yield
-        self.used = used
+        self.used, self.known, self.begin = before
 
     def take(self, lanes: int) -> int:
         """Return the number of the first of some lanes for this step."""
@@ -113,10 +116,13 @@ class Tape:
         self.factors.append((f, g))
 
     def pair(self, op: int, *operands: int, z: Any = 1.0) -> ComplexLanes:
-        """Record an operation with a complex result."""
-        to = self.take(2)
-        self.emit(op, to, *operands, f=z.real, g=z.imag)
-        return ComplexLanes(to)
+        """Record an operation with a complex result, unless it is known."""
+        key = op, operands, _key(z)
+        found: ComplexLanes | None = self.known.get(key)
+        if found is None:
+            found = self.known[key] = ComplexLanes(self.take(2))
+            self.emit(op, found.lane, *operands, f=z.real, g=z.imag)
+        return found
 
     def real(self, op: int, *operands: int, f: Any = 1.0, g: Any = 0.0) -> Lane:
         """Record an operation with a real result."""
@@ -152,13 +158,21 @@ class Tape:
 
     def products(self, terms: Sequence[Term], conjugate: bool = False) -> Number:
         """Return the sum of f a b, or of f conj(a) b."""
+        key = conjugate, tuple(tuple(map(_key, term)) for term in terms)
+        found: Number | None = self.known.get(key)
+        if found is None:
+            found = self.known[key] = self._products(terms, conjugate)
+        return found
+
+    def _products(self, terms: Sequence[Term], conjugate: bool) -> Number:
         first, more = (kernels.CONJUGATE, kernels.ADD_CONJUGATE) if conjugate else (kernels.TIMES, kernels.ADD_TIMES)
         result: Number = 0j
         found: ComplexLanes | None = None
         for f, a, b in terms:
             if isinstance(a, ComplexLanes) and (isinstance(b, ComplexLanes) or (conjugate and not vanishes(b))):
                 if found is None:
-                    found = self.pair(first, a.lane, self.lane(b), z=scalar(f))
+                    found = ComplexLanes(self.take(2))
+                    self.emit(first, found.lane, a.lane, self.lane(b), f=f)
                 else:
                     self.emit(more, found.lane, a.lane, self.lane(b), f=f)
             elif isinstance(a, ComplexLanes):
@@ -170,9 +184,17 @@ class Tape:
 
     def dots(self, to: int, terms: Sequence[Term], reals: Sequence[RealTerm] = ()) -> bool:
         """Fill a lane with the sum of f a.b and of f p q; return whether it can differ from 0."""
-        first = True
+        fixed, varied = 0.0, list[RealTerm]()
+        for f, p, q in reals:
+            if isinstance(p, Lane) or isinstance(q, Lane):
+                varied.append((f, p, q))
+            else:
+                fixed = fixed + f * p * q
+        first = vanishes(fixed)
+        if not first:
+            self.emit(kernels.AFFINE, to, self.constant(0.0), f=fixed, g=0.0)
         for (one, more), some in (
-            ((kernels.DOT, kernels.ADD_DOT), terms), ((kernels.PRODUCT, kernels.ADD_PRODUCT), reals)
+            ((kernels.DOT, kernels.ADD_DOT), terms), ((kernels.PRODUCT, kernels.ADD_PRODUCT), varied)
         ):  # fmt: skip
             for f, a, b in some:
                 if not any(map(vanishes, (f, a, b))):
@@ -191,8 +213,14 @@ class Tape:
         if not isinstance(value, ComplexLanes) or value.lane < STEP:
             return value
         to, last = self.keep(2), self.heads[-1]
-        if last[1] == value.lane and last[0] in MAKING:
+        if last[1] == value.lane and last[0] in MAKING and len(self.heads) > self.begin:
             last[1] = to
+            self.known = {key: ComplexLanes(to) if one == value else one for key, one in self.known.items()}
         else:
             self.put(to, value)
         return ComplexLanes(to)
+
+
+def _key(number: Any) -> Any:
+    """Return what distinguishes a number from others: recorded ones with the same value differ."""
+    return (number.place,) if isinstance(number, Recorded) else number

@@ -4,17 +4,16 @@ import numpy as np
 import pytest
 import yaml
 from bundled import MODELS
-from changed_numbers import differences, read, tangents
+from changed_numbers import differences, read
 from four_bars import four_bar_text
 
 from gimcli import load, trace
-from gimcli.families.sensitivity import position_derivatives
+from gimcli.families.family import Family
 from gimcli.kernels import jit
 from gimcli.positions.dispatch import plain
 from gimcli.rates.derivatives import rates_of_inputs
 
-LENGTHS = [("links", "crank", "length"), ("links", "coupler", "length"), ("links", "follower", "length")]
-GROUND = ("nodes", "O4", 0)
+LENGTHS = ["crank.length", "coupler.length", "follower.length"]
 
 BY_B = {  # references/families.md, section 4: dt3/dp and dt4/dp of a, b, c, d and t2
     "a": (-0.01419934006980844, -0.1206967863242586),
@@ -25,12 +24,11 @@ BY_B = {  # references/families.md, section 4: dt3/dp and dt4/dp of a, b, c, d a
 }
 
 
-def derivatives(model, paths, steps, run=plain, **options):
+def derivatives(model, names, steps, run=plain):
     """Return mechanism, positions and their derivatives by dimensions of a model and by its inputs."""
     mechanism = load(model)
-    motion = trace(mechanism, steps, tolerance=1e-13).motion
-    own, slopes = tangents(model, paths)
-    found, good = position_derivatives(mechanism, own, slopes, motion.z[None], motion.inputs[None], run, **options)
+    motion, family = trace(mechanism, steps, tolerance=1e-13).motion, Family(mechanism, names)
+    found, good = family.slopes(family.nominal[None], motion.z[None], motion.inputs[None], run)
     return mechanism, motion, found[0], good[0]
 
 
@@ -40,7 +38,7 @@ def four_bar(crank, angle, law):
 
 def test_angles_of_a_four_bar_have_the_derivatives_of_the_closed_form():
     model = four_bar(2.0, 30, law=", law: {from: 30, to: 60}")
-    mechanism, motion, found, _ = derivatives(model, [*LENGTHS, GROUND], 1)
+    mechanism, motion, found, _ = derivatives(model, [*LENGTHS, "O4.x"], 1)
     a, b, o4 = (mechanism.nodes.index(name) for name in ("A", "B", "O4"))
     for slope, wanted in zip(found[:, :, 0], BY_B.values(), strict=True):
         for (u, v), angle in zip(((a, b), (o4, b)), wanted, strict=True):
@@ -66,7 +64,7 @@ def test_slider_crank_has_the_derivatives_of_the_closed_form():
         "prismatic": {"slide": {"node": "B", "guide": ["G", "H"]}},
         "actuators": {"motor": {"type": "rotary", "pivot": "O", "arm": "A", "law": {"from": 60, "to": 90}}},
     }
-    mechanism, _, found, _ = derivatives(model, [("links", "crank", "length"), ("links", "rod", "length")], 1)
+    mechanism, _, found, _ = derivatives(model, ["crank.length", "rod.length"], 1)
     slopes = found[:, mechanism.nodes.index("B"), 0].real * mechanism.scale
     assert slopes == pytest.approx([0.3935422276034437, 1.007527175682216, -37.09955309339673], abs=1e-9)
 
@@ -75,28 +73,27 @@ def test_slider_crank_has_the_derivatives_of_the_closed_form():
 @pytest.mark.few(3)
 def test_derivatives_agree_with_differences_of_positions(name):
     model = read(MODELS / f"{name}.yaml")
-    paths = [("links", link, "length") for link, one in model["links"].items() if "length" in one]
-    paths += [
-        ("elements", element, "shape", node, k)
+    paths = {f"{link}.length": ("links", link, "length") for link, one in model["links"].items() if "length" in one}
+    paths |= {
+        f"{element}.shape.{node}.{'xy'[k]}": ("elements", element, "shape", node, k)
         for element, one in model.get("elements", {}).items() for node in one.get("shape", {}) for k in (0, 1)
-    ]  # fmt: skip
-    _, _, found, good = derivatives(model, paths[:6], 8)
+    }  # fmt: skip
+    chosen = list(paths)[:6]
+    _, _, found, good = derivatives(model, chosen, 8)
     assert good.all()
-    for k, path in enumerate(paths[:6]):
-        assert found[k] == pytest.approx(differences(model, path, 8), abs=1e-9)
+    for k, name in enumerate(chosen):
+        assert found[k] == pytest.approx(differences(model, paths[name], 8), abs=1e-9)
 
 
 @pytest.mark.parametrize("name", ["five_bar", "platform_3rpr", "excavator", "whitworth"])
 @pytest.mark.few(2)
 def test_derivatives_by_inputs_are_velocities_at_unit_rate(name):
-    mechanism = load(MODELS / f"{name}.yaml")
-    motion = trace(mechanism, 12).motion
-    own, none = tangents(read(MODELS / f"{name}.yaml"), [("nodes", mechanism.nodes[mechanism.members[0].nodes[0]], 0)])
-    found, _ = position_derivatives(mechanism, own, none, motion.z[None], motion.inputs[None], plain)
+    ground = load(MODELS / f"{name}.yaml").nodes[0]
+    mechanism, motion, found, _ = derivatives(read(MODELS / f"{name}.yaml"), [f"{ground}.x"], 12)
     for k in range(len(motion.inputs)):
         given = np.stack([motion.inputs, np.zeros_like(motion.inputs)])
         given[1, k] = 1.0
-        assert found[0, 1 + k] == pytest.approx(rates_of_inputs(mechanism, motion.z, given).nodes[1], abs=1e-12)
+        assert found[1 + k] == pytest.approx(rates_of_inputs(mechanism, motion.z, given).nodes[1], abs=1e-12)
 
 
 def test_derivatives_do_not_exist_at_a_dead_point():
@@ -113,14 +110,11 @@ def test_derivatives_do_not_exist_at_a_dead_point():
 @pytest.mark.parametrize("name", ["jansen", "platform_3rrr"])
 def test_compiled_derivatives_are_those_of_the_interpreter_also_in_a_batch(name):
     model = read(MODELS / f"{name}.yaml")
-    mechanism = load(model)
-    motion = trace(mechanism, 300).motion  # more rows than one block
-    own, slopes = tangents(model, [("links", link, "length") for link in list(model["links"])[:3]])
-    plainly, _ = position_derivatives(mechanism, own, slopes, motion.z[None], motion.inputs[None], plain)
-    twice = [type(some)(*(np.repeat(table, 2, axis=0) for table in some)) for some in (own, slopes)]
+    names = [f"{link}.length" for link in list(model["links"])[:3]]
+    mechanism, motion, plainly, _ = derivatives(model, names, 300)  # more rows than one block
     z = np.stack([motion.z[:, ::-1], motion.z])
-    inputs = np.stack([motion.inputs[:, ::-1], motion.inputs])
-    both, _ = position_derivatives(mechanism, *twice, z, inputs, jit.compiled, nodes=[3, 1], by_inputs=False)
-    assert both.shape == (2, 3, 2, 301)
-    assert both[1] == pytest.approx(plainly[0, :3, [3, 1]].transpose(1, 0, 2), abs=1e-12)
+    inputs, family = np.stack([motion.inputs[:, ::-1], motion.inputs]), Family(mechanism, names)
+    both, _ = family.slopes(np.tile(family.nominal, (2, 1)), z, inputs, jit.compiled)
+    assert both.shape == (2, 3 + len(mechanism.actuators), len(mechanism.nodes), 301)
+    assert both[1] == pytest.approx(plainly, abs=1e-12)
     assert both[0] == pytest.approx(both[1][:, :, ::-1], abs=1e-12)

@@ -1,38 +1,12 @@
-"""Derivatives of positions and of the numbers of plans by differences: the dimension in the model file is changed."""
+"""Derivatives of positions by differences: the dimension in the model file is changed."""
 
 import copy
-from typing import NamedTuple
 
-import numpy as np
 import yaml
 
 from gimcli import load, trace
-from gimcli.positions.program import plan_program
-from gimcli.structure.plan import make_plan
 
 STEP = 1e-4
-
-
-class PlanNumbers(NamedTuple):
-    """The tables of `FloatTables` that positions depend on."""
-
-    vz: np.ndarray
-    lv: np.ndarray
-    reach: np.ndarray
-    gvz: np.ndarray
-    gev: np.ndarray
-    frame: np.ndarray
-
-
-def numbers(mechanism, nominal):
-    """Return the numbers of a mechanism's plan in the normal frame of another."""
-    program, frame = plan_program(mechanism, make_plan(mechanism)), mechanism.members[0]
-    assert mechanism.scale == nominal.scale
-    q, g, places = program.arrays, program.group_arrays, np.zeros((len(mechanism.nodes), 2))
-    shift = (mechanism.origin - nominal.origin) / mechanism.scale
-    for node, z in zip(frame.nodes, frame.shape, strict=True):
-        places[node] = (z + shift).real, (z + shift).imag
-    return PlanNumbers(q.vz, q.lv, q.reach, g.vz, g.ev, places)
 
 
 def read(path):
@@ -54,15 +28,6 @@ def changed(model, path, change):
         found = found[key]
     found[path[-1]] += change
     return model
-
-
-def tangents(model, paths, step=STEP):
-    """Return the numbers of a model and their derivatives by some dimensions, each with an axis of one design."""
-    nominal = load(model)
-    sides = [[numbers(load(changed(model, path, h)), nominal) for h in (step, -step)] for path in paths]
-    slopes = [[(a - b) / (2 * step) for a, b in zip(*both, strict=True)] for both in sides]
-    own = PlanNumbers(*(table[None] for table in numbers(nominal, nominal)))
-    return own, PlanNumbers(*(np.array(some)[None] for some in zip(*slopes, strict=True)))
 
 
 def differences(model, path, steps, step=STEP):
