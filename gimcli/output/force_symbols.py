@@ -1,12 +1,11 @@
-"""Symbols of what exerts forces: springs, dampers, applied loads, centres of mass. `pt` is one typographic point."""
+"""The strokes of what exerts forces: springs, dampers, applied loads, centres of mass."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from gimcli.mechanism import ComplexArray
-from gimcli.output.picture import Picture
 from gimcli.output.style import CENTRE, CENTRE_FILL, LOAD, LOAD_HEAD, SPRING
+from gimcli.output.symbol import Stroke, Strokes
 from gimcli.output.symbols import arrow
 
 COIL, TURNS = 4.5, 8
@@ -24,8 +23,8 @@ CUP, PISTON = 5.0, 3.4
 SPIRAL, OUTER = 6.0, 13.0
 """Inner and outer radius of a torsional spring [pt]."""
 
-WOUND = 3.5 * np.pi
-"""Angle of a spiral spring whose arm lies on its reference [rad]."""
+LEAST_TURN = {"spring": 3.0 * np.pi, "damper": np.pi / 3.0}
+"""Least angle of a torsional spring or damper from its reference to its arm, in the middle of the motion [rad]."""
 
 LONGEST, SHORTEST = 34.0, 14.0
 """Length of the arrow of the largest force and of a very small one [pt]."""
@@ -37,90 +36,63 @@ CENTRE_RADIUS = 3.6
 """Radius of the symbol of a centre of mass [pt]."""
 
 
-def _aside(picture: Picture, first: complex, second: complex, lane: float) -> tuple[complex, complex, complex] | None:
-    """Return the ends moved sideways and the direction (unit); draw lines to the true ends. None if they coincide."""
-    if first == second:
-        return None
-    along = (second - first) / abs(second - first)
-    shift = 1j * along * lane * LANE * picture.frame.point
-    if lane:
-        picture.stroke(SPRING, [first, first + shift], [second, second + shift])
-    return first + shift, second + shift, along
+def _leads(lane: float) -> Strokes:
+    """Return the lines from the ends of an element to its places on a lane."""
+    return tuple(Stroke(SPRING, (0j, 1j * lane * LANE), end) for end in (0.0, 1.0)) if lane else ()
 
 
-def spring(picture: Picture, first: complex, second: complex, lane: float = 0.0) -> None:
-    """Draw a helical spring between two places; its turns stretch with it."""
-    placed = _aside(picture, first, second, lane)
-    if placed is None:
-        return
-    start, end, along = placed
+def spring(lane: float = 0.0) -> Strokes:
+    """Return a helical spring between two places; its turns stretch with it."""
     turns = (np.arange(2 * TURNS) + 0.5) / (2 * TURNS)
-    at = np.concatenate(([0.0, STEM], STEM + (1 - 2 * STEM) * turns, [1 - STEM, 1.0]))
-    height = np.concatenate(([0.0, 0.0], [1.0, -1.0] * TURNS, [0.0, 0.0]))
-    picture.stroke(SPRING, start + at * (end - start) + 1j * along * height * COIL * picture.frame.point)
+    share = np.concatenate(([0.0, STEM], STEM + (1 - 2 * STEM) * turns, [1 - STEM, 1.0]))
+    height = np.concatenate(([0.0, 0.0], [COIL, -COIL] * TURNS, [0.0, 0.0]))
+    return *_leads(lane), Stroke(SPRING, 1j * (height + lane * LANE), share)
 
 
-def damper(picture: Picture, first: complex, second: complex, lane: float = 0.0) -> None:
-    """Draw a dashpot between two places: the cylinder is fixed to the first, the piston to the second."""
-    placed = _aside(picture, first, second, lane)
-    if placed is None:
-        return
-    start, end, along = placed
-    pt, span = picture.frame.point, end - start
-    bottom, mouth, piston = start + STEM * span, start + 0.62 * span, start + 0.5 * span
-    cup, half = 1j * along * CUP * pt, 1j * along * PISTON * pt
-    picture.stroke(SPRING, [start, bottom], [mouth + cup, bottom + cup, bottom - cup, mouth - cup])
-    picture.stroke(SPRING, [piston, end], [piston - half, piston + half])
+def damper(lane: float = 0.0) -> Strokes:
+    """Return a dashpot between two places: the cylinder is fixed to the first, the piston to the second."""
+    bottom, mouth, piston, middle = STEM, 0.62, 0.5, lane * LANE
+    cup = 1j * (middle + np.array([CUP, CUP, -CUP, -CUP]))
+    return (
+        *_leads(lane), Stroke(SPRING, (1j * middle, 1j * middle), (0.0, bottom)),
+        Stroke(SPRING, cup, (mouth, bottom, bottom, mouth)), Stroke(SPRING, (1j * middle, 1j * middle), (piston, 1.0)),
+        Stroke(SPRING, (1j * (middle - PISTON), 1j * (middle + PISTON)), piston),
+    )  # fmt: skip
 
 
-def torsion_spring(picture: Picture, pivot: complex, reference: complex, arm: complex, lane: float = 0.0) -> None:
-    """Draw a spiral spring about a pivot, from the direction of the reference to that of the arm."""
-    pt = picture.frame.point
-    first = np.angle(reference)
-    turn = np.linspace(0.0, WOUND + np.angle(arm / reference), 90)
-    radius = (SPIRAL + (OUTER - SPIRAL) * (1 - turn / turn[-1]) + abs(lane) * LANE) * pt
-    picture.stroke(SPRING, pivot + radius * np.exp(1j * (first + turn)))
+def torsion_spring(lane: float = 0.0) -> Strokes:
+    """Return a spiral spring about a pivot, from the direction of the reference to that of the arm."""
+    share = np.linspace(0.0, 1.0, 90)
+    return (Stroke(SPRING, OUTER + (SPIRAL - OUTER) * share + abs(lane) * LANE, share),)
 
 
-def torsion_damper(picture: Picture, pivot: complex, reference: complex, arm: complex, lane: float = 0.0) -> None:
-    """Draw a torsional damper: an arc with a piston about a pivot."""
-    pt = picture.frame.point
-    first, turn = np.angle(reference), 1.4 * np.pi + 0.3 * np.angle(arm / reference)
-    radius, cup = (OUTER + 3.0 + abs(lane) * LANE) * pt, CUP * pt
+def torsion_damper(lane: float = 0.0) -> Strokes:
+    """Return a torsional damper: an arc with a cylinder and a piston about a pivot, from the reference to the arm."""
+    radius = OUTER + 3.0 + abs(lane) * LANE
 
-    def arc(start: float, end: float, away: float = 0.0) -> ComplexArray:
-        turned = first + turn * np.linspace(start, end, 30)
-        return np.asarray(pivot + (radius + away) * np.exp(1j * turned))
+    def arc(start: float, end: float, away: float = 0.0) -> Stroke:
+        share = np.linspace(start, end, 30)
+        return Stroke(SPRING, np.full(30, radius + away), share)
 
-    bottom = arc(0.3, 0.7, cup), arc(0.3, 0.7, -cup)
-    picture.stroke(SPRING, arc(0.0, 0.3), *bottom, [bottom[0][0], bottom[1][0]], arc(0.55, 1.0))
-    middle = complex(arc(0.55, 0.56)[0])
-    along = (middle - pivot) / abs(middle - pivot)
-    picture.stroke(SPRING, [middle - along * PISTON * pt, middle + along * PISTON * pt])
+    walls = [Stroke(SPRING, (radius - half, radius + half), at) for half, at in ((CUP, 0.3), (PISTON, 0.55))]
+    return arc(0.0, 0.3), arc(0.3, 0.7, CUP), arc(0.3, 0.7, -CUP), arc(0.55, 1.0), *walls
 
 
-def force(picture: Picture, at: complex, size: complex) -> None:
-    """Draw a force as an arrow from its point; |size| is relative to the largest force."""
-    if not size:
-        return
-    length = (SHORTEST + (LONGEST - SHORTEST) * min(1.0, abs(size))) * picture.frame.point
-    along = size / abs(size)
-    arrow(picture, np.array([at, at + along * length]), LOAD, LOAD_HEAD, 7.0)
+def force(size: float) -> Strokes:
+    """Return a force as an arrow from its point; `size` is relative to the largest force."""
+    return arrow(np.array([0.0, SHORTEST + (LONGEST - SHORTEST) * min(1.0, size)]), LOAD, LOAD_HEAD, 7.0)
 
 
-def torque(picture: Picture, at: complex, sense: float) -> None:
-    """Draw a torque as an arc with an arrowhead, counter-clockwise if `sense` is positive."""
-    turn = np.linspace(-2.2, 2.2, 40) * (1.0 if sense >= 0 else -1.0)
-    arrow(picture, at + TORQUE * picture.frame.point * np.exp(1j * (np.pi / 2 + turn)), LOAD, LOAD_HEAD, 7.0)
+def torque(sense: float) -> Strokes:
+    """Return a torque as an arc with an arrowhead, counter-clockwise if `sense` is positive."""
+    return arrow(TORQUE * 1j * np.exp(1j * sense * np.linspace(-2.2, 2.2, 40)), LOAD, LOAD_HEAD, 7.0)
 
 
-def centre_of_mass(picture: Picture, at: complex) -> None:
-    """Draw the circle with two black quarters."""
-    radius = CENTRE_RADIUS * picture.frame.point
-    circle = at + radius * np.exp(1j * np.linspace(0.0, 2 * np.pi, 33))
-    picture.area(CENTRE, circle)
-    for quarter in (0, 2):
-        picture.area(CENTRE_FILL, np.append(circle[8 * quarter : 8 * quarter + 9], at))
+def centre_of_mass() -> Strokes:
+    """Return the circle with two black quarters."""
+    circle = CENTRE_RADIUS * np.exp(1j * np.linspace(0.0, 2 * np.pi, 33))
+    quarters = [Stroke(CENTRE_FILL, np.append(circle[k : k + 9], 0.0)) for k in (0, 16)]
+    return Stroke(CENTRE, circle), *quarters
 
 
 STRAIGHT = {"spring": spring, "damper": damper}

@@ -13,17 +13,8 @@ from typing import Any
 import numpy as np
 
 from gimcli.coupling_data import BELT, CROSSED, INTERNAL, RACK, GearPair
-from gimcli.mechanism import FRAME, ComplexArray
-
-
-@dataclass(frozen=True)
-class Anchor:
-    """A place that moves with the mechanism: a node, or a point in the coordinate system of a member."""
-
-    node: int = -1  # -1: a point of the member
-    member: int = FRAME
-    local: complex = 0.0j
-
+from gimcli.mechanism import ComplexArray
+from gimcli.output.anchors import Anchor
 
 SAME = 1e-9
 """Relative difference of radii below which two circles of one wheel are the same."""

@@ -2,77 +2,74 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
-from gimcli.mechanism import FRAME, ComplexArray
-from gimcli.output.gear_outlines import TICKS, GearOutlines, PitchLine, Wheel
-from gimcli.output.picture import Picture
+from gimcli.mechanism import FRAME
+from gimcli.output.anchors import Anchor
+from gimcli.output.gear_outlines import TICKS, BeltLoop, GearOutlines, PitchLine, Wheel
 from gimcli.output.scene import Scene
 from gimcli.output.style import PALE, Pen
+from gimcli.output.symbol import Seat, Stroke, Symbol
 
-PITCH = Pen(0.9, dash=(9.0, 2.5, 1.5, 2.5), layer=3)
-RIM = Pen(1.4, layer=3)
-BELT = Pen(1.5, layer=3)
-MARK = Pen(1.1, layer=3)
+PITCH = Pen(0.9, dash=(9.0, 2.5, 1.5, 2.5), layer=3.5)
+RIM = Pen(1.4, layer=3.5)
+BELT = Pen(1.5, layer=3.5)
+MARK = Pen(1.1, layer=3.5)
 GHOST_PITCH = Pen(0.6, PALE, (9.0, 2.5, 1.5, 2.5), layer=2)
 GHOST_BELT = Pen(0.7, PALE, layer=2)
 
 TICK, WALL = 6.0, 7.0
 """Length of a mark, and thickness of a ring [pt]."""
 
-POINTS = 121
-"""Points of a circle."""
+CIRCLE = np.exp(2j * np.pi * np.arange(121) / 120)
+"""The closed polyline of a circle."""
 
 
-def circle(centre: complex, radius: float) -> ComplexArray:
-    """Return the closed polyline of a circle."""
-    return np.asarray(centre + radius * np.exp(2j * np.pi * np.arange(POINTS) / (POINTS - 1)))
-
-
-def draw_gears(picture: Picture, scene: Scene, z: ComplexArray) -> None:
-    """Draw the gears at positions of the nodes (nodes,)."""
-    outlines = scene.gears
-    if outlines is None:
-        return
+def gears(scene: Scene, outlines: GearOutlines) -> Iterator[Symbol]:
+    """Yield the symbols of gears."""
     for wheel in outlines.wheels:
-        with picture.named(f"gear:{wheel.gear}"):
-            _draw_wheel(picture, scene, wheel, z)
+        yield Symbol(
+            f"gear:{wheel.gear}", tuple(_wheel(scene, wheel)), Seat(Anchor(wheel.pivot), None, 1.0, wheel.member)
+        )
     for belt in outlines.belts:
-        with picture.named(f"gear:{belt.gear}"):
-            picture.stroke(BELT, belt.path(complex(z[belt.pivots[0]]), complex(z[belt.pivots[1]])))
+        yield _belt(scene, belt, BELT)
     for rack in outlines.racks:
-        with picture.named(f"gear:{rack.gear}"):
-            _draw_rack(picture, scene, rack, z)
+        walls = (Stroke(MARK, (-0.5j * TICK, 0.5j * TICK), end) for end in (0.0, 1.0))
+        yield _rack(rack, Stroke(PITCH, share=(0.0, 1.0)), *walls)
 
 
-def draw_light_gears(picture: Picture, scene: Scene, z: ComplexArray, outlines: GearOutlines) -> None:
-    """Draw the gears of a light pose whose pivots move."""
+def light_gears(scene: Scene, outlines: GearOutlines) -> Iterator[Symbol]:
+    """Yield the symbols of gears in light poses, without those whose pivots do not move."""
     for wheel in outlines.wheels:
         if wheel.pivot not in scene.fixed:
-            picture.stroke(GHOST_PITCH, circle(complex(z[wheel.pivot]), wheel.radius))
+            pitch = Stroke(GHOST_PITCH, lengths=wheel.radius * CIRCLE)
+            yield Symbol(f"gear:{wheel.gear}", (pitch,), Seat(Anchor(wheel.pivot), None, 1.0))
     for belt in outlines.belts:
         if not set(belt.pivots) <= scene.fixed:
-            picture.stroke(GHOST_BELT, belt.path(complex(z[belt.pivots[0]]), complex(z[belt.pivots[1]])))
+            yield _belt(scene, belt, GHOST_BELT)
     for rack in outlines.racks:
-        picture.stroke(GHOST_PITCH, [scene.place(end, z) for end in rack.ends])
+        yield _rack(rack, Stroke(GHOST_PITCH, share=(0.0, 1.0)))
 
 
-def _draw_wheel(picture: Picture, scene: Scene, wheel: Wheel, z: ComplexArray) -> None:
-    """Draw a pitch circle and its marks; a ring has a rim outside."""
-    at, turn, pt = complex(z[wheel.pivot]), complex(scene.turn(wheel.member, z)), picture.frame.point
-    picture.stroke(PITCH, circle(at, wheel.radius))
-    length = min(TICK * pt, 0.4 * wheel.radius)
+def _wheel(scene: Scene, wheel: Wheel) -> Iterator[Stroke]:
+    """Yield a pitch circle and its marks; a ring has a rim outside."""
+    yield Stroke(PITCH, lengths=wheel.radius * CIRCLE)
     if wheel.ring:
-        picture.stroke(RIM, circle(at, wheel.radius + WALL * pt))
-        length = -WALL * pt
+        yield Stroke(RIM, WALL * CIRCLE, lengths=wheel.radius * CIRCLE)
     if wheel.member != FRAME or scene.mechanism.floating:
-        rays = [turn * tick for tick in TICKS]
-        picture.stroke(MARK, *([at + ray * wheel.radius, at + ray * (wheel.radius - length)] for ray in rays))
+        end = WALL if wheel.ring else -TICK
+        for tick in TICKS:
+            yield Stroke(MARK, (0j, end * tick), lengths=wheel.radius * tick)
 
 
-def _draw_rack(picture: Picture, scene: Scene, rack: PitchLine, z: ComplexArray) -> None:
-    """Draw a pitch line and the strokes that end it."""
-    first, second = (complex(scene.place(end, z)) for end in rack.ends)
-    across = 1j * (second - first) / abs(second - first) * 0.5 * TICK * picture.frame.point
-    picture.stroke(PITCH, [first, second])
-    picture.stroke(MARK, *([end - across, end + across] for end in (first, second)))
+def _belt(scene: Scene, belt: BeltLoop, pen: Pen) -> Symbol:
+    """Return a belt; the distance of its pivots is constant."""
+    first, second = (complex(scene.poses[0][pivot]) for pivot in belt.pivots)
+    seat = Seat(Anchor(belt.pivots[0]), Anchor(belt.pivots[1]))
+    return Symbol(f"gear:{belt.gear}", (Stroke(pen, lengths=belt.path(0j, abs(second - first) + 0j)),), seat)
+
+
+def _rack(rack: PitchLine, *strokes: Stroke) -> Symbol:
+    return Symbol(f"gear:{rack.gear}", strokes, Seat(*rack.ends))

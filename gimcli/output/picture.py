@@ -135,6 +135,11 @@ class Picture:
         self.marks.setdefault(mark, []).extend(complex(place) for place in places)
         self._own(mark, len(places))
 
+    def draw(self, style: Pen | Fill | Mark, *things: Any) -> None:
+        """Add lines, areas or marks, as the style has it."""
+        add: Any = self.stroke if isinstance(style, Pen) else self.area if isinstance(style, Fill) else self.mark
+        add(style, *things)
+
     def _own(self, style: Pen | Fill | Mark, count: int) -> None:
         self.parts.setdefault(style, []).extend([self.part] * count)
 
@@ -144,9 +149,7 @@ class Picture:
         styled: list[tuple[Any, Any]] = [*self.strokes.items(), *self.areas.items(), *self.marks.items()]
         for style, things in styled:
             for part, thing in zip(self.parts[style], things, strict=True):
-                own = found.setdefault(part, Picture("", self.frame))
-                add: Any = own.stroke if isinstance(style, Pen) else own.area if isinstance(style, Fill) else own.mark
-                add(style, thing)
+                found.setdefault(part, Picture("", self.frame)).draw(style, thing)
         return found
 
 

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from gimcli.connected import grouped
 from gimcli.dynamic_data import AppliedLoad
 from gimcli.mechanism import FRAME, HEIGHT, SPAN, ComplexArray, Input, Mechanism, PairRow
-from gimcli.output.gear_outlines import Anchor
+from gimcli.output.anchors import Anchor, Anchors
 from gimcli.structure.convex_hull import convex_hull
 
 if TYPE_CHECKING:
@@ -30,14 +30,6 @@ FLAT = 1e-3
 HANGING, STEEP = -0.2, -0.7
 """A support is drawn above its pivot if all links leave it with a sine of their direction below the first, and one of
 them below the second: it would cover the support."""
-
-
-@dataclass(frozen=True)
-class Carrier:
-    """The coordinate system in which points of a member are given: origin at one node, x axis towards another."""
-
-    origin: int = -1  # node; -1: the coordinates of the file
-    towards: int = -1  # node; -1: the x axis does not turn
 
 
 @dataclass(frozen=True)
@@ -106,14 +98,7 @@ class LoadArrow:
     torque: float = 0.0  # sign
 
 
-@dataclass(frozen=True)
-class CentreOfMass:
-    """The centre of mass of a member, or a point mass."""
-
-    at: Anchor
-
-
-class Scene:
+class Scene(Anchors):
     """The items of a mechanism, with sizes and sides that suit all of some poses.
 
     Args:
@@ -123,57 +108,8 @@ class Scene:
     """
 
     def __init__(self, mechanism: Mechanism, poses: ComplexArray) -> None:
-        self.mechanism, self.poses = mechanism, np.atleast_2d(poses)
-
-    # -- places ---------------------------------------------------------------------------------
-
-    @cached_property
-    def carriers(self) -> tuple[Carrier, ...]:
-        """The coordinate system of each member."""
-        found = []
-        for k, member in enumerate(self.mechanism.members):
-            if k == FRAME and not self.mechanism.floating:
-                found.append(Carrier())
-            else:
-                first, far, reach = member.ends
-                found.append(Carrier(first, far if reach else -1))
-        return tuple(found)
-
-    def local(self, member: int, place: complex) -> complex:
-        """Convert a position in a member's own frame (normal frame) to its coordinate system here."""
-        if self.carriers[member].origin < 0:
-            return self.mechanism.origin + self.mechanism.scale * place
-        return (place - complex(self.mechanism.members[member].shape[0])) * self.mechanism.scale * self._own(member)
-
-    def _own(self, member: int) -> complex:
-        """Return the rotation from a member's own frame to its coordinate system here."""
-        reach = 0j if self.carriers[member].origin < 0 else self.mechanism.members[member].ends[2]
-        return reach.conjugate() / abs(reach) if reach else 1.0 + 0.0j
-
-    def direction(self, member: int, direction: complex) -> complex:
-        """Convert a direction in a member's own frame to its coordinate system here."""
-        return direction * self._own(member)
-
-    def on(self, member: int, place: complex) -> Anchor:
-        """Return the anchor of a position in a member's own frame (normal frame)."""
-        return Anchor(member=member, local=self.local(member, place))
-
-    def place(self, anchor: Anchor, z: ComplexArray) -> Any:
-        """Return the position of an anchor for positions of the nodes (nodes,) or (rows, nodes)."""
-        if anchor.node >= 0:
-            return z[..., anchor.node]
-        origin = self.carriers[anchor.member].origin
-        start = z[..., origin] if origin >= 0 else 0.0j
-        return start + self.turn(anchor.member, z) * anchor.local
-
-    def turn(self, member: int, z: ComplexArray) -> Any:
-        """Return the direction (unit) of the x axis of a member's coordinate system."""
-        carrier = self.carriers[member]
-        if carrier.towards < 0:
-            return 1.0 + 0.0j
-        reach = z[..., carrier.towards] - z[..., carrier.origin]
-        size = np.abs(reach)
-        return np.where(size > 0.0, reach / np.where(size > 0.0, size, 1.0), 1.0 + 0.0j)
+        super().__init__(mechanism)
+        self.poses = np.atleast_2d(poses)
 
     # -- nodes ----------------------------------------------------------------------------------
 
@@ -283,15 +219,15 @@ class Scene:
         return tuple(self._load(load, largest) for load in loads)
 
     @cached_property
-    def centres(self) -> tuple[CentreOfMass, ...]:
-        """The centres of mass."""
+    def centres(self) -> tuple[Anchor, ...]:
+        """The centres of mass of members, and the point masses."""
         inertias = [i for i in self.mechanism.dynamics.inertias if i.mass]
-        return tuple(CentreOfMass(Anchor(i.node) if i.node >= 0 else self.on(i.member, i.centre)) for i in inertias)
+        return tuple(Anchor(i.node) if i.node >= 0 else self.on(i.member, i.centre) for i in inertias)
 
     def extent(self, shown: Sequence[int] | None = None) -> ComplexArray:
         """Return points that a picture of all poses, or of those with the numbers `shown`, must contain."""
         poses = self.poses if shown is None else self.poses[list(shown)]
-        anchors = [*self.tracers.values(), *(load.at for load in self.loads), *(c.at for c in self.centres)]
+        anchors = [*self.tracers.values(), *(load.at for load in self.loads), *self.centres]
         ends = [end for slider in self.sliders for end in self.ends(slider, self.poses[0])]
         places = [np.atleast_1d(self.place(anchor, poses)) for anchor in anchors]
         gears = self.gears.extent(self, poses) if self.gears else ()
@@ -338,7 +274,7 @@ class Scene:
 
     def _slider(self, pair: Sequence[PairRow]) -> Slider:
         slide = pair[0]
-        line, along = self.on(slide.guide, slide.point), slide.along * self._own(slide.guide)
+        line, along = self.on(slide.guide, slide.point), self.direction(slide.guide, slide.along)
         start = self.place(line, self.poses)
         back = np.conjugate(along * self.turn(slide.guide, self.poses))
         travel = [float(t) for s in pair for t in np.ravel((self.poses[:, s.node] - start) * back).real]
@@ -379,7 +315,7 @@ class Scene:
         if actuator.kind == SPAN:
             return Drive(actuator.name, "cylinder", actuator.nodes[:2], sense)
         if actuator.kind == HEIGHT:
-            direction = actuator.normal * self._own(actuator.guide)
+            direction = self.direction(actuator.guide, actuator.normal)
             along = direction * complex(np.ravel(self.turn(actuator.guide, self.poses[0]))[0])
             aside = -(self._side(complex(self.poses[0][actuator.node]), along) / along).imag
             return Drive(actuator.name, "travel", (actuator.node,), sense, direction, aside, actuator.guide)
@@ -410,7 +346,8 @@ class Scene:
         if load.torque:
             centre = self.on(load.member, complex(self.mechanism.members[load.member].shape.mean()))
             return LoadArrow(load.name, centre, torque=float(np.sign(load.torque)))
-        force = load.force / largest * (self._own(load.member) if load.follows else 1.0)
+        force = load.force / largest
+        force = self.direction(load.member, force) if load.follows else force
         at = Anchor(load.node) if load.node >= 0 else self.on(load.member, load.point)
         return LoadArrow(load.name, at, force, load.follows)
 

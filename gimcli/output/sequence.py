@@ -107,7 +107,9 @@ def _draw_move(
         path = _bow(picture, z, start, move.node, drawn) if order == 0 or arms else np.zeros(0, dtype=np.complex128)
         if len(path):
             pen = Pen(0.8, colour, (1.0, 1.8), layer=7) if order else Pen(1.0, colour, layer=7)
-            symbols.arrow(picture, path, pen, head, 5.0)
+            line, tip = symbols.arrow_lines(path, 5.0 * picture.frame.point)
+            picture.stroke(pen, line)
+            picture.area(head, tip)
         if len(path) and order == 0:
             ahead = np.array([0.72, 0.6, 0.5, 0.4, 0.3, 0.2, 0.8])
             offers.insert(0, path[(ahead * (len(path) - 1)).astype(int)])

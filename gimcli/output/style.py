@@ -39,7 +39,7 @@ class Pen:
     width: float  # pt
     color: str = INK
     dash: tuple[float, ...] = ()  # on, off, ... in line widths; () is a full line
-    layer: int = 4
+    layer: float = 4
 
 
 @dataclass(frozen=True)

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from gimcli.mechanism import ComplexArray
-from gimcli.output import symbols
 from gimcli.output.labels import extent
 from gimcli.output.picture import Picture, Text
 from gimcli.output.style import FONT, Fill, Pen
+from gimcli.output.symbols import arrow_lines
 
 LONGEST = 0.3
 """Length of the longest arrow, relative to the longer side of the drawing."""
@@ -20,8 +20,8 @@ LONGEST = 0.3
 NOTHING = 1e-9
 """Vectors below this part of the largest one, or of the drawing's longer side per second, are not drawn."""
 
-SHORT = 5.0
-"""A shorter arrow [pt] is drawn without a head."""
+SHORT, HEAD = 5.0, 7.0
+"""Length of an arrow [pt] below which it is drawn without a head, and size of the heads of long arrows."""
 
 BAR = 0.1
 """Distance of the scale bars, relative to the longer side of the drawing."""
@@ -94,10 +94,11 @@ def _arrow(picture: Picture, start: complex, vector: complex, pen: Pen, head: Fi
     if not visible or not np.isfinite(vector):
         return
     length = abs(vector) / picture.frame.point
-    if length < SHORT:
-        picture.stroke(pen, [start, start + vector])
-    else:
-        symbols.arrow(picture, np.array([start, start + vector]), pen, head, min(7.0, length))
+    path = np.array([start, start + vector])
+    if length >= SHORT:
+        path, tip = arrow_lines(path, min(HEAD, length) * picture.frame.point)
+        picture.area(head, tip)
+    picture.stroke(pen, path)
 
 
 def _round(value: float) -> float:

@@ -8,7 +8,7 @@ from bundled import FILES
 from strut import STRUT
 
 import gimcli
-from gimcli.output.gear_outlines import Anchor
+from gimcli.output.anchors import Anchor
 from gimcli.output.scene import Scene
 
 
@@ -41,7 +41,7 @@ def test_points_of_members_are_at_their_nodes(path):
 
 def test_carried_places_turn_with_the_arm(strut):
     quarter = strut.poses[2]  # the arm points upwards
-    assert strut.place(strut.centres[0].at, quarter) == pytest.approx(-20 + 100j)
+    assert strut.place(strut.centres[0], quarter) == pytest.approx(-20 + 100j)
     assert strut.place(strut.loads[0].at, quarter) == pytest.approx(300j)
     assert strut.turn(1, quarter) == pytest.approx(1j)
 

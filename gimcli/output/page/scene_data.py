@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gimcli.mechanism import FRAME
-from gimcli.output.gear_outlines import Anchor
+from gimcli.output.anchors import Anchor
 from gimcli.output.scene import Scene
 
 if TYPE_CHECKING:
@@ -66,7 +66,7 @@ def scene_data(scene: Scene, origin: complex) -> dict[str, Any]:
             for one in scene.loads
         ],
         "gears": _gears(scene.gears, scene, place) if scene.gears else None,
-        "centres": [place(c.at) for c in scene.centres],
+        "centres": [place(at) for at in scene.centres],
         "tracers": [{"name": name, "at": place(anchor)} for name, anchor in scene.tracers.items()],
     }  # fmt: skip
 
