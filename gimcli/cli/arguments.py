@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -99,16 +100,27 @@ SHARED = {
 """Options that have the same form in all commands, by the names of the arguments of verbs."""
 
 
-def pairs(given: list[str], option: str = "--at", form: str = "ACTUATOR=VALUE") -> dict[str, str]:
-    """Return the values of --at by the names of the actuators, or those of another option of this kind."""
-    values: dict[str, str] = {}
+def pairs(
+    given: list[str], option: str = "--at", form: str = "ACTUATOR=VALUE", what: str = "a value; give it",
+    read: Callable[[str], Any] = str,
+) -> dict[str, Any]:  # fmt: skip
+    """Return the values of --at by the names of the actuators, or those of another option of this kind.
+
+    `read` returns a value from its text; its ValueError is that of a text without the form. `what` a name has already
+    is in the message for a name that is given twice.
+    """
+    values: dict[str, Any] = {}
     for text in given:
-        name, equals, number = text.partition("=")
+        name, equals, value = text.partition("=")
+        try:
+            own = read(value)
+        except ValueError:
+            equals = ""
         if not equals:
             raise UsageError(f"{option} {text}: expected {form}")
         if name in values:
-            raise UsageError(f"{option} {text}: '{name}' already has a value; give it once")
-        values[name] = number
+            raise UsageError(f"{option} {text}: '{name}' already has {what} once")
+        values[name] = own
     return values
 
 

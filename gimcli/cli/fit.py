@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from enum import StrEnum
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from gimcli.cli.arguments import INPUTS, METHOD
+from gimcli.cli.arguments import INPUTS, METHOD, pairs
 from gimcli.cli.console import print_table
 from gimcli.cli.from_verb import Run, from_verb
-from gimcli.errors import UsageError
 from gimcli.library.fit import fit
 from gimcli.library.fit_result import FitResult
 from gimcli.rounding import number
@@ -48,21 +48,13 @@ def _run(run: Run) -> FitResult:
     return found
 
 
-def _bounds(given: list[str]) -> dict[str, tuple[float, float]]:
-    """Return the bounds of --vary by the names of the dimensions."""
-    bounds: dict[str, tuple[float, float]] = {}
-    for text in given:
-        name, equals, values = text.partition("=")
-        try:
-            low, high = map(float, values.split(":"))
-        except ValueError:
-            equals = ""
-        if not equals:
-            raise UsageError(f"--vary {text}: expected NAME=LOW:HIGH, such as a=10:60")
-        if name in bounds:
-            raise UsageError(f"--vary {text}: '{name}' already has bounds; give them once")
-        bounds[name] = low, high
-    return bounds
+def _bounds(text: str) -> tuple[float, float]:
+    """Return the bounds of a dimension."""
+    low, high = map(float, text.split(":"))
+    return low, high
+
+
+VARIED = partial(pairs, option="--vary", form="NAME=LOW:HIGH, such as a=10:60", what="bounds; give them", read=_bounds)
 
 
 def _print(result: FitResult) -> None:
@@ -117,5 +109,5 @@ OPTIONS = {
     "seed": typer.Option("--seed", metavar="N", help="Seed of the random designs.", rich_help_panel=METHOD),
 }  # fmt: skip
 command = from_verb(
-    fit, FitResult, _print, OPTIONS, writes=True, run=_run, read={"vary": _bounds, "timing": lambda word: word or ""}
+    fit, FitResult, _print, OPTIONS, writes=True, run=_run, read={"vary": VARIED, "timing": lambda word: word or ""}
 )

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import typer
 
-from gimcli.cli.arguments import INPUTS
+from gimcli.cli.arguments import INPUTS, pairs
 from gimcli.cli.console import print_table
 from gimcli.cli.from_verb import Run, from_verb
-from gimcli.errors import UsageError
 from gimcli.library.workspace import WorkspaceResult, workspace
 from gimcli.rounding import at_inputs, interval, length, number
 
@@ -42,21 +42,16 @@ def _run(run: Run) -> WorkspaceResult:
     return found
 
 
-def _orientations(given: list[str]) -> dict[str, float]:
-    """Return the given directions [file's angle unit] by member."""
-    held: dict[str, float] = {}
-    for text in given:
-        name, equals, number = text.partition("=")
-        try:
-            angle = float(number)
-        except ValueError:
-            angle = math.nan
-        if not equals or not math.isfinite(angle):
-            raise UsageError(f"--orientation {text}: expected MEMBER=ANGLE, such as platform=0")
-        if name in held:
-            raise UsageError(f"--orientation {text}: '{name}' already has an angle; give it once")
-        held[name] = angle
-    return held
+def _angle(text: str) -> float:
+    """Return a direction [file's angle unit]."""
+    if not math.isfinite(angle := float(text)):
+        raise ValueError(text)
+    return angle
+
+
+HELD = partial(
+    pairs, option="--orientation", form="MEMBER=ANGLE, such as platform=0", what="an angle; give it", read=_angle
+)
 
 
 def _print(result: WorkspaceResult) -> None:
@@ -161,6 +156,4 @@ OPTIONS = {
     ),
     "resume": typer.Option("--resume", help="Resume an interrupted --grid.", rich_help_panel=GRID),
 }  # fmt: skip
-command = from_verb(
-    workspace, WorkspaceResult, _print, OPTIONS, writes=True, read={"orientation": _orientations}, run=_run
-)
+command = from_verb(workspace, WorkspaceResult, _print, OPTIONS, writes=True, read={"orientation": HELD}, run=_run)
