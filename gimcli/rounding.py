@@ -1,19 +1,28 @@
-"""Numbers for people: rounded relative to the mechanism's size; files and reports for scripts have all digits."""
+"""Numbers for people: rounded relative to the mechanism's size; files and reports for scripts have all digits.
+
+Tables of results as texts have their first rows.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+from gimcli.table import labelled
 
 if TYPE_CHECKING:
     from gimcli.mechanism import Mechanism
+    from gimcli.table import Table
 
 DIGITS, LEAST = 6, 4
 """Digits of a number as large as the size that it is relative to, and the fewest of any number."""
 
 ZERO = 1e-9
 """Part of the size below which a number is zero."""
+
+SHOWN = 10
+"""Number of rows of a table that `repr` shows."""
 
 
 def number(value: float, size: float = 0.0) -> str:
@@ -102,3 +111,27 @@ def _unit(mechanism: Mechanism, name: str) -> str:
 
 def _rotary(mechanism: Mechanism, name: str) -> bool:
     return next(a.rotary for a in mechanism.actuators if a.name == name)
+
+
+def cells(table: Table) -> list[list[str]]:
+    """Return the head and the first rows of a table as texts, and a row of dots if there are more."""
+    head = [labelled(c.name, c.unit) for c in table.columns]
+    columns = []
+    for column in table.columns:
+        size = greatest(column.values.tolist()) if column.values.dtype.kind == "f" else 0.0
+        columns.append([_cell(value, size) for value in column.values[:SHOWN].tolist()])
+    rows = [list(row) for row in zip(*columns, strict=True)]
+    return [head, *rows, *([["..."] * len(head)] if len(table) > SHOWN else [])]
+
+
+def lines(table: Table) -> list[str]:
+    """Return the head and the first rows of a table as aligned lines."""
+    rows = cells(table)
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return ["  ".join(text.rjust(width) for text, width in zip(row, widths, strict=True)) for row in rows]
+
+
+def _cell(value: Any, size: float) -> str:
+    if isinstance(value, float):
+        return "" if math.isnan(value) else number(value, size)
+    return str(value)

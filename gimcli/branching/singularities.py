@@ -3,7 +3,8 @@
 Along a circuit with unit tangent t the input rate is zero where t_q = 0: there F_x is singular and the input cannot
 drive. The input reverses (limit) or not (dead point). If [F_x F_q] loses rank too, branches intersect (change point),
 or there is only one, which is double (tangency). A member hinged to the frame, or a slider on it, is stationary where
-its rate is 0 (often called a dead centre).
+its rate is 0 (often called a dead centre). The kind of a singular initial position is determined on the curve that
+`trace` and `singularities` follow.
 """
 
 from __future__ import annotations
@@ -16,10 +17,14 @@ import numpy as np
 from gimcli.canonical import first_greatest, ranks
 from gimcli.continuation.arclength import CurvePoint
 from gimcli.continuation.bifurcation import BRANCHING, Crossing
+from gimcli.continuation.branches import departure
 from gimcli.continuation.circuit import Circuit, ordered
 from gimcli.continuation.curve import PositionCurve
 from gimcli.continuation.folds import REST, Rate, between, folds, roots
-from gimcli.mechanism import FRAME, HEIGHT, FloatArray
+from gimcli.errors import GimError
+from gimcli.mechanism import FRAME, HEIGHT, ComplexArray, FloatArray, Mechanism
+from gimcli.positions.options import TOLERANCE
+from gimcli.structure.tangency import tangent_position
 
 TOGETHER = 1e-9
 """Difference of two positions at the same place, as a fraction of the length."""
@@ -226,3 +231,27 @@ def _involved(curve: PositionCurve, left: FloatArray) -> tuple[str, ...]:
     weight = np.linalg.norm(left, axis=1)
     chosen = weight > BOUNDS.share * float(weight.max(initial=1e-300))
     return tuple(dict.fromkeys(name for name, own in zip(curve.names, chosen, strict=True) if own))
+
+
+SINGULAR = "singular"
+"""Kind of a position at which the curve has no unique direction, or that is not on the curve."""
+
+TANGENT = "tangent"
+"""Kind of a position that is a double root of the equations, as those near it."""
+
+
+def singular_start(mechanism: Mechanism, z: ComplexArray) -> str:
+    """Return the kind (limit, change point, ...) of an assembled position z (nodes,) that inputs do not determine."""
+    curve, inputs = PositionCurve(mechanism), mechanism.drawn_inputs
+    if tangent_position(mechanism, z, inputs, TOLERANCE) is not None:
+        return TANGENT
+    q = float(inputs[curve.main]) if curve.single else curve.begin()
+    if not np.allclose(curve.inputs(q), inputs, rtol=0.0, atol=1e-9):
+        return SINGULAR  # the laws of several inputs begin at other values
+    try:
+        left = departure(curve, z, q)
+    except GimError:
+        return SINGULAR
+    if left.met is not None:
+        return left.met.kind
+    return LIMIT if left.limit else SINGULAR

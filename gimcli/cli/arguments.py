@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import inspect
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -132,3 +133,25 @@ def assignments(given: list[str]) -> dict[str, str]:
 def changed(mechanism: Mechanism, given: list[str]) -> Mechanism:
     """Return a mechanism with the values of --set."""
     return mechanism.with_(assignments(given)) if given else mechanism
+
+
+PICTURE = "Picture"
+"""Title of the group of options; the help has one line for all of them."""
+
+Drawing = Mapping[str, Any]
+"""The options of pictures that were given, by name."""
+
+NO_OPTIONS: Drawing = {}
+
+
+def _options(
+    *,
+    size: Annotated[str | None, typer.Option("--size", metavar="WxH", rich_help_panel=PICTURE)] = None,
+    dpi: Annotated[int | None, typer.Option("--dpi", metavar="N", rich_help_panel=PICTURE)] = None,
+    title: Annotated[str | None, typer.Option("--title", metavar="TEXT", rich_help_panel=PICTURE)] = None,
+    ghosts: Annotated[str | None, typer.Option("--ghosts", metavar="N", rich_help_panel=PICTURE)] = None,
+    style: Annotated[str | None, typer.Option("--style", metavar="FILE", rich_help_panel=PICTURE)] = None,
+) -> None: ...
+
+
+OPTIONS = list(inspect.signature(_options, eval_str=True).parameters.values())

@@ -18,11 +18,24 @@ from typing import TYPE_CHECKING, Annotated, Any, cast, get_args, get_origin
 
 from typer.models import OptionInfo
 
-from gimcli.cli.arguments import MODEL, NONE, SHARED, Assembly, CsvFile, Json, ModelPath, Out, Png, PngFile, Set, pairs
+from gimcli.cli.arguments import (
+    MODEL,
+    NONE,
+    OPTIONS,
+    SHARED,
+    Assembly,
+    CsvFile,
+    Json,
+    ModelPath,
+    Out,
+    Png,
+    PngFile,
+    Set,
+    pairs,
+)
 from gimcli.cli.console import note
 from gimcli.cli.measures import MEASURES, measures_of, refuse_unseen
 from gimcli.cli.outputs import Outputs
-from gimcli.cli.picture_options import OPTIONS
 from gimcli.cli.progress import progress_bar
 from gimcli.errors import UsageError
 from gimcli.library.inputs import Range, hints_of

@@ -7,8 +7,7 @@ from typing import Any
 
 from typer.core import TyperCommand
 
-from gimcli.cli.arguments import OUTPUT
-from gimcli.cli.picture_options import PICTURE
+from gimcli.cli.arguments import OUTPUT, PICTURE
 from gimcli.cli.plain_values import taking_plain_values
 
 SUFFIXES = "SUFFIXES"

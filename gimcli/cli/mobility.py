@@ -8,13 +8,12 @@ import typer
 
 from gimcli.cli.console import print_table
 from gimcli.cli.from_verb import Run, from_verb
-from gimcli.library.jacobian import NATURAL
-from gimcli.library.mobility import MobilityResult, mobility
+from gimcli.library.mobility import NATURAL, MobilityResult, mobility
 from gimcli.rounding import number
 from gimcli.status import Status
 
 if TYPE_CHECKING:
-    from gimcli.library.jacobian import JacobianMatrix
+    from gimcli.library.mobility import JacobianMatrix
 
 WIDEST = 8
 """Most columns of a printed matrix."""

@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import typer
 
-from gimcli.cli.arguments import NONE, changed
+from gimcli.cli.arguments import NO_OPTIONS, NONE, Drawing, changed
 from gimcli.cli.console import note, print_json, print_written, printable
-from gimcli.cli.picture_options import NO_OPTIONS, Drawing
 from gimcli.cli.progress import DRAWING, end_bars, progress_bar
 from gimcli.errors import OutputError, UsageError
 from gimcli.output import CsvStream, format_of, refuse_unwritable

@@ -13,9 +13,8 @@ from gimcli.cli.console import print_table
 from gimcli.cli.from_verb import Run, from_verb
 from gimcli.cli.progress import end_bars
 from gimcli.errors import UsageError
-from gimcli.library.result import cells
 from gimcli.library.sweep import SweepResult, sweep
-from gimcli.rounding import number
+from gimcli.rounding import cells, number
 from gimcli.status import Status
 from gimcli.table import labelled
 

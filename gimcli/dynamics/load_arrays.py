@@ -1,13 +1,16 @@
-"""Masses, loads, springs, dampers and friction in the flat arrays of the reduction kernels."""
+"""Masses, loads, springs, dampers and friction in the flat arrays of the reduction kernels.
+
+A load over a table that ends inside the motion keeps its last factor, which is seldom meant: such tables are listed.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from gimcli.dynamic_data import NO_NODE, AppliedLoad, Inertia, SpringForce
+from gimcli.dynamic_data import NO_NODE, TIME, AppliedLoad, Inertia, SpringForce
 from gimcli.dynamics.kinematic_history import travel_along
 from gimcli.kernels.reduction import Acting
 from gimcli.mechanism import FRAME, HEIGHT, SPAN, FloatArray, Input, IntArray, Mechanism
@@ -145,3 +148,26 @@ def ints(table: Sequence[Sequence[int]], width: int) -> IntArray:
 
 def _floats(table: Sequence[Sequence[float]], width: int) -> FloatArray:
     return np.array(table, dtype=float).reshape(-1, width)
+
+
+SAMPLES = 513
+"""Times at which a law is evaluated for its range."""
+
+OUTSIDE = 1e-9
+"""Part of the range of a law that may be outside of a table."""
+
+
+def short_tables(mechanism: Mechanism) -> Iterator[tuple[str, str, list[float], list[float]]]:
+    """Yield load, actuator, range of the table and range of the law, where the table does not cover the law.
+
+    The ranges are in the file's units. Tables over the time are left out: a load may well end before the motion does.
+    """
+    for load in mechanism.dynamics.loads:
+        if load.curve is None or load.over == TIME:
+            continue
+        values = mechanism.actuators[load.over].law(np.linspace(0.0, 1.0, SAMPLES))
+        law, table = (np.array([np.min(v), np.max(v)]) for v in (values, load.curve.at))
+        slack = OUTSIDE * max(float(law[1] - law[0]), 1e-12)
+        if law[0] < table[0] - slack or law[1] > table[1] + slack:
+            own, whole = (mechanism.value_to_file(load.over, span).tolist() for span in (table, law))
+            yield load.name, mechanism.actuators[load.over].name, own, whole

@@ -34,7 +34,7 @@ def short_table_warnings(mechanism: Mechanism) -> Iterator[tuple[Where, str]]:
     """Yield a warning for each table of a load that does not cover the law of its actuator."""
     if not any(load.curve is not None for load in mechanism.dynamics.loads):
         return
-    from gimcli.dynamics.load_tables import short_tables
+    from gimcli.dynamics.load_arrays import short_tables
 
     for load, actuator, own, law in short_tables(mechanism):
         covers, runs = (interval(mechanism, actuator, low, high, 0.0) for low, high in (own, law))

@@ -1,7 +1,7 @@
 """The animations of motions and positions.
 
-A traced motion has its rows, events, velocities and columns; a solved position, or each configuration, is a clip of one
-row.
+A traced or simulated motion has its rows, events, velocities and columns; a solved position, or each configuration, is
+a clip of one row.
 """
 
 from __future__ import annotations
@@ -17,13 +17,15 @@ from gimcli.motion.summary import occurrences
 from gimcli.output.animation import Animation, Clip, Graph, Moment, shown_rows
 from gimcli.quantities.graphs import abscissa
 from gimcli.rates.member_angles import Angles, in_rows
-from gimcli.rounding import at_inputs, titled
+from gimcli.rounding import at_inputs, number, titled
 from gimcli.status import Status
 from gimcli.table import Column, Table, xy_columns
 
 if TYPE_CHECKING:
+    from gimcli.dynamics.simulation_types import Event, Simulation
     from gimcli.graphs.extras import Extras
     from gimcli.rates.instant import Instant
+
 
 SAME = 1e-6
 """Largest distance, relative to the size, of the first and the last position of a closed motion."""
@@ -173,3 +175,37 @@ def _clip(
     points = [c for n, at in places.items() for c in xy_columns(f"{n}.", np.array([at]), mechanism.length_unit)]
     at, table = mechanism.to_file(z)[None], Table((*own, *points))
     return Clip(name, at, np.zeros(1), ("ok",), table, rates=rates, without=without, note=note)
+
+
+def simulation_animation(
+    found: Simulation, times: FloatArray, table: Table, requested: Sequence[Graph]
+) -> Animation | None:  # fmt: skip
+    """Return a simulated motion with its events, velocities and columns at `times`; None if it has no row."""
+    from gimcli.dynamics.simulation_table import ENERGIES
+
+    mechanism, status = found.mechanism, table["status"]
+    if not len(found.time):
+        return None
+    rows = shown_rows(np.asarray(status == "ok"), [row_at(times, event.time) for event in found.events])
+    nodes = _padded(found.nodes, len(times))[:, :, rows]
+    clip = Clip(
+        "motion", mechanism.to_file(nodes[0].T), times[rows], tuple(map(str, status[rows])), rows_of(table, rows),
+        events=tuple(Moment(row_at(times[rows], e.time), e.kind, _text(mechanism, e)) for e in found.events),
+        forward=True, rates=np.moveaxis(nodes[1:], 1, 2) * mechanism.scale,
+    )  # fmt: skip
+    graphs = [Graph((a.name,), "time") for a in mechanism.actuators[:2]]
+    energies = tuple(f"energy.{kind}" for kind in ENERGIES if np.nanmax(np.abs(table[f"energy.{kind}"])) > 0.0)
+    graphs += [Graph(energies, "time")] if energies else []
+    title = f"{mechanism.name}: simulation"
+    return Animation(title, mechanism, (clip,), tuple(requested or graphs), thinning(len(rows), len(times)))
+
+
+def _padded(nodes: ComplexArray, rows: int) -> ComplexArray:
+    """Return positions and rates (3, nodes, rows) with NaN for the rows that were not reached."""
+    missing = np.full((*nodes.shape[:2], rows - nodes.shape[2]), complex(np.nan, np.nan))
+    return np.concatenate([nodes, missing], axis=2)
+
+
+def _text(mechanism: Mechanism, event: Event) -> str:
+    at = at_inputs(mechanism, mechanism.inputs_to_file(event.inputs))
+    return f"{event.kind} at time = {number(event.time)} s, {at}"

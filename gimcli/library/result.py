@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from abc import abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
@@ -16,9 +15,9 @@ from gimcli.errors import UsageError
 from gimcli.mechanism import Mechanism
 from gimcli.nearest import guess
 from gimcli.quantities.state import ApartError, State
-from gimcli.rounding import greatest, number
+from gimcli.rounding import cells, lines
 from gimcli.status import Status
-from gimcli.table import Column, Table, labelled
+from gimcli.table import Column, Table
 
 if TYPE_CHECKING:
     from gimcli.output.animation import Animation
@@ -28,9 +27,6 @@ if TYPE_CHECKING:
     from gimcli.output.picture import Content
     from gimcli.output.printed import PictureOptions
     from gimcli.output.workbook import Workbook
-
-SHOWN = 10
-"""Number of rows of a table that `repr` shows."""
 
 FRAME_HEIGHT = 640
 """Height of the animated page in a notebook [px]."""
@@ -390,30 +386,6 @@ def joined(tables: Iterable[Table]) -> Table:
     return Table(tuple(Column(c[0].name, np.concatenate([p.values for p in c]), c[0].unit) for c in rows))
 
 
-def cells(table: Table) -> list[list[str]]:
-    """Return the head and the first rows of a table as texts, and a row of dots if there are more."""
-    head = [labelled(c.name, c.unit) for c in table.columns]
-    columns = []
-    for column in table.columns:
-        size = greatest(column.values.tolist()) if column.values.dtype.kind == "f" else 0.0
-        columns.append([_cell(value, size) for value in column.values[:SHOWN]])
-    rows = [list(row) for row in zip(*columns, strict=True)]
-    return [head, *rows, *([["..."] * len(head)] if len(table) > SHOWN else [])]
-
-
-def lines(table: Table) -> list[str]:
-    """Return the head and the first rows of a table as aligned lines."""
-    rows = cells(table)
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    return ["  ".join(text.rjust(width) for text, width in zip(row, widths, strict=True)) for row in rows]
-
-
 def _unknown(name: str, names: Sequence[str]) -> KeyError:
     """Return the error for a name that does not exist, with the most similar name or the known names."""
     return KeyError(f"{name}; {guess(str(name), names, most=LISTED)}")
-
-
-def _cell(value: Any, size: float) -> str:
-    if isinstance(value, float | np.floating):
-        return "" if math.isnan(value) else number(float(value), size)
-    return str(value)

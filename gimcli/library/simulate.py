@@ -366,8 +366,7 @@ class SimulateResult(RowsResult):
 
     def animation(self) -> Animation | None:
         """Return the motion with its events and columns; None if it has no row."""
-        from gimcli.library.motion_animation import requested_graphs
-        from gimcli.library.simulation_animation import simulation_animation
+        from gimcli.library.motion_animation import requested_graphs, simulation_animation
 
         requested = requested_graphs(self._shown, self._extras, "time")
         return simulation_animation(self._found, self.times, self._shown, requested)

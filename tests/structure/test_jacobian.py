@@ -8,7 +8,7 @@ import pytest
 from in_process import gim
 
 import gimcli
-from gimcli.library.jacobian import COORDINATES, JacobianMatrix, jacobian_matrix
+from gimcli.library.mobility import COORDINATES, JacobianMatrix, jacobian_matrix
 from gimcli.structure.constraint_jacobian import full_pivoting
 
 # Fraczek & Wojtyra, example 1.12: rank 3 of 4 equations in joint coordinates, 11 of 12 in absolute coordinates
