@@ -188,11 +188,9 @@ def _check_course(
 
 def initial_value(refs: References, actuator: Actuator) -> float | None:
     """Return the initial value of an input in the file's unit; None if its nodes are not declared."""
-    names = [*(actuator.nodes or []), *(actuator.guide or [])]
-    names += [n for n in (actuator.pivot, actuator.arm, actuator.reference, actuator.node) if n is not None]
-    if not set(names) <= set(refs.model.nodes):
+    if not set(actuator.named) <= set(refs.model.nodes):
         return None
-    place = {name: complex(*refs.model.nodes[name]) for name in names}
+    place = {name: complex(*refs.model.nodes[name]) for name in actuator.named}
     if actuator.nodes is not None:
         return abs(place[actuator.nodes[1]] - place[actuator.nodes[0]])
     if actuator.pivot is not None and actuator.arm is not None:

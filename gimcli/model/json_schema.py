@@ -52,10 +52,9 @@ def json_schema() -> dict[str, Any]:
     for key in ("polynomial", "table"):
         parts["Law"]["properties"][key] = parts["Profile"]["properties"][key]
     parts["Actuator"]["properties"]["effort"] = {"anyOf": [{"type": ["number", "string"]}, {"$ref": "#/$defs/Effort"}]}
-    mass = {"anyOf": [{"type": ["number", "string"]}, {"$ref": "#/$defs/Mass"}]}
-    schema["properties"]["masses"]["additionalProperties"] = mass
-    friction = {"anyOf": [{"type": ["number", "string"]}, {"$ref": "#/$defs/PairFriction"}]}
-    schema["properties"]["friction"]["additionalProperties"] = friction
+    for section, part in (("masses", "Mass"), ("friction", "PairFriction")):
+        one = {"anyOf": [{"type": ["number", "string"]}, {"$ref": f"#/$defs/{part}"}]}
+        schema["properties"][section]["additionalProperties"] = one
     for part in ("Tracer", "Load"):
         own = parts[part]
         own["properties"] = {"on": own["properties"]["on"], "member": own["properties"]["on"], **own["properties"]}

@@ -17,7 +17,7 @@ from gimcli.model.compile import compile_model
 from gimcli.model.dimensions import dimensions_of
 from gimcli.model.kept_assembly import in_assembly_of
 from gimcli.model.laws import scaled
-from gimcli.model.pairs import PAIRS, fixed_nodes, measured_nodes, used_nodes
+from gimcli.model.pairs import PAIRS, fixed_nodes, used_nodes
 from gimcli.model.schema import Model
 from gimcli.model.source import Where
 from gimcli.model.substitution import without_dynamics
@@ -52,7 +52,7 @@ def _separated(model: Model, loaded: bool) -> list[set[str]]:
 
 def _with_structures(model: Model, parts: list[set[str]]) -> list[set[str]]:
     """Return the parts that inputs move; the first one has the others too."""
-    moved = {name for actuator in model.actuators.values() for name in measured_nodes(actuator)}
+    moved = {name for actuator in model.actuators.values() for name in actuator.named}
     driven = [part for part in parts if part & moved]
     held = [part for part in parts if not part & moved]
     return [driven[0].union(*held), *driven[1:]] if driven else []
@@ -64,8 +64,8 @@ def _joints(model: Model) -> Iterator[Iterable[str]]:
     for section, kind in PAIRS.items():
         yield from ([*kind.nodes(pair), *pair.guide] for pair in getattr(model, section).values())
     for name, actuator in model.actuators.items():
-        leader = [] if actuator.follows is None else measured_nodes(model.actuators[actuator.follows])
-        yield [*measured_nodes(model.actuators[name]), *leader]
+        leader = [] if actuator.follows is None else model.actuators[actuator.follows].named
+        yield [*model.actuators[name].named, *leader]
     for gear in model.gears.values():
         named = [*gear.members, *([gear.carrier] if gear.carrier else [])]
         yield [*gear.pivots, *(node for name in named if name in model.members for node in model.members[name].nodes)]
@@ -73,10 +73,10 @@ def _joints(model: Model) -> Iterator[Iterable[str]]:
 
 def _loads(model: Model) -> Iterator[Iterable[str]]:
     """Yield the nodes that a spring, a damper or the table of a load over an input joins."""
-    yield from (measured_nodes(part) for part in (*model.springs.values(), *model.dampers.values()))
+    yield from (part.named for part in (*model.springs.values(), *model.dampers.values()))
     for load in model.loads.values():
         if load.table is not None and load.over in model.actuators:
-            yield [*_borne(model, load.on), *measured_nodes(model.actuators[load.over])]
+            yield [*_borne(model, load.on), *model.actuators[load.over].named]
 
 
 def _borne(model: Model, name: str) -> Iterable[str]:
@@ -105,20 +105,20 @@ def _part(model: Model, moving: set[str], first: bool, loaded: bool) -> Model:
     kept("elements", lambda name, _: name in members)
     for section, kind in PAIRS.items():
         kept(section, lambda _, pair, nodes=kind.nodes: belongs([*nodes(pair), *pair.guide]))
-    kept("actuators", lambda _, actuator: belongs(measured_nodes(actuator)))
+    kept("actuators", lambda _, actuator: belongs(actuator.named))
     kept("gears", lambda _, gear: any(name in members for name in gear.members))
     kept("points", lambda _, point: point.on in members or (first and point.on == "ground"))
     if loaded:
         kept("masses", lambda name, _: belongs(_borne(whole, name)))
         kept("loads", lambda _, load: belongs(_borne(whole, load.on)))
-        kept("springs", lambda _, spring: belongs(measured_nodes(spring)))
-        kept("dampers", lambda _, damper: belongs(measured_nodes(damper)))
+        kept("springs", lambda _, spring: belongs(spring.named))
+        kept("dampers", lambda _, damper: belongs(damper.named))
     else:
         model = without_dynamics(model)
     named = used_nodes(model.with_value("ground", lambda old: old.with_value("nodes", lambda _: [])))
     guides = [n for section in PAIRS for pair in getattr(model, section).values() for n in pair.guide]
-    named = {*named, *guides, *(n for actuator in model.actuators.values() for n in measured_nodes(actuator))}
-    springs = [measured_nodes(part) for part in (*whole.springs.values(), *whole.dampers.values())]
+    named = {*named, *guides, *(n for actuator in model.actuators.values() for n in actuator.named)}
+    springs = [part.named for part in (*whole.springs.values(), *whole.dampers.values())]
     named |= {n for nodes in springs if belongs(nodes) for n in nodes if loaded or n in fixed}
     named |= {n for name in (*model.masses, *(load.on for load in model.loads.values())) for n in _borne(model, name)}
     named |= {n for gear in model.gears.values() for n in gear.pivots}

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from gimcli.mechanism import PairRow
 from gimcli.model import prismatic
 from gimcli.model.references import References
-from gimcli.model.schema import Element, Gauge, Link, Model
+from gimcli.model.schema import Element, Link, Model
 
 if TYPE_CHECKING:
     from gimcli.model.compile_geometry import GeometryCompiler
@@ -58,10 +58,10 @@ def sized_nodes(model: Model) -> set[str]:
     lines = {n for part in (*(pair for _, pair in pairs), *gauges) for n in part.guide or []}
     named = {n for kind, pair in pairs for n in kind.nodes(pair)}
     for actuator in model.actuators.values():
-        named |= set(measured_nodes(actuator)) - set((actuator.guide or [])[1:])
+        named |= set(actuator.named) - set((actuator.guide or [])[1:])
     loaded = {*model.masses, *(load.on for load in model.loads.values()), *model.friction}
     for gauge in (*model.springs.values(), *model.dampers.values()):
-        loaded |= set(measured_nodes(gauge)) - set(gauge.guide or [])
+        loaded |= set(gauge.named) - set(gauge.guide or [])
     alone = {n for n in lines - loaded if members[n] == 1 and n not in fixed}
     return ({*members} - alone) | named
 
@@ -70,9 +70,3 @@ def fixed_nodes(model: Model) -> set[str]:
     """Return the nodes of the ground, or of the member that is held fixed."""
     held = model.ground.member
     return set(model.ground.nodes if held not in model.members else model.members[held].nodes)
-
-
-def measured_nodes(one: Gauge) -> list[str]:
-    """Return the nodes of a measured quantity; those of its guide are the last ones."""
-    single = (one.pivot, one.arm, one.reference, one.node)
-    return [*(name for name in single if name is not None), *(one.nodes or []), *(one.guide or [])]

@@ -81,7 +81,7 @@ def place(model: Model, folder: Path, preferred: Mapping[str, str]) -> Placing:
 
     `preferred` are sides that are chosen where both are possible.
     """
-    data = placing_data(model, tuple(model.nodes), folder)
+    data = placing_data(model, folder)
     given = {name: complex(*xy) for name, xy in model.nodes.items() if name not in model.open.parts}
     steps, left = steps_of(data, set(given))
     asked = _usual_sides(steps) | {name: part.side for name, part in model.open.parts.items() if part.side is not None}
@@ -107,19 +107,17 @@ def placed_again(model: Model, folder: Path) -> Model:
 
     The sides are kept; nodes for which there is no step keep their coordinates. Raises Gap if a step is impossible.
     """
-    data = placing_data(model, tuple(model.nodes), folder)
+    data = placing_data(model, folder)
     at = {name: _point(xy) for name, xy in model.nodes.items()}
     steps, _ = steps_of(data, set(model.nodes) - set(model.open.parts))
     for step in steps:
         at |= _chosen(step, step.positions(at), model.open.sides)
-    opened = model.open.parts
-    nodes = {name: [at[name].real, at[name].imag] if name in opened else xy for name, xy in model.nodes.items()}
-    return model.with_value("nodes", lambda _: nodes)
+    return _moved(model, {name: at[name] for name in model.open.parts})
 
 
 def sides_at(model: Model, folder: Path, at: Mapping[str, complex]) -> dict[str, str]:
     """Return the sides that the nodes of a model have at some positions; of nodes for which there is a choice."""
-    data = placing_data(model, tuple(model.nodes), folder)
+    data = placing_data(model, folder)
     known = {**{name: _point(xy) for name, xy in model.nodes.items()}, **at}
     found = {}
     for step in steps_of(data, set(model.nodes) - set(model.open.parts))[0]:
@@ -136,16 +134,14 @@ def sides_at(model: Model, folder: Path, at: Mapping[str, complex]) -> dict[str,
 def with_sides(model: Model, sides: Mapping[str, str]) -> Model:
     """Return a model with chosen sides of its open nodes."""
     parts = {name: OpenNode(side=sides.get(name, part.side)) for name, part in model.open.parts.items()}
-    chosen = model.with_value("nodes", lambda old: old)
-    chosen.open = model.open._replace(parts=parts, sides={**model.open.sides, **sides})
-    return chosen
+    return _moved(model, {}, parts=parts, sides={**model.open.sides, **sides})
 
 
 def rough_again(model: Model, folder: Path, number: int) -> Model:
     """Return a model with other rough positions of its coupled nodes."""
     opened = model.open
     at = {name: _point(xy) for name, xy in model.nodes.items() if name not in opened.coupled}
-    data = placing_data(model, tuple(model.nodes), folder)
+    data = placing_data(model, folder)
     rough = with_rough(model, data, Placement(at, dict(opened.sides)), opened.coupled, number)
     return with_positions(model, rough, opened.undecided)
 
@@ -186,25 +182,24 @@ def _direction(data: PlacingData, slot: GivenSlot, at: Mapping[str, complex]) ->
 
 def with_coordinates(model: Model, at: Mapping[str, complex], chosen: bool) -> Model:
     """Return a model with positions, which may be `chosen`, of the nodes that no step places; all sides are decided."""
-    data = placing_data(model, tuple(model.nodes), Path())
+    data = placing_data(model, Path())
     _, left = steps_of(data, set(model.nodes) - set(model.open.parts))
-    found = {name: [at[name].real, at[name].imag] for name in left if name in at}
-    new = {name: found.get(name, xy) for name, xy in model.nodes.items()}
-    placed = model.with_value("nodes", lambda _: new)
-    placed.open = model.open._replace(coupled=(), undecided=(), chosen=tuple(found) if chosen else ())
-    return placed
+    found = {name: at[name] for name in left if name in at}
+    return _moved(model, found, coupled=(), undecided=(), chosen=tuple(found) if chosen else ())
 
 
 def with_positions(model: Model, placement: Placement, undecided: Sequence[str] = ()) -> Model:
     """Return a model with the positions and sides of a placement, in the order of the file."""
-    at, opened = placement.at, model.open.parts
-    nodes = {
-        name: [at[name].real, at[name].imag] if name in opened and name in at else xy
-        for name, xy in model.nodes.items()
-    }
-    placed = model.with_value("nodes", lambda _: nodes)
-    placed.open = model.open._replace(sides=dict(placement.sides), undecided=tuple(undecided))
-    return placed
+    at = {name: z for name, z in placement.at.items() if name in model.open.parts}
+    return _moved(model, at, sides=dict(placement.sides), undecided=tuple(undecided))
+
+
+def _moved(model: Model, at: Mapping[str, Any], **opened: Any) -> Model:
+    """Return a model with other positions of some nodes, and other values of its `open`."""
+    nodes = {name: [at[name].real, at[name].imag] if name in at else xy for name, xy in model.nodes.items()}
+    moved = model.with_value("nodes", lambda _: nodes)
+    moved.open = model.open._replace(**opened)
+    return moved
 
 
 def _point(xy: Sequence[Any]) -> Any:

@@ -86,13 +86,13 @@ class PlacingData:
         return (*self.slots, *self.travels)
 
 
-def placing_data(model: Model, order: tuple[str, ...], folder: Path) -> PlacingData:
+def placing_data(model: Model, folder: Path) -> PlacingData:
     """Return what a model gives; parts that name undeclared nodes are left out."""
-    known = set(order)
+    known = set(model.nodes)
     parts = {name: part for name, part in model.members.items() if known.issuperset(part.nodes)}
     shapes = {name: shape for name, part in parts.items() if (shape := _shape(name, part)) is not None}
     turn = math.pi / 180.0 if model.units.angle == "deg" else 1.0
-    inputs = {name: (a, _start(a, folder)) for name, a in model.actuators.items() if known.issuperset(named_nodes(a))}
+    inputs = {name: (a, _start(a, folder)) for name, a in model.actuators.items() if known.issuperset(a.named)}
     slots = tuple(_slots(model, known))
     travels = tuple(
         GivenTravel(name, (a.node,), (a.guide[0], a.guide[1]), value)
@@ -100,7 +100,7 @@ def placing_data(model: Model, order: tuple[str, ...], folder: Path) -> PlacingD
         if a.node is not None and a.guide is not None and value is not None
     )
     return PlacingData(
-        order, tuple(_with_sliders(shape, slots, travels) for shape in shapes.values()), slots,
+        tuple(model.nodes), tuple(_with_sliders(shape, slots, travels) for shape in shapes.values()), slots,
         tuple(
             GivenAngle(name, a.pivot, a.arm, a.reference, (value or 0.0) * turn)
             for name, (a, value) in inputs.items() if a.pivot is not None and a.arm is not None
@@ -140,12 +140,6 @@ def _with_sliders(shape: GivenShape, slots: tuple[GivenSlot, ...], travels: tupl
                 if (met := meeting(first, second)) is not None:
                     local[node] = met
     return replace(shape, local=local)
-
-
-def named_nodes(actuator: Actuator) -> set[str]:
-    """Return the nodes of an actuator."""
-    single = (actuator.pivot, actuator.arm, actuator.reference, actuator.node)
-    return {*(name for name in single if name is not None), *(actuator.nodes or ()), *(actuator.guide or ())}
 
 
 def starts_by_value(law: Law) -> bool:

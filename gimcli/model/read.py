@@ -10,8 +10,6 @@ from numbers import Integral, Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import yaml
-
 from gimcli.calculus.numbers import FUNCTIONS
 from gimcli.errors import ModelError
 from gimcli.mechanism import Machine, Mechanism
@@ -124,8 +122,9 @@ def read_text(text: str, folder: Path) -> Mechanism:
 
 def read_data(data: Mapping[str, Any], folder: Path) -> Mechanism:
     """Validate and compile a model given as plain data; errors name keys instead of lines."""
-    text = yaml.dump(_plain(data, ()), Dumper=_Quoting, sort_keys=False, allow_unicode=True, width=float("inf"))
-    source = read_yaml(text, Path("<dict>"))
+    from gimcli.model.yaml_text import yaml_text
+
+    source = read_yaml(yaml_text(_plain(data, ())) or "{}", Path("<dict>"))
     source.by_line = False
     return _mechanism(source, folder, NAME)
 
@@ -143,13 +142,6 @@ def read_converted(
     own.by_line = False
     folder = folder or (path.parent if path else Path())
     return replace(_mechanism(own, folder, path.stem if path else NAME, path), left_out=tuple(left_out))
-
-
-class _Quoting(yaml.SafeDumper):
-    """YAML dumper that quotes all text, so that none is read as a number."""
-
-
-_Quoting.add_representer(str, lambda dumper, text: dumper.represent_scalar("tag:yaml.org,2002:str", text, style='"'))
 
 
 def _mechanism(source: Source, folder: Path, name: str, path: Path | None = None) -> Mechanism:

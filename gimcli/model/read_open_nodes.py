@@ -9,7 +9,7 @@ from typing import NamedTuple
 from gimcli.model.law_ends import ended
 from gimcli.model.pairs import used_nodes
 from gimcli.model.placing import SIDES, Blocked, Placement, Placing, place, with_positions, with_rough
-from gimcli.model.placing_data import PlacingData, named_nodes, placing_data, starts_by_value
+from gimcli.model.placing_data import PlacingData, placing_data, starts_by_value
 from gimcli.model.placing_steps import number
 from gimcli.model.schema import Link, Model, OpenNode, OpenNodes
 from gimcli.model.source import Source, Where
@@ -93,7 +93,7 @@ def _open_laws(model: Model, placing: Placing) -> Iterator[OpenNodeFault]:
     for name, actuator in model.actuators.items():
         law = actuator.law
         given = name in lengths or (actuator.pivot is not None and law is not None and starts_by_value(law))
-        if not given and (open_ends := named_nodes(actuator) & placing.left):
+        if not given and (open_ends := placing.left.intersection(actuator.named)):
             lacking = "`from`" if law is not None and ended(law) else "`from` and `to`"
             text = f"the law of {name} needs {lacking}: the node {min(open_ends)} has no coordinates"
             yield OpenNodeFault(("actuators", name), text)
@@ -103,7 +103,7 @@ def _impossible(source: Source, model: Model, blocked: Blocked) -> OpenNodeFault
     """Return the error for a step that is impossible."""
     name = blocked.step.owner or blocked.step.node
     where: Where = ("nodes", name)
-    at = _inputs(model, placing_data(model, tuple(model.nodes), source.folder))
+    at = _inputs(model, placing_data(model, source.folder))
     return OpenNodeFault(where, f"{name} cannot be placed{at}: {blocked.gap.text}{_other(source, model)}")
 
 

@@ -29,6 +29,11 @@ MOST_COEFFICIENTS = 100
 NO_FORMULAS: Mapping[tuple[str | int, ...], Expression] = MappingProxyType({})
 MEMBER_WORDS = ("member", "true", "True", "TRUE")
 """Other words for the key `on` of points and loads; programs that read YAML 1.1 write it as true."""
+SHORT_FORMS: Mapping[str, tuple[str, Any]] = {
+    "links": ("nodes", list), "elements": ("nodes", list),
+    "masses": ("mass", int | float | str), "friction": ("viscous", int | float | str),
+}  # fmt: skip
+"""The key of a part for which its value may stand alone, and the types of that value, by section."""
 PROFILES = ("uniform", "cubic", "quintic", "cycloidal", "harmonic")
 
 
@@ -206,6 +211,12 @@ class Gauge(Part):
     def rotary(self) -> bool:
         """Whether the quantity is an angle; otherwise it is a length."""
         return self.pivot is not None or self.arm is not None
+
+    @property
+    def named(self) -> list[str]:
+        """The nodes of the quantity; those of its guide are the last ones."""
+        single = (self.pivot, self.arm, self.reference, self.node)
+        return [*(name for name in single if name is not None), *(self.nodes or []), *(self.guide or [])]
 
 
 class Effort(Part):
@@ -400,16 +411,9 @@ class Model(Part):
 def long_form(data: dict[str, Any]) -> dict[str, Any]:
     """Return the data with short forms replaced by long ones, such as [A, B] by {nodes: [A, B]}."""
     result = dict(data)
-    for section in ("links", "elements"):
+    for section, (key, kinds) in SHORT_FORMS.items():
         if isinstance(result.get(section), dict):
-            items = result[section].items()
-            result[section] = {k: {"nodes": v} if isinstance(v, list) else v for k, v in items}
-    if isinstance(result.get("masses"), dict):
-        items = result["masses"].items()
-        result["masses"] = {k: {"mass": v} if isinstance(v, int | float | str) else v for k, v in items}
-    if isinstance(result.get("friction"), dict):
-        items = result["friction"].items()
-        result["friction"] = {k: {"viscous": v} if isinstance(v, int | float | str) else v for k, v in items}
+            result[section] = {k: {key: v} if isinstance(v, kinds) else v for k, v in result[section].items()}
     for section in ("points", "loads"):
         if isinstance(result.get(section), dict):
             result[section] = {k: _long_carried(v) for k, v in result[section].items()}
