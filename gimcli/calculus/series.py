@@ -40,17 +40,16 @@ class Series(ArrayNumber):
                 found.append((own[0][k] - sum(found[j] * own[1][k - j] for j in range(k))) / own[1][0])
             else:
                 rates = [Series(_rates(c[: k + 1])) if moves else None for c, moves in zip(own, moving, strict=True)]
-                slope = rule.slope(Series(np.array(found)), [Series(c[:k]) for c in own], rates)
+                slope = rule.slope(Series(np.stack(found)), [Series(c[:k]) for c in own], rates)
                 found.append(slope.c[k - 1] / k)
-        return Series(np.array(found))
+        return Series(np.stack(found))
 
     def _constant(self, number: Any) -> Any:
         """Return the coefficients of a constant."""
-        found = np.zeros_like(self.c + number)
-        found[0] = number
-        return found
+        rest = 0.0 * (self.c + number)
+        return np.concatenate([rest[:1] + number, rest[1:]])
 
 
 def _rates(c: Any) -> Any:
     """Return the coefficients (orders - 1, ...) of the derivative of a series."""
-    return np.array([k * c[k] for k in range(1, len(c))])
+    return np.stack([k * c[k] for k in range(1, len(c))])

@@ -8,14 +8,13 @@ from dataclasses import replace
 import numpy as np
 
 from gimcli.dynamic_data import NO_NODE, AppliedLoad, Friction, Inertia
-from gimcli.dynamics.coulomb_pairs import DryPair
+from gimcli.dynamics.friction_pairs import FrictionPair, friction_pairs
 from gimcli.dynamics.load_arrays import ints, moving_loads, with_force_gauges
-from gimcli.dynamics.statics import Reaction, Statics, statics
+from gimcli.dynamics.statics import Statics, statics
 from gimcli.kernels.body_balance import GUIDE, PIN, SLOT, BalancedBodies, Contacts
-from gimcli.kernels.equilibrium import ALONG, COUPLE
+from gimcli.kernels.equilibrium import ALONG
 from gimcli.mechanism import ANGLE, FRAME, SPAN, FloatArray, IntArray, Mechanism
 from gimcli.structure.polynomials import with_gauges
-from gimcli.structure.rotation import members_of
 from gimcli.structure.sliding_pairs import pair_of
 from gimcli.structure.steps import NONE
 
@@ -30,7 +29,7 @@ class BodyBalance:
         read = with_force_gauges(mechanism)
         every = statics(with_gauges(read))
         self.mechanism, self.first = mechanism, 2 * len(mechanism.nodes)
-        couples = _friction_couples(read, every)
+        couples = [pair.reaction(every) for pair in friction_pairs(read) if pair.slide == NONE]
         self.statics: Statics = replace(every, reactions=(*every.reactions, *couples))
         self.couples = len(every.reactions) + np.arange(len(couples), dtype=np.int64)
         self.readings = np.array(every.efforts, dtype=np.int64)  # columns of actuators and gauges
@@ -39,7 +38,7 @@ class BodyBalance:
         self.unknown = np.full(len(self.statics.reactions), -1, dtype=np.int64)
         self.unknown[unknown] = np.arange(len(unknown))
         self.unknowns, self.equations = len(unknown), every.equations
-        self.pairs: list[DryPair] = []  # of the contacts
+        self.pairs: list[FrictionPair] = []  # of the contacts
         self.columns: list[int] = []
         self.contacts = self._contacts()
         self.bodies = self._bodies(read)
@@ -108,22 +107,18 @@ class BodyBalance:
 
     def _contacts(self) -> Contacts:
         """Return the pairs with dry friction: each member on a pin but the first, and the guides."""
-        holders, turning, sliding = members_of(self.mechanism), 0, 0
-        rows, factors, pairs = list[tuple[int, ...]](), list[tuple[float, float]](), list[DryPair]()
+        rows, factors, turning, sliding = list[tuple[int, ...]](), list[tuple[float, float]](), 0, 0
         travels = len(self.mechanism.actuators) + len(self.mechanism.gauges)
-        for friction in self.mechanism.dynamics.frictions:
-            if friction.slide < 0:
-                first, *others = holders[friction.node]
-                for k, member in enumerate(others):
-                    pairs.append(DryPair(friction.name, member, first))
-                    rows.append(self._on_pin(friction, k, turning))
-                    factors.append((friction.circle, 0.0))
-                    self.columns.append(int(self.couples[turning]))
-                    turning += 1
+        pairs = friction_pairs(self.mechanism)
+        for pair in pairs:
+            if pair.slide == NONE:
+                rows.append(self._on_pin(pair, turning))
+                factors.append((pair.friction.circle, 0.0))
+                self.columns.append(int(self.couples[turning]))
+                turning += 1
             else:
-                pairs.append(DryPair(friction.name, slide=friction.slide))
-                rows.append(self._on_guide(friction, travels + sliding))
-                factors.append((friction.mu, friction.length))
+                rows.append(self._on_guide(pair.friction, travels + sliding))
+                factors.append((pair.friction.mu, pair.friction.length))
                 self.columns.append(int(self.readings[travels + sliding]))
                 sliding += 1
         dry = [k for k, factor in enumerate(factors) if factor[0] > 0.0]
@@ -134,11 +129,10 @@ class BodyBalance:
             np.array([factors[k] for k in dry]).reshape(-1, 2),
         )  # fmt: skip
 
-    def _on_pin(self, friction: Friction, k: int, number: int) -> tuple[int, ...]:
-        """Return kind, speed, and unknowns, columns and nodes of the force of a pin on its k-th other member."""
-        column = next(p.first for p in self.statics.pins if p.node == friction.node) + 2 * k
-        unknowns = int(self.unknown[column]), int(self.unknown[column + 1])
-        return (PIN, number, *unknowns, column, column + 1, friction.node, friction.node)
+    def _on_pin(self, pair: FrictionPair, number: int) -> tuple[int, ...]:
+        """Return kind, speed, and unknowns, columns and nodes of the force of a pin on a member."""
+        x, y = pair.forces(self.statics)
+        return (PIN, number, int(self.unknown[x]), int(self.unknown[y]), x, y, pair.friction.node, pair.friction.node)
 
     def _on_guide(self, friction: Friction, reading: int) -> tuple[int, ...]:
         """Return kind, speed, and unknowns, columns and nodes of the normal forces of a guide."""
@@ -148,13 +142,3 @@ class BodyBalance:
         nodes = [self.mechanism.slides[k].node for k in ends]
         kind = GUIDE if len(slides) > 1 and friction.length > 0.0 else SLOT
         return (kind, self.first + reading, *(int(self.unknown[c]) for c in columns), *columns, *nodes)
-
-
-def _friction_couples(mechanism: Mechanism, every: Statics) -> list[Reaction]:
-    """Return the moments between the members of pins with friction, in the order of `Acting.rubs`."""
-    holders, body, couples = members_of(mechanism), every.body_of_member, list[Reaction]()
-    for friction in mechanism.dynamics.frictions:
-        if friction.slide < 0:
-            first, *others = holders[friction.node]
-            couples += [Reaction(COUPLE, body[member], body[first]) for member in others]
-    return couples

@@ -19,7 +19,7 @@ from gimcli.dynamics.coulomb_solver import FrictionSystem, solve_friction
 from gimcli.dynamics.coulomb_status import FrictionStatus
 from gimcli.dynamics.equilibrium_equations import Balance, equilibrium, right_side
 from gimcli.dynamics.kinematic_history import Course, Turns, reading
-from gimcli.dynamics.loading import Loading, loading
+from gimcli.dynamics.loading import Loading
 from gimcli.dynamics.physical import require_action
 from gimcli.dynamics.statics import Statics
 from gimcli.errors import ModelError
@@ -93,8 +93,8 @@ def sliding_forces(
     """
     require_determined(statics)
     resting = replace(course, nodes=_still(course.nodes), angles=None)
-    held = loading(statics, resting, None if turns is None else turns.copy())  # weight, springs and loads at rest
-    loads = loading(statics, course, turns)
+    held = Loading(statics, resting, None if turns is None else turns.copy())  # weight, springs and loads at rest
+    loads = Loading(statics, course, turns)
     with np.errstate(all="ignore"):  # singular rows become NaN
         right = right_side(statics, loads)
         found, weakest = Balance(statics).solve(course.nodes[0], right, run)

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from typing import Any
+
 import numpy as np
 
+from gimcli.calculus.numbers import nominal
 from gimcli.dynamics.loading import Loading
-from gimcli.dynamics.statics import Statics
-from gimcli.kernels.equilibrium import ALONG, KNOWN, MOMENT, ROWS, TURN, BalanceScratch, X, Y, balance_rows
+from gimcli.dynamics.statics import Reaction, Statics, direction
+from gimcli.kernels.equilibrium import ALONG, KNOWN, MOMENT, ROWS, TURN, BalanceScratch, X, balance_rows
 from gimcli.mechanism import ComplexArray, FloatArray
 from gimcli.positions.newton import Run
+from gimcli.structure.steps import NONE
 
 SINGULAR = 1e-10
 """Ratio of least to greatest pivot, or singular value, of a scaled block below which its reactions are undetermined."""
@@ -17,27 +22,38 @@ EquilibriumTerm = tuple[int, int, int, int, int, int, float]
 """Row, column, unknown, kind, node of action, node of reference, factor; as in the kernel."""
 
 
-def right_side(statics: Statics, loads: Loading) -> FloatArray:
+def right_side(statics: Statics, loads: Loading) -> Any:
     """Return the right side of the equations of equilibrium (equations, rows): inertia less applied forces."""
-    right = np.zeros((statics.equations, len(loads.kinetic)))
-    for k, (body, first) in enumerate(zip(statics.bodies, statics.first_row, strict=True)):
-        force = loads.inertia_force[k] - loads.force[k]
-        right[first], right[first + 1] = force.real, force.imag
-        if body.member >= 0:
-            right[first + 2] = loads.inertia_moment[k] - loads.moment[k]
-    return right
+    z, right = loads.course.nodes[0], [0.0 * loads.course.time] * statics.equations
+    for part in loads.parts:
+        body = part.body(statics)
+        if body != NONE:
+            first, own = statics.first_row[body], statics.bodies[body]
+            right[first], right[first + 1] = right[first] - part.force.real, right[first + 1] - part.force.imag
+            if own.member != NONE:
+                moment = ((part.point() - z[own.node]).conjugate() * part.force).imag + part.couple
+                right[first + MOMENT] = right[first + MOMENT] - moment
+    for known in loads.efforts:
+        for row, coefficient in coefficients(statics, known.reaction, z):
+            right[row] = right[row] - coefficient * known.effort
+    return np.stack(right)
 
 
 def directions(statics: Statics, z: ComplexArray) -> ComplexArray:
     """Return the direction of every unknown (unknowns, rows) at positions z (nodes, rows)."""
-    result = np.empty((len(statics.reactions), z.shape[1]), dtype=complex)
-    for k, reaction in enumerate(statics.reactions):
-        vector = reaction.vector
-        result[k] = vector.z * (z[vector.v] - z[vector.u] if vector.u >= 0 else 1.0)
-        if reaction.kind == ALONG:
-            with np.errstate(divide="ignore", invalid="ignore"):  # rows without a position become NaN
-                result[k] /= np.abs(result[k])
-    return result
+    return np.stack([direction(reaction, z) for reaction in statics.reactions])
+
+
+def coefficients(statics: Statics, reaction: Reaction, z: Any) -> Iterator[tuple[int, Any]]:
+    """Yield the equations that a reaction enters, and its coefficients there (rows,), at positions z (nodes, rows)."""
+    unit = direction(reaction, z)
+    for body, axis, kind, factor, node in statics.entries(reaction):
+        part = 1.0
+        if kind == MOMENT:
+            part = ((z[node] - z[statics.bodies[body].node]).conjugate() * unit).imag
+        elif kind != TURN:
+            part = unit.real if kind == X else unit.imag
+        yield statics.first_row[body] + axis, factor * part
 
 
 class Balance:
@@ -48,7 +64,7 @@ class Balance:
         reactions = statics.reactions
         turned = [(c, r.vector.u, r.vector.v, r.kind == ALONG) for c, r in enumerate(reactions) if r.vector.u >= 0]
         self.turned = np.array(turned, dtype=np.int64).reshape(-1, 4)
-        z = np.broadcast_arrays(*(np.atleast_1d(r.vector.z) for r in reactions))
+        z = np.broadcast_arrays(*(np.atleast_1d(nominal(r.vector.z)) for r in reactions))
         self.vectors = np.stack([np.real(z), np.imag(z)], axis=-1).swapaxes(0, 1).copy()
         blocks = statics.blocks
         self.own_rows = np.array([row for block in blocks for row in block.rows], dtype=np.int64)
@@ -97,10 +113,7 @@ class Balance:
 def equilibrium(statics: Statics, z: ComplexArray) -> FloatArray:
     """Return the equations of equilibrium (rows, equations, unknowns) at positions z (nodes, rows)."""
     table = np.zeros((z.shape[1], statics.equations, len(statics.reactions)))
-    unit = directions(statics, z)
-    for c, entered in enumerate(statics.entered):
-        for body, axis, kind, factor, node in entered:
-            arm = z[node] - z[statics.bodies[body].node]
-            part = {X: unit[c].real, Y: unit[c].imag, MOMENT: (arm.conj() * unit[c]).imag, TURN: 1.0}[kind]
-            table[:, statics.first_row[body] + axis, c] += factor * part
+    for c, reaction in enumerate(statics.reactions):
+        for row, coefficient in coefficients(statics, reaction, z):
+            table[:, row, c] += coefficient
     return table

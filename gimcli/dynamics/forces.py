@@ -15,12 +15,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gimcli.dynamics.equilibrium_equations import SINGULAR, Balance, directions, equilibrium, right_side
+from gimcli.dynamics.equilibrium_equations import SINGULAR, Balance, equilibrium, right_side
 from gimcli.dynamics.kinematic_history import Course, Courses, Turns, reading
-from gimcli.dynamics.loading import Loading, loading
+from gimcli.dynamics.loading import Loading
 from gimcli.dynamics.physical import require_action
-from gimcli.dynamics.statics import Pin, Statics, statics
-from gimcli.kernels.equilibrium import ALONG
+from gimcli.dynamics.statics import Pin, Statics, direction, statics
 from gimcli.mechanism import BoolArray, ComplexArray, FloatArray, Mechanism
 from gimcli.motion.motion import Motion
 from gimcli.positions.dispatch import plain
@@ -101,7 +100,7 @@ class Forces:
 
     def direction(self, number: int) -> ComplexArray:
         """Return the direction of the force of an unknown (rows,)."""
-        return np.asarray(directions(self.statics, self.course.nodes[0])[number])
+        return np.asarray(direction(self.statics.reactions[number], self.course.nodes[0]))
 
     def pin(self, pin: Pin, member: int) -> ComplexArray:
         """Return the force [N] of the pin on a member, x + iy (rows,)."""
@@ -179,12 +178,11 @@ class Forces:
 
     def _attached(self, node: int) -> Amount:
         """Return the sum of the forces of springs, sliding pairs and actuators on the pin of a node."""
-        acting = []
-        for unknown in self.statics.on_pins:
-            reaction = self.statics.reactions[unknown]
-            pulls = reaction.kind == ALONG and reaction.other == node
-            if reaction.node == node or pulls:
-                acting.append(self._unknown(unknown, (-1.0 if pulls else 1.0) * self.direction(unknown)))
+        acting = [
+            self._unknown(unknown, sense * self.direction(unknown))
+            for unknown, reaction in enumerate(self.statics.reactions) if reaction.on_pin
+            for end, sense in reaction.ends if end == node
+        ]  # fmt: skip
         total = self._sum(acting)
         return Amount(total.value + self.loads.pins.get(node, 0.0), total.free)
 
@@ -196,7 +194,7 @@ def inverse_dynamics(
 
     With `every`, indeterminate reactions have the values of the least-norm solution instead of NaN.
     """
-    loads = loading(statics, course, turns)
+    loads = Loading(statics, course, turns)
     right, z = right_side(statics, loads), course.nodes[0]
     with np.errstate(all="ignore"):  # singular rows become NaN
         if statics.surplus:

@@ -7,7 +7,6 @@ from functools import cached_property
 
 import numpy as np
 
-from gimcli.calculus.dual import Dual
 from gimcli.calculus.series import Series
 from gimcli.canonical import beside
 from gimcli.mechanism import FRAME, HEIGHT, SPAN, ComplexArray, FloatArray, Input, Mechanism, PairRow
@@ -32,9 +31,9 @@ class Course:
     angles: FloatArray | None = field(default=None, repr=False)  # (2, members, rows) omega, alpha; all but the frame
 
     @cached_property
-    def moving(self) -> list[Dual]:
-        """The places of the nodes with their rates."""
-        return [Dual(place, rate[None]) for place, rate in zip(*self.nodes[:2], strict=True)]
+    def moving(self) -> list[Series]:
+        """The places of the nodes with their rates, as series in the time."""
+        return [Series(part) for part in np.moveaxis(self.nodes[:2], 1, 0)]
 
     @cached_property
     def series(self) -> list[Series]:
@@ -108,10 +107,11 @@ def turning(mechanism: Mechanism, course: Course, index: int) -> FloatArray:
     if index == FRAME:
         return np.zeros((2, len(course.time)))
     if course.angles is not None:
-        return np.asarray(course.angles[:, index - 1])
+        return course.angles[:, index - 1]
     u, v, span = mechanism.members[index].ends
     arm = course.nodes[:, v] - course.nodes[:, u]
-    return np.asarray((arm[0].conj() * arm[1:]).imag / abs(span) ** 2)  # a = (i alpha - omega^2) arm
+    found: FloatArray = (arm[0].conjugate() * arm[1:]).imag / abs(span) ** 2  # a = (i alpha - omega^2) arm
+    return found
 
 
 def reading(mechanism: Mechanism, gauge: Input, course: Course) -> tuple[FloatArray, FloatArray, ComplexArray]:
@@ -119,7 +119,7 @@ def reading(mechanism: Mechanism, gauge: Input, course: Course) -> tuple[FloatAr
     z = course.nodes[0]
     with np.errstate(divide="ignore", invalid="ignore"):  # NaN in unsolved rows, and where the ends of a length meet
         found = measured(mechanism, gauge, course.moving)
-        value, rate = found.value, found.slopes[0]
+        value, rate = found.c
         if gauge.kind == SPAN:
             return value, rate, (z[gauge.nodes[1]] - z[gauge.node]) / value
     unit = unit_of(mechanism, z, gauge.members[0] if gauge.rotary else gauge.guide)

@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from gimcli.dynamic_data import NO_NODE, TIME, AppliedLoad, Inertia, SpringForce
+from gimcli.dynamics.friction_pairs import friction_pairs
 from gimcli.dynamics.kinematic_history import travel_along
 from gimcli.kernels.reduction import Acting
 from gimcli.mechanism import FRAME, HEIGHT, SPAN, FloatArray, Input, IntArray, Mechanism
@@ -116,14 +117,11 @@ def _pivots(mechanism: Mechanism) -> tuple[list[tuple[int, ...]], list[tuple[flo
     """Return the members with friction in revolute pairs, each paired with the first member at the node."""
     rubs: list[tuple[int, ...]] = []
     rub: list[tuple[float, ...]] = []
-    holders = members_of(mechanism)
-    for friction in mechanism.dynamics.frictions:
-        if friction.slide < 0:
-            own, *others = holders[friction.node]
-            for member in others:
-                (u, v, _, one), (m, n, _, other) = (_arm(mechanism, k, 0j) for k in (member, own))
-                rubs.append((u, v, m, n))
-                rub.append((friction.damping, one, other))
+    for pair in friction_pairs(mechanism):
+        if pair.slide == NONE:
+            (u, v, _, one), (m, n, _, other) = (_arm(mechanism, k, 0j) for k in (pair.member, pair.first))
+            rubs.append((u, v, m, n))
+            rub.append((pair.friction.damping, one, other))
     return rubs, rub
 
 

@@ -32,7 +32,7 @@ def with_friction(forces: Forces, friction: FloatArray) -> Forces:
     unknowns[:, good] += np.einsum("rci,ri->cr", np.linalg.pinv(own, rcond=SOFT), right)
     unit = directions(balance.statics, z)
     for k, column in enumerate(balance.columns):
-        if balance.pairs[k].slide != NONE and int(balance.contacts.place[k, 2]) in balance.statics.on_pins:
+        if balance.pairs[k].slide != NONE and balance.statics.reactions[balance.contacts.place[k, 2]].on_pin:
             node = int(balance.contacts.place[k, 4])
             forces.loads.pins[node] = forces.loads.pins.get(node, 0.0) - friction[k] * unit[column]
     forces.loads.power["friction"] = np.sum(_powers(balance, forces.course, friction), axis=0)

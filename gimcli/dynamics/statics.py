@@ -13,11 +13,11 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gimcli.calculus.numbers import RuleNumber, nominal
+from gimcli.calculus.numbers import RuleNumber, nominal, scalar
 from gimcli.kernels.equilibrium import ALONG, COUPLE, MOMENT, PUSH, TURN, X, Y
 from gimcli.mechanism import FRAME, HEIGHT, SPAN, FloatArray, Mechanism, PairRow
 from gimcli.structure.carried import carried_direction
@@ -53,6 +53,12 @@ class Reaction:
     other: int = NONE
     vector: Vector = field(default=Vector(1.0 + 0.0j))
     couples: tuple[tuple[int, float], ...] = ()
+    on_pin: bool = False  # it acts on the pins of its nodes
+
+    @property
+    def ends(self) -> tuple[tuple[int, int], ...]:
+        """Its nodes, with the sense of the force at each."""
+        return ((self.node, 1),) if self.node == self.other else ((self.node, 1), (self.other, -1))
 
 
 @dataclass(frozen=True)
@@ -78,8 +84,7 @@ class Statics:
     teeth: tuple[int, ...]  # unknown of each gear
     body_of_member: dict[int, int]
     body_of_pin: dict[int, int]  # body to which the pin of each node belongs; NONE for the frame
-    pushed: tuple[int, ...]  # by gauge: body of the sliding member on which it acts; NONE: it acts on pins
-    on_pins: frozenset[int]  # unknowns that act on pins
+    gauges: tuple[Reaction, ...]  # the effort of a spring or damper on each gauge, in the form of an unknown
 
     @property
     def equations(self) -> int:
@@ -172,7 +177,7 @@ class Statics:
             rows = set(block.rows)
             if len(block.columns) > len(block.rows) or any(rows & set(self.columns[c]) for c in loose):
                 loose.update(block.columns)
-        attached = {n for k in loose & self.on_pins for n in (self.reactions[k].node, self.reactions[k].other)}
+        attached = {n for k in loose if self.reactions[k].on_pin for n, _ in self.reactions[k].ends}
         held = {pin.node: range(pin.first, pin.first + 2 * (len(pin.members) - 1)) for pin in self.pins}
         return frozenset(node for node, own in held.items() if node in attached or loose & set(own))
 
@@ -181,6 +186,18 @@ class Statics:
 def statics(mechanism: Mechanism) -> Statics:
     """Return the unknown reactions of a mechanism and the bodies that they act on."""
     return _StaticsBuilder(mechanism).build()
+
+
+def direction(reaction: Reaction, z: Any) -> Any:
+    """Return the direction of a reaction (rows,) at positions z (nodes, rows)."""
+    vector = reaction.vector
+    if vector.u == NONE:
+        return np.broadcast_to(scalar(vector.z), z[0].shape)
+    found = (z[vector.v] - z[vector.u]) * scalar(vector.z)
+    if reaction.kind != ALONG:
+        return found
+    with np.errstate(divide="ignore", invalid="ignore"):  # rows without a position become NaN
+        return found / abs(found)
 
 
 class _StaticsBuilder:
@@ -192,7 +209,6 @@ class _StaticsBuilder:
         inertias, loads = mechanism.dynamics.inertias, mechanism.dynamics.loads
         self.loaded = self.attached | {one.node for one in inertias} | {load.node for load in loads}
         self.reactions: list[Reaction] = []
-        self.on_pins: set[int] = set()
         self.body_of_member = {k: k - 1 for k in range(1, len(mechanism.members))} | {FRAME: NONE}
         loose = [n for n in sorted(self.attached) if not self.holders[n]]
         self.body_of_pin = {n: self.body_of_member[h[0]] for n, h in enumerate(self.holders) if h}
@@ -202,22 +218,21 @@ class _StaticsBuilder:
     def build(self) -> Statics:
         mechanism = self.mechanism
         pins = tuple(self._pin(n) for n, members in enumerate(self.holders) if len(members) > 1)
-        held = [self._row(row) for row in mechanism.pairs]
+        held = [self._add(self._row(row)) for row in mechanism.pairs]
         normals = dict(enumerate(k for k, row in zip(held, mechanism.pairs, strict=True) if row.kind == HEIGHT))
-        efforts = tuple(NONE if k in mechanism.geared else self._row(a) for k, a in enumerate(mechanism.actuators))
+        efforts = tuple(
+            NONE if k in mechanism.geared else self._add(self._row(a)) for k, a in enumerate(mechanism.actuators)
+        )
         teeth = self._gears() if mechanism.gears else ()
         moving = (Body(k, self._moment_node(k)) for k in range(1, len(mechanism.members)))
         bodies = (*moving, *(Body(NONE, n) for n in self.loose))
-        pushed = tuple(self.body_of_member.get(self._slider(gauge), NONE) for gauge in mechanism.gauges)
         return Statics(
             mechanism, bodies, tuple(self.reactions), pins, normals, efforts, teeth,
-            self.body_of_member, self.body_of_pin, pushed, frozenset(self.on_pins),
+            self.body_of_member, self.body_of_pin, tuple(self._row(gauge) for gauge in mechanism.gauges),
         )  # fmt: skip
 
-    def _add(self, reaction: Reaction, on_pin: bool = False) -> int:
+    def _add(self, reaction: Reaction) -> int:
         self.reactions.append(reaction)
-        if on_pin:
-            self.on_pins.add(len(self.reactions) - 1)
         return len(self.reactions) - 1
 
     def _pin(self, node: int) -> Pin:
@@ -228,19 +243,19 @@ class _StaticsBuilder:
                 self._add(Reaction(PUSH, body[member], body[members[0]], node, node, Vector(z)))
         return Pin(node, tuple(members), first, node in self.loaded)
 
-    def _row(self, row: PairRow) -> int:
-        """Add the reaction of a constraint or an actuator: a couple, a force between nodes, or one on a guide."""
+    def _row(self, row: PairRow) -> Reaction:
+        """Return the reaction of a constraint or an input: a couple, a force between nodes, or one on a guide."""
         body = self.body_of_member
         if row.rotary:
-            return self._add(Reaction(COUPLE, body[row.members[0]], body[row.guide]))
+            return Reaction(COUPLE, body[row.members[0]], body[row.guide])
         if row.kind == HEIGHT:
             vector, slider = carried_direction(self.mechanism, row.guide, row.normal), self._slider(row)
             plus = self.body_of_pin[row.node] if slider == NONE else body[slider]
-            return self._add(Reaction(PUSH, plus, body[row.guide], row.node, row.node, vector), on_pin=slider == NONE)
+            return Reaction(PUSH, plus, body[row.guide], row.node, row.node, vector, on_pin=slider == NONE)
         first, second = row.nodes
         vector = Vector(1.0 + 0.0j, first, second)
         plus, minus = self.body_of_pin[second], self.body_of_pin[first]
-        return self._add(Reaction(ALONG, plus, minus, second, first, vector), on_pin=True)
+        return Reaction(ALONG, plus, minus, second, first, vector, on_pin=True)
 
     def _gears(self) -> tuple[int, ...]:
         """Add the reactions of the gears."""

@@ -13,6 +13,7 @@ from heavy_models import moved, on, total_on_frame, weighted
 from influence_coefficients import Influence
 
 from gimcli import load
+from gimcli.dynamics.equilibrium_equations import right_side
 from gimcli.dynamics.force_columns import columns_of, reactions
 from gimcli.dynamics.forces import equilibrium, inverse_dynamics, motion_forces
 from gimcli.dynamics.gear_pivots import add_across
@@ -217,15 +218,14 @@ def test_efforts_agree_with_virtual_work_on_every_model(model):
     mechanism = weighted(model)
     motion, forces, good = moved(mechanism)
     found = Influence(mechanism).over(motion.z, motion.inputs)
-    loads, scale = forces.loads, np.nanmax(np.abs(forces.unknowns[:, good]))
+    right, scale = right_side(forces.statics, forces.loads), np.nanmax(np.abs(forces.unknowns[:, good]))
     for a, shares in zip(mechanism.drivers, mechanism.following.T, strict=True):
         work = np.zeros(len(motion.time))
-        for k, body in enumerate(forces.statics.bodies):
-            force = loads.inertia_force[k] - loads.force[k]
-            work += (np.tensordot(shares, found.points[body.node], 1).conj() * force).real
+        for row, body in zip(forces.statics.first_row, forces.statics.bodies, strict=True):
+            move = np.tensordot(shares, found.points[body.node], 1)
+            work += move.real * right[row] + move.imag * right[row + 1]
             if body.member != NONE:
-                spin = np.tensordot(shares, found.angles[body.member - 1], 1)
-                work += spin * (loads.inertia_moment[k] - loads.moment[k])
+                work += np.tensordot(shares, found.angles[body.member - 1], 1) * right[row + 2]
         values = forces.effort(a) / (mechanism.dynamics.metre if mechanism.actuators[a].rotary else 1.0)
         assert np.max(np.abs(work - values)[good]) < 1e-9 * max(scale, np.max(np.abs(work[good])))
 
@@ -236,12 +236,7 @@ def test_solution_by_blocks_agrees_with_the_whole_system_on_every_model(model):
     mechanism = weighted(model)
     _, forces, good = moved(mechanism, 12)
     table = equilibrium(forces.statics, forces.course.nodes[0][:, good])
-    loads = forces.loads
-    right = []
-    for k, body in enumerate(forces.statics.bodies):
-        force, moment = loads.inertia_force[k] - loads.force[k], loads.inertia_moment[k] - loads.moment[k]
-        right += [force.real, force.imag] + [moment] * (body.member != NONE)
-    right = np.array(right)[:, good].T
+    right = right_side(forces.statics, forces.loads)[:, good].T
     whole = np.array([np.linalg.lstsq(a, b, rcond=None)[0] for a, b in zip(table, right, strict=True)]).T
     condition = np.array([np.linalg.cond(a) for a in table])
     add_across(forces.statics, forces.course.nodes[0][:, good], whole, np.zeros((0, *whole.shape)))

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from bundled import MODELS, changed
 
-from gimcli.dynamics.forces import directions, motion_forces
+from gimcli.dynamics.equilibrium_equations import directions
+from gimcli.dynamics.forces import motion_forces
 from gimcli.dynamics.gear_pivots import across
 from gimcli.kernels.equilibrium import COUPLE
 from gimcli.mechanism import FRAME
