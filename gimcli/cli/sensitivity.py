@@ -31,10 +31,6 @@ DIMENSIONS = 12
 """Largest number of dimensions of a quantity that are printed."""
 
 
-def _names(given: list[str]) -> list[str]:
-    return [name.strip() for text in given for name in text.split(",") if name.strip()]
-
-
 def _print(found: SensitivityResult) -> None:
     typer.echo(found.headline())
     if found.reason:
@@ -141,4 +137,4 @@ OPTIONS = {
         help="normal (default; the tolerance is 3 standard deviations) or uniform.",
     ),
 }  # fmt: skip
-command = from_verb(sensitivity, SensitivityResult, _print, OPTIONS, writes=True, read={"by": _names})
+command = from_verb(sensitivity, SensitivityResult, _print, OPTIONS, writes=True)

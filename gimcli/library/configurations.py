@@ -11,11 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gimcli.assemblies import Configurations, all_configurations, drawn_configuration
+from gimcli.library.by_name import ByName
 from gimcli.library.inputs import in_file_units, inputs_of, refuse_linked
 from gimcli.library.machines import for_each_machine
 from gimcli.library.places import angles, coordinates, pairs, places
 from gimcli.library.record import Records, RowField
-from gimcli.library.result import ByName, Result
+from gimcli.library.result import Result
 from gimcli.mechanism import Mechanism
 from gimcli.positions.options import Options
 from gimcli.progress import WORK, Phases, limited, no_phases

@@ -221,7 +221,7 @@ class EquilibriumResult(Result):
 
     @cached_property
     def records(self) -> Records:
-        """The equilibria, one row each."""
+        """The equilibria, one row each: inputs, potential, stability, stiffness, pushes, coordinates."""
         found, mechanism = self._found.found, self.mechanism
         energy, single = greatest(one.potential for one in found), len(self._found.released) == 1
         words = [one.stability + MULTIPLE.get(one.multiplicity, "") for one in found]
@@ -267,10 +267,6 @@ class EquilibriumResult(Result):
             "sense": SENSES[push.sense], "effort": push.effort, "at": self._inputs(push.inputs),
             "barrier": push.barrier, "to": push.target + 1,
         }  # fmt: skip
-
-    def table(self) -> Table:
-        """Return one row for each equilibrium: inputs, potential, stability, stiffness, pushes, coordinates."""
-        return self.records.table()
 
     def curve(self) -> Table | None:
         """Return inputs, potential [J] and holding effort along the circuit; None with several released inputs."""

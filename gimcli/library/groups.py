@@ -14,7 +14,6 @@ from gimcli.structure.drive_check import explained
 from gimcli.structure.formation_report import as_json, class_of, described, drivers, joined, layers
 from gimcli.structure.mobility import assembled, require_driven
 from gimcli.structure.plan import make_plan
-from gimcli.table import Table
 
 if TYPE_CHECKING:
     from gimcli.output.groups import Box, BoxJoint
@@ -71,10 +70,6 @@ class GroupsResult(Result):
             RowField("joined to", joints, str, head="joined to"),
             RowField("driven by", [", ".join(drivers(mechanism, one)) for one in every], str, head="driven by"),
         )
-
-    def table(self) -> Table:
-        """Return one row for each group."""
-        return self.records.table()
 
     def picture(self) -> Content:
         """Return the mechanism coloured by groups, and the groups as boxes, each below those that it is joined to."""

@@ -30,7 +30,6 @@ from gimcli.positions.options import Options
 from gimcli.rounding import number, titled
 from gimcli.status import Status
 from gimcli.structure.drive_check import explained, require_consistent
-from gimcli.table import Table
 
 if TYPE_CHECKING:
     from gimcli.output.animation import Animation
@@ -238,7 +237,7 @@ class ModesResult(Result):
 
     @cached_property
     def records(self) -> Records:
-        """The modes, one row each."""
+        """The modes, one row each: frequencies, damping, modal mass and stiffness, and the shape."""
         found, shapes, numbers = self.modes, self.shapes, range(1, len(self.modes) + 1)
         units = [("kg m^2", "N m/rad") if self.turns(k - 1) else ("kg", "N/m") for k in numbers]
         masses = [f"{number(m.mass)} {unit}" for m, (unit, _) in zip(found, units, strict=True)]
@@ -270,10 +269,6 @@ class ModesResult(Result):
             yield RowField(name, values.real.copy(), float, unit, key=False)
             if phases:
                 yield RowField(f"{name}.imaginary", values.imag.copy(), float, unit, key=False)
-
-    def table(self) -> Table:
-        """Return one row for each mode: frequencies, damping, modal mass and stiffness, and its shape."""
-        return self.records.table()
 
     def report(self) -> dict[str, Any]:
         """Return the report that --json prints."""

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from gimcli.library.result import ByName
+from gimcli.library.by_name import ByName
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
 from gimcli.rates.member_angles import direction
 from gimcli.structure.carried import carried_point

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, NoReturn, Self
@@ -12,14 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gimcli.errors import UsageError
+from gimcli.library.by_name import unknown
 from gimcli.mechanism import Mechanism
-from gimcli.nearest import guess
 from gimcli.quantities.state import ApartError, State
 from gimcli.rounding import cells, lines
 from gimcli.status import Status
 from gimcli.table import Column, Table
 
 if TYPE_CHECKING:
+    from gimcli.library.record import Records
     from gimcli.output.animation import Animation
     from gimcli.output.destinations import Destinations
     from gimcli.output.geometry import Geometry
@@ -30,10 +31,6 @@ if TYPE_CHECKING:
 
 FRAME_HEIGHT = 640
 """Height of the animated page in a notebook [px]."""
-
-LISTED = 20
-"""Number of known names in the message for an unknown name."""
-
 
 DICT: Any = dict
 """The class of dicts; for type checkers it would have to come before that of mappings."""
@@ -106,9 +103,14 @@ class Result(Columns):
     def report(self) -> dict[str, Any]:
         """Return the report that the command prints with --json, without the names of files."""
 
-    @abstractmethod
+    @cached_property
+    def records(self) -> Records:
+        """The rows of the result; a result without such a list has a table of its own."""
+        raise AttributeError("records")
+
     def table(self) -> Table:
         """Return the columns with their units."""
+        return self.records.table()
 
     def picture(self) -> Content | None:
         """Return the picture, for `save`; None if there is nothing to draw."""
@@ -245,7 +247,7 @@ class Result(Columns):
             return table[name]
         state = self.state
         if state is None:
-            raise _unknown(name, table.names)
+            raise unknown(name, table.names)
         from gimcli.quantities.catalogue import catalogue
         from gimcli.quantities.forces import no_forces
 
@@ -259,7 +261,7 @@ class Result(Columns):
         except UsageError as error:
             alone = not set(name) & set(" ():|+*/") and not no_forces(self.mechanism, name)
             raise (
-                _unknown(name, [*dict.fromkeys((*table.names, *known.columns))]) if alone else KeyError(str(error))
+                unknown(name, [*dict.fromkeys((*table.names, *known.columns))]) if alone else KeyError(str(error))
             ) from None
 
     def _asked(self, columns: list[NDArray[Any]]) -> Any:
@@ -340,30 +342,6 @@ class RowsResult(Result):
         return self._table
 
 
-class ByName(Mapping[str, Any]):
-    """A mapping from names of the file to values; each value is computed when it is read."""
-
-    made_again = True
-    """Whether a result is pickled without it."""
-
-    def __init__(self, names: tuple[str, ...], find: Callable[[str], Any]) -> None:
-        self._names, self._find = names, find
-
-    def __getitem__(self, name: str) -> Any:
-        if name not in self._names:
-            raise _unknown(name, self._names)
-        return self._find(name)
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._names)
-
-    def __len__(self) -> int:
-        return len(self._names)
-
-    def __repr__(self) -> str:
-        return f"{{{', '.join(f'{name!r}: ...' for name in self._names)}}}"
-
-
 def write_contents(contents: Mapping[Path, Any], options: PictureOptions | None = None) -> list[Path]:
     """Write the contents of files, except None; return the files that were written."""
     from gimcli.output import format_of
@@ -384,8 +362,3 @@ def joined(tables: Iterable[Table]) -> Table:
         return parts[0]
     rows = zip(*(part.columns for part in parts), strict=True)
     return Table(tuple(Column(c[0].name, np.concatenate([p.values for p in c]), c[0].unit) for c in rows))
-
-
-def _unknown(name: str, names: Sequence[str]) -> KeyError:
-    """Return the error for a name that does not exist, with the most similar name or the known names."""
-    return KeyError(f"{name}; {guess(str(name), names, most=LISTED)}")

@@ -20,7 +20,7 @@ from gimcli.families.motion_sensitivity import MotionNumber, motion_number
 from gimcli.families.position_state import PositionState, position_items
 from gimcli.families.tolerances import DEVIATIONS, SampledSpread, drawn, sampled_spread
 from gimcli.library.inputs import MOST_STEPS, Jit, OneOf, Range, Seed, Steps, inputs_of, refuse_linked
-from gimcli.library.machines import accepted, driven_machines, for_each_machine
+from gimcli.library.machines import accepted, driven_machines, for_each_machine, names_of
 from gimcli.library.sensitivity_result import SensitivityResult
 from gimcli.mechanism import FloatArray, Machine, Mechanism
 from gimcli.model.dimensions import Dimension, dimension, dimensions, tolerances
@@ -51,7 +51,7 @@ BLOCK_SECONDS = 3e-4
 def _machines(mechanism: Mechanism, given: dict[str, Any]) -> Sequence[Machine]:
     """Return the machines whose quantities are found, and the whole mechanism for quantities of several machines."""
     driven_machines(mechanism)  # refuses other parts that can move
-    _dimensions(mechanism, _texts(given.get("by", ())))  # refuses names that no machine has
+    _dimensions(mechanism, names_of(given.get("by", ())))  # refuses names that no machine has
     whole = mechanism.as_machine._replace(name="+".join(one.name for one in mechanism.machines))
     of, by, every = given.get("of"), given.get("by"), (*mechanism.machines, whole)
     parts = {one: _own(one.mechanism, given) for one in every}
@@ -67,7 +67,7 @@ def _machines(mechanism: Mechanism, given: dict[str, Any]) -> Sequence[Machine]:
 
 def _own(mechanism: Mechanism, given: dict[str, Any]) -> dict[str, Any]:
     """Return the arguments for a machine: its own quantities and dimensions; of the whole those of no machine alone."""
-    of, by = _texts(given.get("of", ())), _texts(given.get("by", ()))
+    of, by = _texts(given.get("of", ())), names_of(given.get("by", ()))
     own = [text for text in of if accepted(_quantities, mechanism, [text], True)]
     if len(mechanism.machines) > 1:
         alone = [text for one in mechanism.machines for text in _own(one.mechanism, given)["of"]]
@@ -125,7 +125,7 @@ def sensitivity(
     with explained(mechanism):
         make_plan(mechanism)
     reduced, quantities = _quantities(mechanism, _texts(of), whole)
-    chosen = _dimensions(mechanism, _texts(by))
+    chosen = _dimensions(mechanism, names_of(by))
     with explained(mechanism):
         if whole:
             _refuse_much(len(quantities) * (len(chosen) + 1) * (steps + 1))

@@ -29,10 +29,11 @@ from gimcli.dynamics.simulation_types import SIMULATION, Settings, Simulation
 from gimcli.errors import UsageError
 from gimcli.graphs.extras import Extras, texts
 from gimcli.graphs.plots import drawn
+from gimcli.library.by_name import ByName
 from gimcli.library.inputs import MOST_STEPS, Jit, OneOf, Range, refuse_linked
 from gimcli.library.machines import accepted, driven_machines, for_each_machine
 from gimcli.library.places import angles, pairs, places
-from gimcli.library.result import ByName, RowsResult
+from gimcli.library.result import RowsResult
 from gimcli.mechanism import FRAME, FloatArray, Machine, Mechanism
 from gimcli.motion.motion import Motion
 from gimcli.output.graph import Axis, Curve, CurveGraph

@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gimcli.errors import UsageError
+from gimcli.library.by_name import ByName
 from gimcli.library.inputs import Jit, Method, OneOf, Seed, Strategy, checked, in_file_units, inputs_of
 from gimcli.library.places import angles, coordinates, places
-from gimcli.library.result import ByName, Result
+from gimcli.library.result import Result
 from gimcli.mechanism import Mechanism
 from gimcli.motion.solve import solve as solve_position
 from gimcli.positions.options import Options

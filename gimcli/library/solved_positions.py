@@ -12,9 +12,10 @@ from gimcli.errors import UsageError
 from gimcli.families.designs import Designs
 from gimcli.families.family import Family
 from gimcli.graphs.extras import Extras
+from gimcli.library.by_name import ByName
 from gimcli.library.inputs import inputs_of
 from gimcli.library.places import angles, pairs, places
-from gimcli.library.result import ByName, RowsResult
+from gimcli.library.result import RowsResult
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.motion.motion import Motion
 from gimcli.quantities.coordinates import MemberTurning, PointVector

@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from gimcli.library.by_name import ByName
 from gimcli.library.places import by_member, pairs, places
-from gimcli.library.result import ByName, RowsResult
+from gimcli.library.result import RowsResult
 from gimcli.mechanism import ComplexArray, FloatArray
 from gimcli.motion.motion import Motion
 from gimcli.quantities.state import MotionState, State

@@ -21,7 +21,6 @@ from gimcli.library.result import Result
 from gimcli.mechanism import Mechanism
 from gimcli.progress import Notify, Phases, no_phases
 from gimcli.structure.drive_check import explained
-from gimcli.table import Table
 
 if TYPE_CHECKING:
     from gimcli.output.picture import Content
@@ -138,10 +137,6 @@ class TradeoffResult(Result):
             RowField("fixed", [e.fixed.seconds for e in found], float, "s", head="call [µs]", text=_micro),
             RowField("call", [e.call for e in found], float, "s"),
         )
-
-    def table(self) -> Table:
-        """Return one row for each method and tolerance."""
-        return self.records.table()
 
     def picture(self) -> Content | None:
         """Return the graph of the error over the time; None if there is nothing to draw."""
