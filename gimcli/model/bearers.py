@@ -1,4 +1,4 @@
-"""What carries a mass or a load: a member, otherwise a node, or the node of a pin in a slot.
+"""What carries a mass, a load or a point: a member, otherwise a node, or the node of a pin in a slot.
 
 A member wins over a node of the same name, and a node over a sliding pair.
 """
@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from gimcli.model.pairs import used_nodes
 from gimcli.model.references import References
-from gimcli.model.schema import Model
+from gimcli.model.schema import Load, Model, Tracer
 from gimcli.model.source import Where
 from gimcli.nearest import near
 
@@ -45,3 +45,21 @@ def check_bearer(refs: References, where: Where, name: str, key: bool = False) -
     else:
         refs.fault(where, f"'{name}' is neither a member nor a node{hint}", key)
     return None
+
+
+# -- points of members --------------------------------------------------------------------------
+
+
+def check_drawn(refs: References, where: Where, nodes: list[str]) -> None:
+    """Record an error if the first two nodes of a member coincide: its initial direction is then undefined."""
+    a, b = nodes[:2]
+    if {a, b} <= set(refs.model.nodes) and a != b and not refs.apart(a, b):
+        refs.fault(where, f"nodes {a} and {b} coincide and define no direction; move one")
+
+
+def check_place(refs: References, where: Where, part: Tracer | Load, what: str, known: bool) -> None:
+    """Check the coordinates of a point or force (`what`) on a member, which is `known` if it exists."""
+    if (part.at is None) == (part.local is None):
+        refs.lack(where, ("at", "local"), f"{what} '{where[1]}' needs either `at` (initial coordinates) or `local`")
+    elif known and part.at is not None and part.on != "ground":
+        check_drawn(refs, (*where, "at"), refs.every[part.on])

@@ -12,9 +12,9 @@ from typing import Any
 from pydantic_core import ValidationError
 
 from gimcli.model import wording
+from gimcli.model.bearers import check_drawn, check_place
 from gimcli.model.check_dynamics import check_dynamics
 from gimcli.model.check_inputs import check_inputs
-from gimcli.model.check_places import check_drawn, check_place
 from gimcli.model.pairs import PAIRS, sized_nodes, used_nodes
 from gimcli.model.references import CLOSEST, References
 from gimcli.model.schema import NO_FORMULAS, Element, Link, Model, OpenNode, long_form

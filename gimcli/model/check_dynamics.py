@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from gimcli.model.bearers import check_bearer
+from gimcli.model.bearers import check_bearer, check_place
 from gimcli.model.check_inputs import check_nodes
 from gimcli.model.check_laws import check_reach
-from gimcli.model.check_places import check_place
 from gimcli.model.pairs import used_nodes
 from gimcli.model.references import References
-from gimcli.model.schema import LARGEST, Actuator, Damper, Effort, Gauge, Load, Mass, PairFriction, Rotor, Spring
+from gimcli.model.schema import LARGEST, Actuator, Damper, Effort, Load, Mass, PairFriction, Rotor, Spring
 from gimcli.model.source import Where
 from gimcli.model.tables import read_table
 from gimcli.nearest import guess
@@ -74,7 +73,7 @@ def _check_table(refs: References, where: Where, name: str, over: str) -> None:
 
 
 def _check_gauge(refs: References, where: Where, part: Spring | Damper, what: str) -> None:
-    check_nodes(refs, where, as_actuator(part), what)
+    check_nodes(refs, where, part, "rotary" if part.rotary else "linear", what)
     used = used_nodes(refs.model)
     named = {key: getattr(part, key) for key in ("pivot", "arm", "reference", "node")}
     for key, node in [
@@ -86,12 +85,6 @@ def _check_gauge(refs: References, where: Where, part: Spring | Damper, what: st
             refs.fault((*where, key), f"node '{node}' belongs to no member; add it to one")
     if isinstance(part, Spring) and part.free is not None and part.nodes is not None and part.free < 0.0:
         refs.fault((*where, "free"), f"expected a free length of at least 0, got {part.free:g}")
-
-
-def as_actuator(gauge: Gauge) -> Actuator:
-    """Return the actuator whose value is the angle, distance or travel that a gauge measures."""
-    keys = {key: getattr(gauge, key) for key in Gauge.fields}
-    return Actuator(type="rotary" if gauge.rotary else "linear", **keys)
 
 
 def _check_pair(refs: References, name: str) -> None:

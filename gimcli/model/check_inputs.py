@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from gimcli.model.check_laws import check_laws
 from gimcli.model.references import References
-from gimcli.model.schema import Actuator
+from gimcli.model.schema import Actuator, Gauge
 from gimcli.model.source import Where
 from gimcli.nearest import guess
 
@@ -23,7 +23,7 @@ OWN = ("law", "free", "start", "speed", "effort")
 def check_inputs(refs: References) -> None:
     """Record the errors in the actuators."""
     for name, actuator in refs.model.actuators.items():
-        check_nodes(refs, ("actuators", name), actuator)
+        check_nodes(refs, ("actuators", name), actuator, actuator.type)
         if FOLLOWING & actuator.given:
             _check_following(refs, ("actuators", name), actuator)
     check_laws(refs)
@@ -83,11 +83,11 @@ def check_span(refs: References, where: Where, guide: Sequence[str], sliding: Se
 # -- nodes ----------------------------------------------------------------------------------
 
 
-def check_nodes(refs: References, where: Where, actuator: Actuator, what: str = "actuator") -> None:
-    """Record the errors in the nodes of an actuator, spring or damper (`what`)."""
-    given = {key for key in KEYS if getattr(actuator, key) is not None}
-    kind = actuator.type or ("rotary" if given & set(ROTARY) else "linear")
-    if not _one_kind(refs, where, actuator, given):
+def check_nodes(refs: References, where: Where, gauge: Gauge, stated: str | None, what: str = "actuator") -> None:
+    """Record the errors in the nodes of an actuator, spring or damper (`what`); `stated`: its type, if given."""
+    given = {key for key in KEYS if getattr(gauge, key) is not None}
+    kind = stated or ("rotary" if given & set(ROTARY) else "linear")
+    if not _one_kind(refs, where, stated, given):
         return
     needed, optional = {"node", "guide"}, set[str]()
     if kind == "rotary":
@@ -102,25 +102,25 @@ def check_nodes(refs: References, where: Where, actuator: Actuator, what: str = 
         added = "one of the two" if either else "it" if len(needed - given) == 1 else "both"
         refs.lack(where, KEYS, f"{what} '{where[1]}' needs {either}{missing}; add {added}")
     elif kind == "rotary":
-        _check_rotary(refs, where, str(actuator.pivot), str(actuator.arm), actuator.reference)
-    elif actuator.nodes is not None:
-        _check_telescope(refs, where, actuator.nodes)
-    elif refs.node((*where, "node"), str(actuator.node)):
-        check_span(refs, where, actuator.guide or [], [str(actuator.node)])
+        _check_rotary(refs, where, str(gauge.pivot), str(gauge.arm), gauge.reference)
+    elif gauge.nodes is not None:
+        _check_telescope(refs, where, gauge.nodes)
+    elif refs.node((*where, "node"), str(gauge.node)):
+        check_span(refs, where, gauge.guide or [], [str(gauge.node)])
 
 
-def _one_kind(refs: References, where: Where, actuator: Actuator, given: set[str]) -> bool:
+def _one_kind(refs: References, where: Where, stated: str | None, given: set[str]) -> bool:
     """Return whether the keys of an actuator, and its type if it is given, are of one kind; record an error if not."""
     turning, sliding = (" and ".join(f"`{key}`" for key in keys if key in given) for keys in (ROTARY, LINEAR))
-    own, other = (turning, sliding) if actuator.type == "rotary" else (sliding, turning)
-    if actuator.type is not None and other and not own:
-        kind = "linear" if actuator.type == "rotary" else "rotary"
-        text = f"`type: {actuator.type}` contradicts {other} of a {kind} actuator; remove `type`: it follows from these"
+    own, other = (turning, sliding) if stated == "rotary" else (sliding, turning)
+    if stated is not None and other and not own:
+        kind = "linear" if stated == "rotary" else "rotary"
+        text = f"`type: {stated}` contradicts {other} of a {kind} actuator; remove `type`: it follows from these"
         refs.fault((*where, "type"), text)
-    elif actuator.type is None and turning and sliding:
+    elif stated is None and turning and sliding:
         text = f"{turning} of a rotary actuator and {sliding} of a linear one exclude each other; remove one of the two"
         refs.fault(where, text)
-    elif actuator.type is None and not given:
+    elif stated is None and not given:
         text = f"actuator '{where[1]}' needs `pivot` and `arm` (rotary), `nodes`, or `node` and `guide` (linear)"
         refs.lack(where, KEYS, text)
     else:
