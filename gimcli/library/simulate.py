@@ -32,8 +32,8 @@ from gimcli.graphs.plots import drawn
 from gimcli.library.by_name import ByName
 from gimcli.library.inputs import MOST_STEPS, Jit, OneOf, Range, refuse_linked
 from gimcli.library.machines import accepted, driven_machines, for_each_machine
-from gimcli.library.places import angles, pairs, places
-from gimcli.library.result import RowsResult
+from gimcli.library.places import angles
+from gimcli.library.trace_result import PlacedRows
 from gimcli.mechanism import FRAME, FloatArray, Machine, Mechanism
 from gimcli.motion.motion import Motion
 from gimcli.output.graph import Axis, Curve, CurveGraph
@@ -205,7 +205,7 @@ def _extras(mechanism: Mechanism, measure: str | Sequence[str] = (), plot: str |
     return Extras(mechanism, measure, plot, columns=units)
 
 
-class SimulateResult(RowsResult):
+class SimulateResult(PlacedRows):
     """A simulated motion: `xy[name]` (rows, 2), `angle[member]`, `status`, `events`, and the columns by name."""
 
     KIND = "simulation"
@@ -233,11 +233,6 @@ class SimulateResult(RowsResult):
     def events(self) -> list[dict[str, Any]]:
         """Standstills, dead points, pairs that stick or slide, and the event that ended the motion early."""
         return [event_report(self.mechanism, event) for event in self._found.events]
-
-    @cached_property
-    def xy(self) -> ByName:
-        """Coordinates (rows, 2) of nodes and points in the file's length unit; NaN where a row was not reached."""
-        return places(self.mechanism, self._z, pairs)
 
     @cached_property
     def angle(self) -> ByName:

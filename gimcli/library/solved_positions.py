@@ -14,8 +14,8 @@ from gimcli.families.family import Family
 from gimcli.graphs.extras import Extras
 from gimcli.library.by_name import ByName
 from gimcli.library.inputs import inputs_of
-from gimcli.library.places import angles, pairs, places
-from gimcli.library.result import RowsResult
+from gimcli.library.places import angles
+from gimcli.library.trace_result import PlacedRows
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.motion.motion import Motion
 from gimcli.quantities.coordinates import MemberTurning, PointVector
@@ -70,7 +70,7 @@ def separate(
     return Motion(mechanism, time, inputs, z, np.asarray(codes, dtype=int), residual, 0.0 * time, z[:, 0])
 
 
-class SolvedPositions(RowsResult):
+class SolvedPositions(PlacedRows):
     """Positions: `status` (rows,), `xy[name]` (rows, 2), `angle[member]` (rows,), and the columns by name.
 
     A row that is not solved has a status word other than "ok", and NaN.
@@ -96,11 +96,6 @@ class SolvedPositions(RowsResult):
     def complete(self) -> bool:
         """Whether all positions are solved."""
         return bool(self._found.good.all())
-
-    @cached_property
-    def xy(self) -> ByName:
-        """Coordinates (rows, 2) of nodes and points in the file's length unit."""
-        return places(self.mechanism, self._z, pairs)
 
     @cached_property
     def angle(self) -> ByName:

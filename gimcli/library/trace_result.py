@@ -1,4 +1,4 @@
-"""Common attributes of the results of motions: coordinates, angles and status of each row."""
+"""Common attributes of the results of motions and positions: coordinates, angles and status of each row."""
 
 from __future__ import annotations
 
@@ -20,7 +20,21 @@ POSES = 120
 """Largest number of positions that a picture chooses from."""
 
 
-class TraceResult(RowsResult):
+class PlacedRows(RowsResult):
+    """A result whose rows are positions."""
+
+    @property
+    @abstractmethod
+    def _z(self) -> ComplexArray:
+        """The positions (nodes, rows) in the normal frame, NaN in rows without one."""
+
+    @cached_property
+    def xy(self) -> ByName:
+        """Coordinates (rows, 2) of nodes and points in the file's length unit; NaN in rows not solved or reached."""
+        return places(self.mechanism, self._z, pairs)
+
+
+class TraceResult(PlacedRows):
     """A motion: `xy[name]` (rows, 2), `angle[member]` (rows,), `status` (rows,), `events`, and the columns by name."""
 
     KIND = ""
@@ -60,11 +74,6 @@ class TraceResult(RowsResult):
     @abstractmethod
     def events(self) -> list[dict[str, Any]]:
         """Events of the motion, such as limits and change points: kind, and the inputs."""
-
-    @cached_property
-    def xy(self) -> ByName:
-        """Coordinates (rows, 2) of nodes and points in the file's length unit; NaN where a row is not solved."""
-        return places(self.mechanism, self._z, pairs)
 
     @cached_property
     def angle(self) -> ByName:
