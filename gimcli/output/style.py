@@ -103,6 +103,9 @@ _EVENTS = (Mark("o", 4.0, width=0.9), Mark("s", 4.0, face=INK, width=0.5), Mark(
 PALETTE = ("#a50f15", "#3577bd", "#0b4f2c", "#d9822b", "#54278f", "#2f9c95")
 """Colours of curves; neighbours have different lightness, for prints in grey."""
 
+LONGEST_VECTOR = 0.3
+"""Length of the longest arrow of a velocity, relative to the longer side of the drawing."""
+
 TARGET = Mark("+", 8.0, PALETTE[1], PALETTE[1], 1.6, layer=10)
 """A point that a fit has to pass."""
 

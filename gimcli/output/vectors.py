@@ -11,11 +11,8 @@ import numpy as np
 from gimcli.mechanism import ComplexArray
 from gimcli.output.labels import extent
 from gimcli.output.picture import Picture, Text
-from gimcli.output.style import FONT, Fill, Pen
+from gimcli.output.style import FONT, LONGEST_VECTOR, Fill, Pen
 from gimcli.output.symbols import arrow_lines
-
-LONGEST = 0.3
-"""Length of the longest arrow, relative to the longer side of the drawing."""
 
 NOTHING = 1e-9
 """Vectors below this part of the largest one, or of the drawing's longer side per second, are not drawn."""
@@ -55,7 +52,7 @@ class Field:
 
     def scale(self, kind: Arrows) -> float:
         """Return the length of an arrow for one unit of its vector."""
-        return LONGEST * self.side / kind.greatest
+        return LONGEST_VECTOR * self.side / kind.greatest
 
     def extent(self) -> ComplexArray:
         """Return the tips of the arrows and the ends of the scale bars."""

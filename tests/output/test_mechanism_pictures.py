@@ -171,3 +171,21 @@ def test_a_torque_is_an_arc_in_its_sense_about_the_middle_of_its_member(strut):
 def test_a_centre_of_mass_is_where_the_file_says(strut):
     (circle,) = strut.areas[CENTRE]
     np.testing.assert_allclose(np.abs(circle - (100 + 20j)), CENTRE_RADIUS * strut.frame.point, rtol=1e-9)
+
+
+def test_a_spiral_spring_goes_from_its_reference_to_its_arm_without_a_jump():
+    """The spring of the snap hinge at B is between the members B-C and B-A, in every position of the motion."""
+    mechanism = load("snap_hinge")
+    motion = gimcli.trace(mechanism, 24)
+    turns = []
+    for k in range(25):
+        shown = [motion.xy[name] @ [1, 1j] for name in mechanism.nodes]
+        poses = np.roll(np.array(shown).T, -k, axis=0)
+        picture = motion_picture(mechanism, poses, {}, "")
+        (spiral,) = picture.strokes[SPRING]
+        a, b, c = (complex(motion.xy[name][k] @ [1, 1j]) for name in "ABC")
+        ends = (spiral[[0, -1]] - b) / np.abs(spiral[[0, -1]] - b)
+        expected = sorted([(a - b) / abs(a - b), (c - b) / abs(c - b)], key=np.angle)
+        np.testing.assert_allclose(sorted(ends, key=np.angle), expected, atol=1e-6)
+        turns.append(float(np.sum(np.diff(np.unwrap(np.angle(spiral - b))))))
+    assert np.max(np.abs(np.diff(turns))) < np.pi

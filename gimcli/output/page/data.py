@@ -6,7 +6,6 @@ rounded to six digits, which float32 keeps: the page shows the digits of the tab
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Sequence
 from itertools import groupby
 from typing import Any
@@ -15,8 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gimcli.output.animation import Animation, Clip, Moment, Section
-from gimcli.output.page.scene_data import curve_anchors, scene_data, window
+from gimcli.output.page.scene_data import SceneData, floats, window
 from gimcli.output.scene import Scene
+from gimcli.output.style import LONGEST_VECTOR
 from gimcli.output.value_window import value_window
 from gimcli.status import Status
 from gimcli.table import Column, Table, labelled, per_second
@@ -42,6 +42,7 @@ def page_data(animation: Animation) -> dict[str, Any]:
         "title": animation.title,
         "unit": {"length": length, "angle": mechanism.angle_unit},
         "rateUnits": [per_second(mechanism.length_unit, order) for order in (1, 2)],
+        "longest": LONGEST_VECTOR,
         "origin": [origin.real, origin.imag],
         "box": [left - origin.real, right - origin.real, bottom - origin.imag, top - origin.imag],
         **_drawn(scene, origin, far),
@@ -57,26 +58,17 @@ def page_data(animation: Animation) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _apart(z: complex) -> float:
-    """Return the larger of the distances along x and y."""
-    return max(abs(z.real), abs(z.imag))
-
-
 def _drawn(scene: Scene, origin: complex, far: float) -> dict[str, Any]:
     """Return what is drawn of a mechanism; nodes that only define a guide, if they are not far."""
-    drawn = scene_data(scene, origin)
-    drawn["crosses"] = [node for node in drawn["crosses"] if _apart(scene.poses[0][node] - origin) <= far]
-    return {
-        "scene": drawn, "ground": _floats(_interleaved(scene.poses[:1] - origin)),
-        "curves": curve_anchors(scene, origin, scene.mechanism.traced),
-    }  # fmt: skip
+    found, ground = SceneData(scene, origin), floats(_interleaved(scene.poses[:1] - origin))
+    return {"scene": found.data(far), "ground": ground, "curves": found.curves()}
 
 
 def _clip(clip: Clip, origin: complex, far: float) -> dict[str, Any]:
-    rates = [] if clip.rates is None else [_floats(_interleaved(one)) for one in clip.rates]
+    rates = [] if clip.rates is None else [floats(_interleaved(one)) for one in clip.rates]
     return {
         "name": clip.name, "note": clip.note, "rows": len(clip.time), "closed": clip.closed, "forward": clip.forward,
-        "axis": clip.axis, "time": _floats(clip.time), "positions": _floats(_interleaved(clip.positions - origin)),
+        "axis": clip.axis, "time": floats(clip.time), "positions": floats(_interleaved(clip.positions - origin)),
         "status": [[word, len(list(run))] for word, run in groupby(clip.status)],
         "events": [{"row": event.row, "kind": event.kind, "text": event.text} for event in clip.events],
         "breaks": list(clip.breaks),
@@ -90,7 +82,7 @@ def _column(column: Column, events: Sequence[Moment]) -> dict[str, Any]:
     """Return a column, with the range that graphs show."""
     unit, values = "" if column.unit == "unit" else column.unit, rounded(column.values)
     shown = value_window([values], [np.array([event.row for event in events])])
-    return {"name": column.name, "unit": unit, "values": _floats(values), "shown": shown}
+    return {"name": column.name, "unit": unit, "values": floats(values), "shown": shown}
 
 
 def rounded(values: NDArray[Any]) -> NDArray[np.float64]:
@@ -109,11 +101,6 @@ def rounded(values: NDArray[Any]) -> NDArray[np.float64]:
 def _interleaved(z: NDArray[np.complexfloating]) -> NDArray[np.float64]:
     """Return complex numbers as x, y, x, y ..."""
     return np.ascontiguousarray(z, dtype=np.complex128).view(np.float64).ravel()
-
-
-def _floats(values: NDArray[Any]) -> str:
-    with np.errstate(over="ignore"):
-        return base64.b64encode(np.asarray(values, dtype="<f4").tobytes()).decode("ascii")
 
 
 def _reason(word: str) -> str:

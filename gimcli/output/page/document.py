@@ -21,7 +21,7 @@ from gimcli.output.page.data import page_data
 FOLDER = Path(__file__).parent
 
 SCRIPTS = (
-    "theme", "decode", "camera", "pose", "ink", "symbols", "gears", "mechanism", "curves", "vectors", "names", "hover",
+    "theme", "decode", "camera", "pose", "ink", "symbols", "curves", "vectors", "names", "hover",
     "stage", "graph", "timebar", "player", "panel", "designs", "keys", "pointer", "main",
 )  # fmt: skip
 """The scripts in their order; together they are one function."""

@@ -1,96 +1,126 @@
-"""A scene as JSON data: what script/mechanism.js draws."""
+"""A scene as JSON data: the strokes that script/symbols.js places, and what can be pointed at and named."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+import base64
+from collections.abc import Iterable
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from gimcli.mechanism import FRAME
+from gimcli.output import style
 from gimcli.output.anchors import Anchor
+from gimcli.output.mechanism_symbols import light_symbols, point_marks, strong_symbols
 from gimcli.output.scene import Scene
-
-if TYPE_CHECKING:
-    from gimcli.output.gear_outlines import GearOutlines
+from gimcli.output.style import Mark, Pen
+from gimcli.output.symbol import Seat, Stroke, Symbol
+from gimcli.output.symbols import mark_strokes
 
 DIGITS = 10
 """Significant digits of lengths and directions."""
 
+ROLES = {
+    style.INK: "ink", style.PAPER: "paper", style.PALE: "soft", style.PLATE.face: "plate",
+    style.CYLINDER.face: "cylinder", style.LOAD.color: "load",
+}  # fmt: skip
+"""Names of the page's colours, which are others in the dark; areas of other colours are not filled."""
 
-def scene_data(scene: Scene, origin: complex) -> dict[str, Any]:
-    """Return the items of a scene; coordinates of the file are relative to `origin`."""
-    mechanism = scene.mechanism
 
-    def place(anchor: Anchor) -> int | list[float]:
+class SceneData:
+    """The data of a scene; coordinates of the file are relative to `origin`."""
+
+    def __init__(self, scene: Scene, origin: complex) -> None:
+        self.scene, self.origin = scene, origin
+        self.seats: list[dict[str, Any]] = []
+
+    def data(self, far: float) -> dict[str, Any]:
+        """Return all items; nodes that only define a guide, if they are at most `far` from the origin along x and y."""
+        scene, mechanism = self.scene, self.scene.mechanism
+        crosses = [k for k in scene.crosses if _apart(complex(scene.poses[0][k]) - self.origin) <= far]
+        marks = [*point_marks(scene), *((mechanism.nodes[k], style.CROSS, Anchor(k)) for k in crosses)]
+        named = {*scene.pins, *scene.plain, *crosses, *(node for slider in scene.sliders for node in slider.nodes)}
+        tracers = [{"name": name, "at": self.place(anchor)} for name, anchor in scene.tracers.items()]
+        return {
+            "nodes": list(mechanism.nodes),
+            "members": [member.name for member in mechanism.members],
+            "carriers": [[carrier.origin, carrier.towards] for carrier in scene.carriers],
+            "fixed": sorted(scene.fixed),
+            "bodies": [{"member": b.member, "outline": [self.place(a) for a in b.outline]} for b in scene.bodies],
+            "lines": self._lines(),
+            "blocks": [{"name": slider.name, "nodes": list(slider.nodes)} for slider in scene.sliders],
+            "loads": [{"name": load.name, "at": self.place(load.at)} for load in scene.loads],
+            "asides": [
+                *([d.nodes[0], *_pair(d.direction)] for d in scene.drives if d.kind == "turn"),
+                *([support.node, 0.0, 1.0 if support.upward else -1.0] for support in scene.supports),
+            ],
+            "tracers": tracers,
+            "named": [*([mechanism.nodes[k], k] for k in sorted(named)), *([t["name"], t["at"]] for t in tracers)],
+            "strong": self._strokes((*strong_symbols(scene), *(self._mark(*mark) for mark in marks))),
+            "light": self._strokes(light_symbols(scene)),
+            "seats": self.seats,
+        }  # fmt: skip
+
+    def curves(self) -> list[dict[str, Any]]:
+        """Return the traced points by name, each as a node or as a point of a member."""
+        nodes, own = self.scene.mechanism.nodes, self.scene.tracers
+        names = self.scene.mechanism.traced
+        return [{"name": n, "at": nodes.index(n) if n in nodes else self.place(own[n])} for n in names]
+
+    def place(self, anchor: Anchor) -> int | list[float]:
+        """Return an anchor as a node, or as a member with the coordinates of a point in its coordinate system."""
         if anchor.node >= 0:
             return anchor.node
-        fixed = scene.carriers[anchor.member].origin < 0
-        return [anchor.member, *_pair(anchor.local - origin if fixed else anchor.local)]
+        fixed = self.scene.carriers[anchor.member].origin < 0
+        return [anchor.member, *_pair(anchor.local - self.origin if fixed else anchor.local)]
 
-    return {
-        "nodes": list(mechanism.nodes),
-        "members": [member.name for member in mechanism.members],
-        "carriers": [[carrier.origin, carrier.towards] for carrier in scene.carriers],
-        "fixed": sorted(scene.fixed),
-        "pins": list(scene.pins),
-        "plain": list(scene.plain),
-        "crosses": list(scene.crosses),
-        "bodies": [
-            {"member": b.member, "kind": b.kind, "outline": [place(a) for a in b.outline], "above": b.above}
-            for b in scene.bodies
-        ],
-        "sliders": [
-            {
-                "name": s.name, "nodes": list(s.nodes), "line": place(s.line), "along": _pair(s.along),
-                "travel": [_digits(t) for t in s.travel], "side": _pair(s.side) if s.side else None,
-                "bracket": [place(a) for a in s.bracket],
-            }
-            for s in scene.sliders
-        ],
-        "supports": [{"node": s.node, "upward": s.upward} for s in scene.supports],
-        "drives": [
-            {
-                "name": d.name, "kind": d.kind, "nodes": list(d.nodes), "sense": d.sense,
-                "direction": _pair(d.direction), "aside": d.aside, "guide": d.guide,
-            }
-            for d in scene.drives
-        ],
-        "elements": [
-            {"name": e.name, "kind": e.kind, "ends": [place(a) for a in e.ends], "pivot": e.pivot, "lane": e.lane}
-            for e in scene.elements
-        ],
-        "loads": [
-            {"name": one.name, "at": place(one.at), "force": _pair(one.force), "follower": one.follower,
-             "torque": one.torque}
-            for one in scene.loads
-        ],
-        "gears": _gears(scene.gears, scene, place) if scene.gears else None,
-        "centres": [place(at) for at in scene.centres],
-        "tracers": [{"name": name, "at": place(anchor)} for name, anchor in scene.tracers.items()],
-    }  # fmt: skip
+    def _lines(self) -> list[dict[str, Any]]:
+        """Return cylinders, springs and dampers between two places."""
+        cylinders = [(drive.name, map(Anchor, drive.nodes)) for drive in self.scene.drives if drive.kind == "cylinder"]
+        elements = [(f"{one.kind} {one.name}", one.ends) for one in self.scene.elements if one.pivot < 0]
+        return [{"name": name, "ends": [self.place(end) for end in ends]} for name, ends in (*cylinders, *elements)]
+
+    def _mark(self, part: str, mark: Mark, at: Anchor) -> Symbol:
+        return Symbol(part, mark_strokes(mark), Seat(at, None, 1.0), fixed=at.node in self.scene.fixed)
+
+    def _strokes(self, symbols: Iterable[Symbol]) -> list[dict[str, Any]]:
+        """Return the strokes of symbols from the lowest layer to the highest, in a layer lines before areas."""
+        found = []
+        for symbol in symbols:
+            where = self._where(symbol)
+            found += [{**where, **_drawn(stroke), "ground": symbol.fixed} for stroke in symbol.strokes]
+        return sorted(found, key=lambda one: (one["layer"], "face" in one))
+
+    def _where(self, symbol: Symbol) -> dict[str, Any]:
+        """Return the number of the seat of a symbol, or its corners."""
+        seat = symbol.seat
+        if seat is None:
+            return {"corners": [self.place(corner) for corner in symbol.corners]}
+        self.seats.append({
+            "at": self.place(seat.at), "to": None if seat.to is None else self.place(seat.to), "turn": seat.turn,
+            "arm": None if seat.arm is None else self.place(seat.arm), "member": seat.member,
+            "along": _pair(seat.along) if seat.along else None,
+        })  # fmt: skip
+        return {"seat": len(self.seats) - 1}
 
 
-def _gears(outlines: GearOutlines, scene: Scene, place: Callable[[Anchor], int | list[float]]) -> dict[str, Any]:
-    fixed = [wheel.member == FRAME and not scene.mechanism.floating for wheel in outlines.wheels]
-    return {
-        "wheels": [
-            {"pivot": w.pivot, "member": w.member, "radius": _digits(w.radius), "ring": w.ring, "fixed": still}
-            for w, still in zip(outlines.wheels, fixed, strict=True)
-        ],
-        "belts": [
-            {"pivots": list(b.pivots), "radii": [_digits(r) for r in b.radii], "crossed": b.crossed}
-            for b in outlines.belts
-        ],
-        "racks": [{"ends": [place(end) for end in rack.ends]} for rack in outlines.racks],
-    }
+def _drawn(stroke: Stroke) -> dict[str, Any]:
+    """Return the style of a stroke, and for each of its points share, points and lengths."""
+    own = stroke.style
+    drawn: dict[str, Any] = {"layer": own.layer, "width": own.width, "slant": _pair(stroke.slant)}
+    if isinstance(own, Pen):
+        drawn |= {"ink": ROLES[own.color], "dash": list(own.dash)}
+    else:
+        drawn |= {"ink": ROLES[own.edge], "face": ROLES.get(own.face)}
+    share, points, lengths = np.broadcast_arrays(stroke.share, stroke.points, stroke.lengths)
+    shape = np.stack([share, points.real, points.imag, lengths.real, lengths.imag], axis=-1)
+    return drawn | {"shape": floats(shape.real)}
 
 
-def curve_anchors(scene: Scene, origin: complex, names: tuple[str, ...]) -> list[dict[str, Any]]:
-    """Return the traced points by name, each as a node or as a point of a member."""
-    own = {tracer["name"]: tracer["at"] for tracer in scene_data(scene, origin)["tracers"]}
-    nodes = scene.mechanism.nodes
-    return [{"name": name, "at": nodes.index(name) if name in nodes else own[name]} for name in names]
+def floats(values: NDArray[Any]) -> str:
+    """Return numbers as the base64 text of little-endian float32."""
+    with np.errstate(over="ignore"):
+        return base64.b64encode(np.asarray(values, dtype="<f4").tobytes()).decode("ascii")
 
 
 def window(scene: Scene) -> list[float]:
@@ -100,9 +130,10 @@ def window(scene: Scene) -> list[float]:
     return [float(v) for v in (z.real.min(), z.real.max(), z.imag.min(), z.imag.max())]
 
 
+def _apart(z: complex) -> float:
+    """Return the larger of the distances along x and y."""
+    return max(abs(z.real), abs(z.imag))
+
+
 def _pair(z: complex) -> list[float]:
-    return [_digits(z.real), _digits(z.imag)]
-
-
-def _digits(value: float) -> float:
-    return float(f"{value:.{DIGITS}g}")
+    return [float(f"{value:.{DIGITS}g}") for value in (z.real, z.imag)]

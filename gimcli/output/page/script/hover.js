@@ -3,12 +3,10 @@
 const NEAR_NODE = 16, NEAR_MEMBER = 9; // pixels
 
 function targets(scene) {
-  const found = namedAnchors(scene).map(([name, at]) => ({ kind: "point", name, at }));
-  for (const body of scene.bodies) found.push({ kind: "body", name: scene.members[body.member], body });
-  for (const drive of scene.drives) if (drive.kind === "cylinder") found.push({ kind: "line", name: drive.name, ends: drive.nodes });
-  for (const element of scene.elements)
-    if (element.pivot < 0) found.push({ kind: "line", name: `${element.kind} ${element.name}`, ends: element.ends });
-  for (const slider of scene.sliders) found.push({ kind: "slider", name: slider.name, slider });
+  const found = scene.named.map(([name, at]) => ({ kind: "point", name, at }));
+  for (const body of scene.bodies) found.push({ kind: "body", name: scene.members[body.member], ends: body.outline });
+  for (const one of scene.lines) found.push({ kind: "line", ...one });
+  for (const { name, nodes } of scene.blocks) found.push({ kind: "block", name, ends: nodes });
   for (const load of scene.loads) found.push({ kind: "load", name: `load ${load.name}`, at: load.at });
   return found;
 }
@@ -23,13 +21,12 @@ function targetAt(found, pose, x, y) {
   if (best) return best;
   least = NEAR_MEMBER;
   for (const one of found) {
-    const ends = one.kind === "body" ? one.body.outline : one.kind === "line" ? one.ends : null;
-    if (!ends) continue;
-    const away = distanceTo(ends.map(anchor => pose.place(anchor)), x, y, one.kind === "body");
+    if (one.kind !== "body" && one.kind !== "line") continue;
+    const away = distanceTo(one.ends.map(anchor => pose.place(anchor)), x, y, one.kind === "body");
     if (away < least) [best, least] = [one, away];
   }
   if (best) return best;
-  return found.find(one => one.kind === "slider" && one.slider.nodes.some(node => Math.hypot(pose.px[node] - x, pose.py[node] - y) < 22)) || null;
+  return found.find(one => one.kind === "block" && one.ends.some(node => Math.hypot(pose.px[node] - x, pose.py[node] - y) < 22)) || null;
 }
 
 // The distance of a place from an outline; 0 inside of a polygon is not taken, so that members over plates are found first.
@@ -61,9 +58,9 @@ function describe(target, app, xy, start, rates) {
       if (Number.isFinite(vx)) lines.push(`${KINDS[order]} ${shown(Math.hypot(vx, vy))} ${raised(app.clip.rateUnits[order])}`);
     });
   } else if (target.kind === "line") lines.push(`length ${measured(distance(...target.ends))}`);
-  else if (target.kind === "slider") lines.push(`block at ${target.slider.nodes.map(node => scene.nodes[node]).join(", ")}`);
+  else if (target.kind === "block") lines.push(`block at ${target.ends.map(node => scene.nodes[node]).join(", ")}`);
   else {
-    const outline = target.body.outline, pairs = outline.length === 2 ? [[0, 1]] : outline.map((_, k) => [k, (k + 1) % outline.length]);
+    const outline = target.ends, pairs = outline.length === 2 ? [[0, 1]] : outline.map((_, k) => [k, (k + 1) % outline.length]);
     for (const [a, b] of pairs.slice(0, 8))
       lines.push(`${shortName(nameOf(outline[a]))} – ${shortName(nameOf(outline[b]))}: ${measured(distance(outline[a], outline[b]))}`);
   }

@@ -27,19 +27,6 @@ function area(c, places, face, edge = theme.ink, width = 1, alpha = 1) {
   }
 }
 
-function disc(c, [x, y], size, face, edge = theme.ink, width = 1.1) {
-  c.beginPath();
-  c.arc(x, y, (size / 2) * camera.pt, 0, 2 * Math.PI);
-  c.setLineDash([]);
-  c.fillStyle = face;
-  c.fill();
-  if (width) {
-    c.lineWidth = width * camera.pt;
-    c.strokeStyle = edge;
-    c.stroke();
-  }
-}
-
 const drawnTexts = new Map(); // texts as small pictures, since writing a text in each frame takes long
 
 // A text with a border in the colour of the paper, so that it can be read over lines; the place is its left or its middle.
@@ -78,20 +65,6 @@ const left = ([dx, dy]) => [dy, -dx]; // a direction turned counter-clockwise on
 function unit([x, y], [tx, ty]) {
   const size = Math.hypot(tx - x, ty - y);
   return size > 0 ? [(tx - x) / size, (ty - y) / size] : [1, 0];
-}
-
-// A bar from one place to another that extends by `beyond` pixels at both ends.
-function rectangle(first, second, beyond, height, along) {
-  const start = plus(first, along, -beyond), end = plus(second, along, beyond), aside = left(along);
-  return [plus(start, aside, -height / 2), plus(end, aside, -height / 2), plus(end, aside, height / 2), plus(start, aside, height / 2)];
-}
-
-// An arc on the screen; angles are counter-clockwise.
-function arc(at, radius, from, to, count = 33) {
-  return Array.from({ length: count }, (_, k) => {
-    const angle = from + ((to - from) * k) / (count - 1);
-    return [at[0] + radius * Math.cos(angle), at[1] - radius * Math.sin(angle)];
-  });
 }
 
 function arrowHead(c, tip, along, size, colour, face = colour) {

@@ -40,12 +40,14 @@ class App {
 
   prepared(raw) {
     const { scene, curves } = { ...this.data, ...raw.design }, clip = decodeClip(raw);
+    decodeScene(scene);
     clip.scene = scene;
     clip.curves = curves.map(curve => ({ name: curve.name, path: pathOf(scene, clip, curve.at) }));
     clip.solved = [...Array(clip.rows).keys()].filter(clip.good);
     clip.moving = movingAnchors(scene);
     clip.usual = clip.rates.map((_, order) => usual(scene, clip, order));
     clip.rateUnits = this.data.rateUnits;
+    clip.longest = this.data.longest * boxSize(this.data.box);
     clip.box = this.data.box;
     clip.ground = floats(raw.design ? raw.design.ground : this.data.ground);
     return clip;
@@ -304,7 +306,7 @@ function publish(app) {
       if (playing !== undefined) app.player.set(playing);
     },
     screen: name => {
-      const found = app.clip && namedAnchors(app.scene).find(([own]) => own === name);
+      const found = app.clip && app.scene.named.find(([own]) => own === name);
       const node = app.data ? app.scene.nodes.indexOf(name) : -1;
       if (!found && node < 0) return null;
       const box = document.getElementById("drawing").getBoundingClientRect();

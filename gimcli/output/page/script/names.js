@@ -38,13 +38,8 @@ function linesOf(scene, pose) {
     const outline = body.outline.map(anchor => pose.place(anchor));
     outline.forEach((place, k) => k + 1 < outline.length + (outline.length > 2) && found.push([place, outline[(k + 1) % outline.length]]));
   }
-  for (const drive of scene.drives) {
-    const at = pose.node(drive.nodes[0]);
-    if (drive.kind === "turn") found.push([at, [at[0] + drive.direction[0], at[1] - drive.direction[1]]]);
-    if (drive.kind === "cylinder") found.push([at, pose.node(drive.nodes[1])]);
-  }
-  for (const element of scene.elements) if (element.pivot < 0) found.push(element.ends.map(anchor => pose.place(anchor)));
-  for (const { node, upward } of scene.supports) found.push([pose.node(node), [pose.px[node], pose.py[node] + (upward ? -9 : 9)]]);
+  for (const { ends } of scene.lines) found.push(ends.map(anchor => pose.place(anchor)));
+  for (const [node, dx, dy] of scene.asides) found.push([pose.node(node), plus(pose.node(node), [dx, -dy], 9)]);
   return found;
 }
 
@@ -57,12 +52,6 @@ function directionsAt(lines, at) {
       if (Math.hypot(x - at[0], y - at[1]) < 2 && Math.hypot(other[0] - x, other[1] - y) > 0) found.push(Math.atan2(y - other[1], other[0] - x));
     });
   return found;
-}
-
-function namedAnchors(scene) {
-  const used = new Set([...scene.pins, ...scene.plain, ...scene.crosses, ...scene.sliders.flatMap(slider => slider.nodes)]);
-  const nodes = scene.nodes.map((name, node) => [name, node]).filter(([, node]) => used.has(node));
-  return [...nodes, ...scene.tracers.map(tracer => [tracer.name, tracer.at])];
 }
 
 function nameBox(name, [x, y], side) {

@@ -18,7 +18,6 @@ class Stage {
   show(keep) {
     const { scene } = this.app;
     this.pose = new Pose(scene);
-    scene.named = namedAnchors(scene);
     this.targets = targets(scene);
     this.target = null;
     this.measure();
@@ -104,8 +103,7 @@ class Stage {
       c.strokeStyle = theme.accent;
       c.stroke();
     } else {
-      const ends = one.kind === "body" ? one.body.outline : one.kind === "line" ? one.ends : one.slider.nodes;
-      const outline = ends.map(anchor => pose.place(anchor));
+      const outline = one.ends.map(anchor => pose.place(anchor));
       line(c, outline.length > 2 ? [...outline, outline[0]] : outline, 3, theme.accent);
     }
   }
@@ -161,7 +159,7 @@ class Stage {
     const k = this.targets.indexOf(this.target), count = this.targets.length;
     this.target = this.targets[k < 0 ? (step > 0 ? 0 : count - 1) : (k + step + count) % count];
     const pose = this.pose.set(...this.positions()), one = this.target;
-    this.tipAt = one.at !== undefined ? pose.place(one.at) : pose.place((one.body ? one.body.outline : one.ends || one.slider.nodes)[0]);
+    this.tipAt = one.at !== undefined ? pose.place(one.at) : pose.place(one.ends[0]);
     this.app.redraw();
   }
 

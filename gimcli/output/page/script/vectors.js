@@ -1,6 +1,5 @@
 // Velocity and acceleration vectors at the moving nodes and points, each kind with its own scale.
 
-const LONGEST = 0.22; // length of a long arrow, relative to the shorter side of the drawing
 const KINDS = ["velocity", "acceleration"];
 
 // The magnitude that 95 % of the vectors of a clip do not exceed.
@@ -29,7 +28,7 @@ function roundBelow(value) {
 function drawVectors(c, scene, clip, row, order, pose, place) {
   const long = clip.usual[order], start = 2 * scene.nodes.length * row;
   if (!(long > 0)) return;
-  const scale = (LONGEST * Math.min(camera.width, camera.height)) / long;
+  const scale = (clip.longest * camera.whole) / long; // as long as in pictures where the whole drawing is shown
   const colour = order ? theme.second : theme.first, dash = order ? [5, 3] : [], face = order ? theme.paper : colour;
   const vectors = [];
   for (const anchor of clip.moving) {
@@ -37,7 +36,7 @@ function drawVectors(c, scene, clip, row, order, pose, place) {
     const length = scale * Math.hypot(vx, vy), at = pose.place(anchor);
     if (!(length > 1)) continue;
     const tip = [at[0] + scale * vx, at[1] - scale * vy];
-    vectors.push([at, tip, length < 8 ? 0 : Math.min(7, length / camera.pt / 1.5)]);
+    vectors.push([at, tip, length < 5 * camera.pt ? 0 : Math.min(7, length / camera.pt)]);
   }
   arrows(c, vectors, 1.4, colour, dash, face);
   const value = roundBelow(long), y = camera.height - 14 - 20 * place;
