@@ -120,8 +120,9 @@ class Statics:
         turns = [MOMENT] if self.bodies[body].member != NONE else []
         if reaction.kind == COUPLE:
             return turns
-        fixed = reaction.vector.u == NONE and not isinstance(reaction.vector.z, RuleNumber)
-        axes = [X] * (not fixed or reaction.vector.z.real != 0.0) + [Y] * (not fixed or reaction.vector.z.imag != 0.0)
+        z = reaction.vector.z
+        fixed = reaction.vector.u == NONE and not isinstance(z, RuleNumber) and not np.ndim(z)
+        axes = [X] * (not fixed or z.real != 0.0) + [Y] * (not fixed or z.imag != 0.0)
         return axes + (turns if node != self.bodies[body].node else [])
 
     def entries(self, reaction: Reaction) -> list[tuple[int, int, int, float, int]]:

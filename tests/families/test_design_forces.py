@@ -55,6 +55,15 @@ def test_forces_of_designs_are_those_of_each_changed_model(name):
             assert found.curves[column][k] == pytest.approx(wanted, abs=1e-10 * size, nan_ok=True), (column, k)
 
 
+def test_friction_acts_along_the_guide_of_each_design():
+    """The guide of the engine's piston is on the ground, and its direction is a number of the design."""
+    heights, effort = [0.0, 1.0, 2.0], "crank_angle.effort"
+    found = gimcli.sweep("engine", {"H.y": heights}, steps=STEPS, keep=[effort], rows=True)
+    for own, height in zip(found.curves[effort], heights, strict=True):
+        alone = gimcli.forces(gimcli.load("engine").with_({"H.y": height}), STEPS)[effort]
+        assert own == pytest.approx(alone, rel=1e-10)
+
+
 @pytest.mark.parametrize("name", TOGETHER)
 def test_power_of_all_forces_of_designs_is_the_rate_of_the_kinetic_energy(name):
     m, chosen = designs(name, 2)
