@@ -5,7 +5,10 @@ The "time" of a row is the independent variable of the inputs: the coordinate on
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,6 +21,9 @@ from gimcli.positions.newton import Run
 from gimcli.positions.position import Row
 from gimcli.positions.program import plan_program
 from gimcli.structure.steps import Plan
+
+if TYPE_CHECKING:
+    from gimcli.motion.motion_curve import MotionCurve
 
 
 @dataclass(frozen=True)
@@ -46,7 +52,7 @@ class BranchState:
 
     def __init__(
         self, mechanism: Mechanism, plan: Plan, inputs: Inputs, run: Run, tolerance: float,
-        constants: FollowingConstants | None = None,
+        motion_curve: Callable[[], MotionCurve] | None = None, constants: FollowingConstants | None = None,
     ) -> None:  # fmt: skip
         self.mechanism, self.plan, self.inputs, self.run = mechanism, plan, inputs, run
         self.constants = constants or FollowingConstants()
@@ -60,7 +66,13 @@ class BranchState:
         self.bridges: list[Gap] = []  # gaps (intervals with interpolated rows) that the motion has passed
         self.passed = 0  # number of bridges that have been accepted
         self.lenient = False  # passing a position that cannot be solved to the tolerance
+        self._motion_curve = motion_curve
         self.turn = 1.0  # change of the time for one turn of the input, or a travel of 2 pi sizes
+
+    @cached_property
+    def motion_curve(self) -> MotionCurve | None:
+        """The curve of the motion; None if it is not used."""
+        return None if self._motion_curve is None else self._motion_curve()
 
     def begin(self, row: Row, signs: FloatArray) -> None:
         """Start from a solved position."""

@@ -16,20 +16,15 @@ from typing import TYPE_CHECKING, NamedTuple, cast
 import numpy as np
 
 from gimcli.kernels import jit
-from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
-from gimcli.motion.branch_state import BranchState, FollowingConstants
+from gimcli.mechanism import ComplexArray, FloatArray, IntArray
 from gimcli.motion.singular_crossing import SingularCrossing
 from gimcli.positions.block import NEW
-from gimcli.positions.inputs import Inputs
-from gimcli.positions.newton import Run
 from gimcli.positions.position import Row
 from gimcli.positions.program import Marcher
 from gimcli.status import CHANGE, Status
-from gimcli.structure.steps import Plan
 
 if TYPE_CHECKING:
     from gimcli.continuation.arc import ArcPassage, Gap
-    from gimcli.motion.motion_curve import MotionCurve
 
 Stop = tuple[float, tuple[float, ...]]
 """Time and inputs (actuators,) at a limit."""
@@ -79,27 +74,16 @@ class FollowedPath:
         self.codes[row:] = int(Status.LIMIT)
 
 
-class BranchFollower(BranchState):
+class BranchFollower(SingularCrossing):
     """Follows a branch through the rows of a motion.
 
     sense: of the parameter of the motion curve with increasing time. Without a motion curve, a position that cannot be
     passed is a limit.
     """
 
-    def __init__(
-        self, mechanism: Mechanism, plan: Plan, inputs: Inputs, run: Run, tolerance: float,
-        motion_curve: Callable[[], MotionCurve] | None = None, constants: FollowingConstants | None = None,
-    ) -> None:  # fmt: skip
-        super().__init__(mechanism, plan, inputs, run, tolerance, constants)
-        self._motion_curve = motion_curve
-        self.limit_ahead: ArcPassage | None = None  # the passage towards a limit that the motion is on
-        self.progress: Callable[[int, int], None] | None = None  # called with the rows done and the total
-        self.sense = 1.0
-
-    @cached_property
-    def motion_curve(self) -> MotionCurve | None:
-        """The curve of the motion; None if it is not used."""
-        return None if self._motion_curve is None else self._motion_curve()
+    limit_ahead: ArcPassage | None = None  # the passage towards a limit that the motion is on
+    progress: Callable[[int, int], None] | None = None  # called with the rows done and the total
+    sense = 1.0
 
     def begin(self, row: Row, signs: FloatArray) -> None:
         """Start from a solved position."""
@@ -156,11 +140,8 @@ class BranchFollower(BranchState):
 
     def _crosses(self, time: float) -> bool:
         """Pass doubtful rows up to a time; return the success."""
-        return SingularCrossing(self, self._knows_curve).cross(time)
-
-    def _knows_curve(self) -> bool:
-        """Return whether the curve of the motion is available; it is faster than many doubtful rows."""
-        return self.motion_curve is not None and self.motion_curve.curve is not None
+        self.doubtful = 0
+        return self.cross(time)
 
     def _beyond(self, path: FollowedPath, i: int, crossed: bool) -> int:
         """Fill the rows that have been passed, and return the next row; or end the motion at its limit."""
