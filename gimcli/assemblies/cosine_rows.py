@@ -13,9 +13,9 @@ from itertools import combinations
 
 import numpy as np
 
+from gimcli.assemblies.loops import GROUND
 from gimcli.mechanism import ComplexArray, FloatArray, IntArray
 
-GROUND = -1
 EPS = float(np.finfo(float).eps)
 
 

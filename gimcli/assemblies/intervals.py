@@ -19,7 +19,8 @@ import numpy as np
 from gimcli.assemblies.contraction import contract
 from gimcli.assemblies.cosine_rows import EPS, CosineRows, RowConstants, cosine_rows
 from gimcli.assemblies.isolated_roots import IsolatedRoots, centred
-from gimcli.assemblies.krawczyk import Coefficients, image, local, narrow
+from gimcli.assemblies.krawczyk import image, local, narrow
+from gimcli.assemblies.loops import Coefficients
 from gimcli.assemblies.slide_bounds import proved_reach
 from gimcli.mechanism import BoolArray, ComplexArray, FloatArray, IntArray
 from gimcli.progress import spend

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from gimcli.assemblies.cosine_rows import EPS
-from gimcli.assemblies.krawczyk import Coefficients, image, local
+from gimcli.assemblies.krawczyk import image, local
+from gimcli.assemblies.loops import Coefficients
 from gimcli.canonical import TURN
 from gimcli.mechanism import BoolArray, FloatArray
 

@@ -17,7 +17,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gimcli.assemblies.cosine_rows import EPS, GROUND
+from gimcli.assemblies.cosine_rows import EPS
+from gimcli.assemblies.loops import GROUND, Coefficients
 from gimcli.mechanism import ComplexArray, FloatArray, IntArray
 
 
@@ -33,16 +34,6 @@ class KrawczykConstants:
 
 
 CONSTANTS = KrawczykConstants()
-
-
-@dataclass(frozen=True, eq=False)
-class Coefficients:
-    """Coefficients f_k = C0_k + Σ_c C_kc θ_c + Σ_q U_kq s_q θ_rail(q)."""
-
-    C0: ComplexArray  # (L,)
-    C: ComplexArray  # (L, n)
-    U: ComplexArray  # (L, q)
-    rail: IntArray  # (q,), GROUND for a rail on the frame
 
 
 @dataclass(frozen=True, eq=False)

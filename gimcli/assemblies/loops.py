@@ -99,14 +99,20 @@ class LoopFamily:
         return both.reshape(*both.shape[:-1], self.loops, 1 + self.angles + self.slides)
 
 
-@dataclass(frozen=True)
-class Loops:
-    """The loop equations of one real linkage; n + q = 2 L."""
+@dataclass(frozen=True, eq=False)
+class Coefficients:
+    """Coefficients f_k = C0_k + sum_c C_kc theta_c + sum_q U_kq s_q theta_rail(q) of a real linkage; n + q = 2 L."""
 
     C0: ComplexArray  # (L,)
     C: ComplexArray  # (L, n)
     U: ComplexArray  # (L, q)
-    rail: IntArray  # (q,) class of the rail, or GROUND
+    rail: IntArray  # (q,) class of the rail, or GROUND for a rail on the frame
+
+
+@dataclass(frozen=True, eq=False)
+class Loops(Coefficients):
+    """The loop equations of one real linkage of a family."""
+
     family: LoopFamily = field(repr=False)
 
     @classmethod

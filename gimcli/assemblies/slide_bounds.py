@@ -11,8 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gimcli.assemblies.cosine_rows import GROUND
-from gimcli.assemblies.krawczyk import Coefficients
+from gimcli.assemblies.loops import GROUND, Coefficients
 from gimcli.mechanism import ComplexArray, FloatArray
 
 

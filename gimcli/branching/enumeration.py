@@ -48,7 +48,7 @@ class Visits:
         self.p = circuit.p.T
         self.tangent = np.array([here.tangent for here in circuit.places])
         self.step = np.linalg.norm(np.diff(self.p, axis=0), axis=1)
-        self.marks = np.concatenate([[0.0], np.cumsum(self.step)])
+        self.marks = circuit.lengths
         around = abs(float(self.p[-1, -1] - self.p[0, -1]))
         closes = circuit.closed and around > SAME
         self.period = circuit.curve.period if turning else around if closes else math.inf

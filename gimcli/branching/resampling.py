@@ -15,12 +15,6 @@ from gimcli.status import Status
 from gimcli.structure.residual import holds, residual
 
 
-def lengths(circuit: Circuit) -> FloatArray:
-    """Return the arc length of a circuit up to every point (places,)."""
-    steps = np.linalg.norm(np.diff(circuit.p, axis=1), axis=0)
-    return np.concatenate([[0.0], np.cumsum(steps)])
-
-
 def along(circuit: Circuit, rows: int) -> FloatArray:
     """Return positions and parameter (n + 1, rows) at even distances, including both ends."""
     return np.array([settled(circuit, k, part) for k, part in sample_places(circuit, rows)]).T
@@ -31,7 +25,7 @@ def sample_places(circuit: Circuit, rows: int) -> Iterator[tuple[int, float]]:
 
     Of a curve that goes to infinity only the part nearby is used.
     """
-    marks = lengths(circuit)
+    marks = circuit.lengths
     first, last = nearby(circuit)
     wanted = np.linspace(marks[first], marks[last], rows)
     index = np.clip(np.searchsorted(marks, wanted, side="right") - 1, 0, len(marks) - 2)

@@ -127,8 +127,7 @@ class _SingularitySearch:
     def __init__(self, circuit: Circuit, number: int) -> None:
         self.circuit, self.curve, self.number = circuit, circuit.curve, number
         self.places = circuit.places
-        steps = np.linalg.norm(np.diff(circuit.p, axis=1), axis=0)
-        self.fractions = np.concatenate([[0.0], np.cumsum(steps)]) / max(float(steps.sum()), 1e-300)
+        self.fractions = circuit.lengths / max(float(circuit.lengths[-1]), 1e-300)
 
     def crossings(self) -> Iterator[Singularity]:
         """Yield the positions where the Jacobian with the input loses rank."""

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -100,6 +101,12 @@ class Circuit:
     def p(self) -> FloatArray:
         """Positions and parameter (n + 1, points)."""
         return np.array([here.p for here in self.places]).T
+
+    @cached_property
+    def lengths(self) -> FloatArray:
+        """The arc length up to every point (points,)."""
+        steps = np.linalg.norm(np.diff(self.p, axis=1), axis=0)
+        return np.concatenate([[0.0], np.cumsum(steps)])
 
     @property
     def mechanism(self) -> Mechanism:

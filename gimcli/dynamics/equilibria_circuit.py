@@ -8,7 +8,6 @@ from functools import cached_property
 
 import numpy as np
 
-from gimcli.branching.resampling import lengths
 from gimcli.branching.singular_positions import drawn_circuit
 from gimcli.canonical import ROUNDING, first_greatest, whole_turns
 from gimcli.continuation.circuit import Circuit
@@ -70,8 +69,7 @@ class _CircuitSearch:
         self.points: list[BalancePoint] = []
         self.roots: list[CurveRoot] = []
         self.cut = False
-        marks = lengths(self.circuit)
-        self.along = marks / marks[-1]
+        self.along = self.circuit.lengths / self.circuit.lengths[-1]
 
     def run(self) -> Equilibria:
         self.points = self.curve.resolved(0)

@@ -156,10 +156,8 @@ class BalanceCurve:
         """Return the points of the circuit in a round."""
         if number == 0:
             return self.places
-        shift = np.append(np.zeros(len(self.places[0].p) - 1), number * self.turn)
         stops = [CurveStop(number, k, 0.0) for k in range(len(self.places))]
-        near = self.places[0].angles + number * self.winding
-        return self._points(stops, [at.p + shift for at in self.places], [at.tangent for at in self.places], near)
+        return self._in_rounds(stops, [at.p for at in self.places], [at.tangent for at in self.places])
 
     def at(self, stop: CurveStop) -> BalancePoint:
         """Return the point at a stop."""
@@ -168,13 +166,7 @@ class BalanceCurve:
     def all_at(self, stops: Sequence[CurveStop]) -> list[BalancePoint]:
         """Return the points at some stops."""
         own = [self._position(stop) for stop in stops]
-        shift = [
-            np.append(np.zeros(len(p) - 1), stop.round * self.turn) for stop, (p, _) in zip(stops, own, strict=True)
-        ]
-        near = [self.places[stop.index].angles + stop.round * self.winding for stop in stops]
-        return self._points(
-            stops, [p + more for (p, _), more in zip(own, shift, strict=True)], [t for _, t in own], np.array(near).T
-        )
+        return self._in_rounds(stops, [p for p, _ in own], [tangent for _, tangent in own])
 
     def _position(self, stop: CurveStop) -> tuple[FloatArray, FloatArray]:
         """Return position and tangent (n + 1,) at a stop, in the round 0."""
@@ -186,10 +178,15 @@ class BalanceCurve:
 
     def near(self, stop: CurveStop, found: CurvePoint) -> BalancePoint:
         """Return the point at a position of the round 0 near a stop."""
-        moved = found.p.copy()
-        moved[-1] += stop.round * self.turn
-        near = self.places[stop.index].angles + stop.round * self.winding
-        return self._points([stop], [moved], [found.tangent], near)[0]
+        return self._in_rounds([stop], [found.p], [found.tangent])[0]
+
+    def _in_rounds(
+        self, stops: Sequence[CurveStop], p: list[FloatArray], tangents: list[FloatArray]
+    ) -> list[BalancePoint]:
+        """Return the points at stops in their rounds, from positions and tangents (n + 1,) in the round 0."""
+        moved = [np.append(at[:-1], at[-1] + stop.round * self.turn) for stop, at in zip(stops, p, strict=True)]
+        near = [self.places[stop.index].angles + stop.round * self.winding for stop in stops]
+        return self._points(stops, moved, tangents, np.array(near).T)
 
     def _points(
         self, stops: Sequence[CurveStop], p: list[FloatArray], tangents: list[FloatArray], near: FloatArray

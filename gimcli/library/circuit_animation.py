@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from gimcli.branching.resampling import along, as_motion, lengths
+from gimcli.branching.resampling import along, as_motion
 from gimcli.branching.singularities import Singularity
 from gimcli.continuation.circuit import Circuit, nearby
 from gimcli.graphs.extras import Extras
@@ -96,7 +96,7 @@ def part_of(circuit: Circuit, number: int, what: Singularity) -> float:
     """Return the part of the length of circuit `number` at which a singular position is."""
     if what.circuit == number:
         return what.fraction
-    marks = lengths(circuit)
+    marks = circuit.lengths
     apart = [float(np.linalg.norm(circuit.curve.apart(place.p, what.p))) for place in circuit.places]
     return float(marks[int(np.argmin(apart))] / marks[-1])
 
@@ -122,7 +122,7 @@ def _wound(circuit: Circuit, p: FloatArray, near: float) -> FloatArray:
 
 def _ends(circuit: Circuit) -> tuple[float, float]:
     """Return the parts of the length between which a circuit is shown: not far outside, towards infinity."""
-    marks = lengths(circuit)
+    marks = circuit.lengths
     first, last = nearby(circuit)
     return float(marks[first] / marks[-1]), float(marks[last] / marks[-1])
 

@@ -217,17 +217,21 @@ class LawFollower:
 
     def _enter(self, leg: Leg, gap: Gap | None, goal: float) -> None:
         """Start the next leg, which returns from the end of the last one."""
-        before, self.leg, self.follower = self.follower, leg, self.follow(leg)
-        self.place, self.noted = leg.sense * leg.begin, []
+        before, self.leg = self.follower, leg
         if gap is not None:
+            self._resume(leg.sense * leg.begin, gap.mirrored())
             if -gap.centre <= self.place or self._is_at(gap.mirrored()):
                 self.noted.append(-gap.centre)
-            if not self.follower.enter(gap.mirrored()):
-                self.ended = Status.SINGULAR
             return
         row = before.at(goal)
+        self.follower, self.place, self.noted = self.follow(leg), leg.sense * leg.begin, []
         row.time = self.place
         self.follower.begin(row, before.sign)
+
+    def _resume(self, place: float, gap: Gap) -> None:
+        """Continue the motion on the leg from a coordinate that is in a gap."""
+        self.follower, self.place, self.noted = self.follow(self.leg), place, []
+        self.ended = None if self.follower.enter(gap) else Status.SINGULAR
 
     def _come_to_end(self, path: FollowedPath) -> None:
         """Record whether the leg ends at a limit."""
@@ -313,10 +317,7 @@ class LawFollower:
             path.turned_back.append((time, tuple(leg.inputs(np.array([limit.centre]))[:, 0].tolist())))
             self.legs = deque(later.reflected(q) for later in self.legs)
             self.leg = leg.reflected(q, time)
-            self.follower, self.ended = self.follow(self.leg), None
-            self.place, self.noted = self.leg.sense * self.leg.begin, []
-            if not self.follower.enter(limit.other_side()):
-                self.ended = Status.SINGULAR
+            self._resume(self.leg.sense * self.leg.begin, limit.other_side())
         elif self.at_limit == "skip" and leg.line is not None:
             self.waiting = self._back(limit, time)
             self.ended = None if self.waiting is not None else Status.LIMIT
@@ -354,8 +355,6 @@ class LawFollower:
         j = i + int(np.searchsorted(path.time[i:], time, side="left"))
         path.codes[i:j] = int(Status.LIMIT)
         if j < len(path.time):
-            self.waiting, self.follower = None, self.follow(self.leg)
-            self.place, self.noted = gap.centre, []
-            if not self.follower.enter(gap):
-                self.ended = Status.SINGULAR
+            self.waiting = None
+            self._resume(gap.centre, gap)
         return j
