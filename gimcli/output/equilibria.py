@@ -17,7 +17,7 @@ from gimcli.output.graph import Axis, Curve, CurveGraph
 from gimcli.output.labels import Labels
 from gimcli.output.panels import with_panels
 from gimcli.output.picture import LAYOUT, Content, Picture, PictureLayout, composition
-from gimcli.output.pose import draw_markers, draw_strong
+from gimcli.output.pose import draw_lines, draw_markers, draw_strong
 from gimcli.output.scene import Scene
 from gimcli.output.style import GHOST_PIN, INK, Mark, Pen
 
@@ -56,7 +56,8 @@ def equilibria_picture(
     picture = plot(mechanism, title, [scene.extent(list(range(len(drawn))))], layout)
     for pose, one in enumerate(drawn[1:], start=1):
         with picture.named(f"equilibrium:{one.number}"):
-            _draw_lines(picture, scene, pose, STABLE if one.stability == "stable" else OTHER)
+            draw_lines(picture, scene, scene.poses[pose], STABLE if one.stability == "stable" else OTHER)
+            picture.mark(GHOST_PIN, *scene.poses[pose][[n for n in scene.pins if n not in scene.fixed]].tolist())
     draw_strong(picture, scene)
     draw_markers(picture, scene)
     labels, node = Labels(picture), _free_node(scene)
@@ -69,18 +70,6 @@ def equilibria_picture(
     name_nodes(labels, scene, sorted(scene.used & scene.fixed), {})
     labels.write()
     return picture
-
-
-def _draw_lines(picture: Picture, scene: Scene, pose: int, pen: Pen) -> None:
-    """Draw the members of a position as lines."""
-    z = scene.poses[pose]
-    for body in scene.bodies:
-        outline = [scene.place(anchor, z) for anchor in body.outline]
-        picture.stroke(pen, [*outline, outline[0]] if body.kind == "plate" else outline)
-    for drive in scene.drives:
-        if drive.kind == "cylinder":
-            picture.stroke(pen, z[list(drive.nodes)])
-    picture.mark(GHOST_PIN, *z[[node for node in scene.pins if node not in scene.fixed]].tolist())
 
 
 def _free_node(scene: Scene) -> int:

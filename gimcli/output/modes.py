@@ -21,7 +21,7 @@ from gimcli.output.drawing import length_labels
 from gimcli.output.gallery import NAMED, columns_of, window_of
 from gimcli.output.labels import Labels
 from gimcli.output.picture import LAYOUT, Frame, Gallery, Picture, PictureLayout, composition
-from gimcli.output.pose import draw_ghost, draw_markers, draw_strong, part_names
+from gimcli.output.pose import draw_ghost, draw_lines, draw_markers, draw_strong, part_names
 from gimcli.output.scene import Scene
 from gimcli.output.style import Mark, Pen
 from gimcli.rounding import number
@@ -156,11 +156,6 @@ def _panel(scene: Scene, frame: Frame, title: str, all_names: bool) -> Picture:
 
 def _draw_other(panel: Picture, scene: Scene, z: ComplexArray) -> None:
     """Draw the members, cylinders and blocks at a position with dashed lines."""
-    for body in scene.bodies:
-        outline = [scene.place(anchor, z) for anchor in body.outline]
-        panel.stroke(OTHER, [*outline, *outline[: body.kind == "plate"]])
-    for drive in scene.drives:
-        if drive.kind == "cylinder":
-            panel.stroke(OTHER, z[list(drive.nodes)])
+    draw_lines(panel, scene, z, OTHER)
     blocks = {node for slider in scene.sliders for node in slider.nodes}
     panel.mark(OTHER_PIN, *z[[n for n in {*scene.pins, *blocks} if n not in scene.fixed]].tolist())

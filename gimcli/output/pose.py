@@ -10,6 +10,7 @@ from gimcli.output import style
 from gimcli.output.mechanism_symbols import GROUND, coloured, light_symbols, point_marks, strong_symbols
 from gimcli.output.picture import Picture
 from gimcli.output.scene import Scene
+from gimcli.output.style import Pen
 
 
 def draw_ghost(picture: Picture, scene: Scene, pose: int, only: Sequence[str] = ()) -> None:
@@ -58,6 +59,16 @@ def draw_strong(
     for part, mark, anchor in point_marks(scene):
         with picture.named(part):
             picture.mark(mark, complex(scene.place(anchor, z)))
+
+
+def draw_lines(picture: Picture, scene: Scene, z: ComplexArray, pen: Pen) -> None:
+    """Draw the outlines of the members and the cylinders at positions of the nodes (nodes,) as lines."""
+    for body in scene.bodies:
+        outline = [scene.place(anchor, z) for anchor in body.outline]
+        picture.stroke(pen, [*outline, *outline[: body.kind == "plate"]])
+    for drive in scene.drives:
+        if drive.kind == "cylinder":
+            picture.stroke(pen, z[list(drive.nodes)])
 
 
 def draw_markers(picture: Picture, scene: Scene) -> None:
