@@ -26,6 +26,22 @@ PARALLEL = 1e-9
 """Largest sine of the angle between a slot and a line through two joints that is its guide."""
 
 
+@dataclass(frozen=True)
+class DrawnJoint:
+    """A joint as programs list it: a pin of its links (R), or a pin (RP) or a block (P) in a slot of the first one.
+
+    `angle` is the direction of the slot [rad], `where` its place in the file for messages.
+    """
+
+    links: tuple[str, ...]
+    kind: str  # R, P or RP; G for gear teeth
+    place: complex
+    angle: float = 0.0
+    where: str = ""
+    traced: bool = False
+    driver: bool = False
+
+
 @dataclass
 class DraftSlot:
     """A joint that slides along a line fixed to a carrier; `body` is the one that slides, "" if it may turn."""

@@ -9,30 +9,16 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
 from typing import NamedTuple
 
 from gimcli.errors import ModelError
-from gimcli.exchange.draft import GROUND, MOST_PLACES, STROKE, Draft
+from gimcli.exchange.draft import GROUND, MOST_PLACES, STROKE, Draft, DrawnJoint
 
 PROGRAM = "PMKS"
 MOST_JOINTS = 500
 GROUND_NAMES = ("0", "gnd", "grnd", "grond", "gound", "groud")
 NO_SPEED = "the speed of the input is zero in the file; the law is one revolution in 1 s"
 TYPES = ("R", "P", "RP", "G")
-
-
-@dataclass(frozen=True)
-class PmksJoint:
-    """One joint; `angle` is the direction of the slot [rad], `where` its place in the file for messages."""
-
-    links: tuple[str, ...]
-    kind: str  # one of TYPES
-    place: complex
-    angle: float
-    where: str
-    traced: bool = False
-    driver: bool = False
 
 
 class PmksSpeed(NamedTuple):
@@ -45,16 +31,16 @@ class PmksSpeed(NamedTuple):
     linear: float = 10.0
 
 
-def sound(read: Iterable[PmksJoint | str]) -> list[PmksJoint]:
+def sound(read: Iterable[DrawnJoint | str]) -> list[DrawnJoint]:
     """Return the joints that were read; raise ModelError with all faults if there are any."""
     joints = list(read)
     faults = [one for one in joints if isinstance(one, str)]
     if faults:
         raise ModelError(faults)
-    return [one for one in joints if isinstance(one, PmksJoint)]
+    return [one for one in joints if isinstance(one, DrawnJoint)]
 
 
-def draft_of_joints(joints: list[PmksJoint], source: str, name: str, speed: PmksSpeed, left_out: list[str]) -> Draft:
+def draft_of_joints(joints: list[DrawnJoint], source: str, name: str, speed: PmksSpeed, left_out: list[str]) -> Draft:
     """Return the mechanism of a list of joints.
 
     Raises ModelError for joints that contradict each other, for gears, and for a driver that is a pin in a slot.
@@ -97,7 +83,7 @@ def _key(link: str) -> str:
     return GROUND if is_ground(link) else link.casefold()
 
 
-def _checked(joints: list[PmksJoint], source: str) -> list[PmksJoint]:
+def _checked(joints: list[DrawnJoint], source: str) -> list[DrawnJoint]:
     """Return the joints; raise ModelError with all of their faults."""
     faults = [fault for joint in joints if (fault := _fault(joint))]
     if len(joints) > MOST_JOINTS:
@@ -111,7 +97,7 @@ def _checked(joints: list[PmksJoint], source: str) -> list[PmksJoint]:
     return joints
 
 
-def _fault(joint: PmksJoint) -> str | None:
+def _fault(joint: DrawnJoint) -> str | None:
     keys = [_key(link) for link in joint.links]
     if not keys:
         return f"{joint.where}: expected the names of links before the type {joint.kind}"
@@ -128,7 +114,7 @@ def _fault(joint: PmksJoint) -> str | None:
     return None
 
 
-def _add(draft: Draft, name: str, joint: PmksJoint, links: list[str]) -> str:
+def _add(draft: Draft, name: str, joint: DrawnJoint, links: list[str]) -> str:
     """Add a joint, its slot and its tracer to the draft; return its name."""
     if len(links) == 1:
         if links[0] != GROUND:
@@ -157,14 +143,14 @@ def direction(angle: float) -> complex:
     return cmath.rect(1.0, math.remainder(angle, math.pi))
 
 
-def _driver(joints: list[PmksJoint]) -> int | None:
+def _driver(joints: list[DrawnJoint]) -> int | None:
     """Return the number of the driver: the last one marked, else the first R or P joint of two links."""
     marked = [k for k, joint in enumerate(joints) if joint.driver and len(joint.links) > 1]
     free = [k for k, joint in enumerate(joints) if joint.kind in ("R", "P") and len(joint.links) > 1]
     return marked[-1] if marked else free[0] if free else None
 
 
-def _drive(draft: Draft, name: str, joint: PmksJoint, links: list[str], speed: PmksSpeed) -> None:
+def _drive(draft: Draft, name: str, joint: DrawnJoint, links: list[str], speed: PmksSpeed) -> None:
     if joint.kind == "R":
         reference, body = (links[1], links[0]) if links[1] == GROUND else (links[0], links[1])
         backwards = speed.rpm < 0.0
@@ -173,13 +159,8 @@ def _drive(draft: Draft, name: str, joint: PmksJoint, links: list[str], speed: P
         if speed.rpm == 0.0:
             draft.left_out.append(NO_SPEED)
         return
-    travel = STROKE * _size(list(draft.joints.values()))
+    travel = STROKE * draft.size()
     backwards = speed.linear < 0.0
     draft.slider("motor", f"slide_{name}", law={"by": -travel if backwards else travel})
     draft.duration = travel / abs(speed.linear) if speed.linear else None
     draft.left_out.append(f"the stroke of the input at joint {name} is not in the file; the law moves it by {travel:g}")
-
-
-def _size(points: list[complex]) -> float:
-    spans = [max(values) - min(values) for values in ([z.real for z in points], [z.imag for z in points])]
-    return math.hypot(*spans) or 1.0

@@ -6,13 +6,13 @@ radians, the speed of the input is in revolutions per minute or lengths per seco
 
 from __future__ import annotations
 
-import json
 import math
 from typing import Any
 
-from gimcli.errors import SYNTAX, ModelError
-from gimcli.exchange.draft import Draft
-from gimcli.exchange.pmks_joints import TYPES, PmksJoint, PmksSpeed, draft_of_joints, sound
+from gimcli.errors import ModelError
+from gimcli.exchange.draft import Draft, DrawnJoint
+from gimcli.exchange.json_parts import read_json
+from gimcli.exchange.pmks_joints import TYPES, PmksSpeed, draft_of_joints, sound
 
 
 def recognises(text: str) -> bool:
@@ -22,7 +22,7 @@ def recognises(text: str) -> bool:
 
 def read(text: str, source: str) -> Draft:
     """Return the mechanism of a JSON file; raise ModelError with all errors."""
-    data = _decoded(text, source)
+    data = read_json(text, source).value
     entries = data.get("Joints") if isinstance(data, dict) else None
     if not isinstance(entries, list):
         raise ModelError([f"{source}: Joints: expected a list of joints"])
@@ -38,15 +38,6 @@ def read(text: str, source: str) -> Draft:
     return draft_of_joints(joints, source, name if isinstance(name, str) else "", rates, left_out)
 
 
-def _decoded(text: str, source: str) -> Any:
-    try:
-        return json.loads(text)
-    except json.JSONDecodeError as fault:
-        raise ModelError([f"{source}:{fault.lineno}:{fault.colno}: not a complete JSON file: {SYNTAX}"]) from None
-    except (ValueError, RecursionError):  # a number of thousands of digits; thousands of brackets
-        raise ModelError([f"{source}: not a JSON file of PMKS: nested too deeply, or a number is too long"]) from None
-
-
 def _number(value: Any) -> float | None:
     """Return a finite number; None for any other value."""
     if isinstance(value, bool) or not isinstance(value, int | float) or abs(value) > 1e300:
@@ -54,7 +45,7 @@ def _number(value: Any) -> float | None:
     return float(value) if math.isfinite(value) else None
 
 
-def _joint(entry: Any, where: str, driver: bool) -> PmksJoint | str:
+def _joint(entry: Any, where: str, driver: bool) -> DrawnJoint | str:
     """Return a joint, or the fault of an entry that is none."""
     if not isinstance(entry, dict):
         return f"{where}: expected a joint with the keys X, Y, TypeOfJoint and Links"
@@ -69,4 +60,4 @@ def _joint(entry: Any, where: str, driver: bool) -> PmksJoint | str:
         return f"{where}.Links: expected a list of names"
     traced = entry.get("PositionVisible") is True
     names = tuple(link.strip() for link in links)
-    return PmksJoint(names, kind.upper(), complex(x, y), angle or 0.0, where, traced, driver)
+    return DrawnJoint(names, kind.upper(), complex(x, y), angle or 0.0, where, traced, driver)

@@ -216,10 +216,7 @@ class PlusDraft:
         drawing = self.document.decimals[1] if len(self.document.decimals) > 1 else 0.0
         speed = joint.speed or self._sign() * (drawing if drawing > 0.0 else LINEAR_SPEED)
         if not joint.carrier:
-            points = [complex(one.x, one.y) for one in self.structure.joints.values()]
-            size = abs(complex(max(z.real for z in points) - min(z.real for z in points),
-                               max(z.imag for z in points) - min(z.imag for z in points)))  # fmt: skip
-            stroke = STROKE * (size or 1.0)
+            stroke = STROKE * self.draft.size()
             text = f"the stroke of the input at joint {joint.name or joint.id} is not in the file"
             self.draft.left_out.append(f"{text}; the law moves it by {stroke:.3g}")
             return math.copysign(stroke, speed), speed

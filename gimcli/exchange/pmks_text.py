@@ -17,13 +17,12 @@ from typing import NamedTuple
 from urllib.parse import unquote
 
 from gimcli.errors import ModelError
-from gimcli.exchange.draft import GROUND, Draft
+from gimcli.exchange.draft import GROUND, Draft, DrawnJoint
 from gimcli.exchange.drawn_linkage import DrawnLinkage, DrawnPose, DrawnSlot, DrawnTurn
 from gimcli.exchange.pmks_joints import (
     MOST_JOINTS,
     PROGRAM,
     TYPES,
-    PmksJoint,
     PmksSpeed,
     direction,
     draft_of_joints,
@@ -158,7 +157,7 @@ def _draft(lines: list[JointLine], source: str, header: Header) -> Draft:
     return draft_of_joints(joints, source, header.name, speed, header.left_out)
 
 
-def _joint(line: JointLine) -> PmksJoint | str:
+def _joint(line: JointLine) -> DrawnJoint | str:
     """Return the joint of a line, or the fault of a line that is none."""
     words = re.split(r"[,\s]+", line.text.strip(" \t\r,"))
     at = max((k for k, word in enumerate(words) if word.upper() in TYPES), default=-1)
@@ -172,7 +171,7 @@ def _joint(line: JointLine) -> PmksJoint | str:
     marks = _marks(words[at + 3 + (angle is not None) :])
     kind = words[at].upper()
     place = complex(numbers[0], numbers[1])
-    return PmksJoint(tuple(words[:at]), kind, place, math.radians(angle or 0.0), line.where, marks[0], marks[3])
+    return DrawnJoint(tuple(words[:at]), kind, place, math.radians(angle or 0.0), line.where, marks[0], marks[3])
 
 
 def _marks(words: list[str]) -> list[bool]:
@@ -198,22 +197,11 @@ def write(pose: DrawnPose) -> str:
     return PmksRows(DrawnLinkage(pose, PROGRAM)).text()
 
 
-@dataclass
-class PmksRow:
-    """A line of the text."""
-
-    links: list[str]
-    kind: str
-    place: complex
-    angle: float
-    traced: bool = False
-    driver: bool = False
-
-    def text(self) -> str:
-        """Return the line; all digits are written."""
-        marks = f"{'t' if self.traced else 'f'}ff{'t' if self.driver else 'f'}"
-        numbers = (self.place.real, self.place.imag, self.angle)
-        return ",".join([*self.links, self.kind, *(repr(value + 0.0) for value in numbers), marks])
+def _line(row: DrawnJoint) -> str:
+    """Return the line of a joint; all digits are written."""
+    marks = f"{'t' if row.traced else 'f'}ff{'t' if row.driver else 'f'}"
+    numbers = (row.place.real, row.place.imag, math.degrees(row.angle))
+    return ",".join([*row.links, row.kind, *(repr(value + 0.0) for value in numbers), marks])
 
 
 class PmksRows:
@@ -224,7 +212,7 @@ class PmksRows:
         if len(drawn.mechanism.actuators) > MOST_INPUTS:
             names = ", ".join(actuator.name for actuator in drawn.mechanism.actuators)
             raise drawn.refusal(f"{PROGRAM} has one input, the model has {len(drawn.mechanism.actuators)}: {names}")
-        self.rows: list[PmksRow] = []
+        self.rows: list[DrawnJoint] = []
         self.links = self._links()
         for joint in drawn.places:
             self._joint(joint)
@@ -234,7 +222,7 @@ class PmksRows:
         """Return the text: the speed, and the rows with the driver first, which PMKS counts by its number."""
         rows = sorted(self.rows, key=lambda row: not row.driver)
         head = f"set=s{self._speed():.9g}\n" if self.drawn.mechanism.actuators else ""
-        return head + "mech=\n" + "".join(f"{row.text()}\n" for row in rows)
+        return head + "mech=\n" + "".join(f"{_line(row)}\n" for row in rows)
 
     def _speed(self) -> float:
         """Return the speed of the input, against the direction of its slot if PMKS turns this by half a revolution."""
@@ -291,10 +279,10 @@ class PmksRows:
                 self._row([first[0], body], "R", joint)
 
     def _row(self, bodies: list[str], kind: str, joint: str, along: complex = 1.0 + 0.0j, driver: bool = False) -> None:
-        angle = math.degrees(cmath.phase(along))
         traced = joint in self.drawn.mechanism.traced
-        links = [self.links[body] for body in bodies]
-        self.rows.append(PmksRow(links, kind, self.drawn.places[joint], angle, traced, driver))
+        links = tuple(self.links[body] for body in bodies)
+        place = self.drawn.places[joint]
+        self.rows.append(DrawnJoint(links, kind, place, cmath.phase(along), "", traced, driver))
 
     def _note(self) -> None:
         own = self.drawn.mechanism

@@ -7,14 +7,13 @@ motion, no time and no unit of length.
 from __future__ import annotations
 
 import cmath
-import math
 import re
 from pathlib import Path
 from typing import Any
 
 from gimcli.errors import ModelError
-from gimcli.exchange.draft import GROUND, STROKE, Draft
-from gimcli.exchange.pyslvs_expression import PyslvsJoint, joints_of
+from gimcli.exchange.draft import GROUND, STROKE, Draft, DrawnJoint
+from gimcli.exchange.pyslvs_expression import joints_of
 
 PROGRAM = "Pyslvs"
 DIGIT = 1e-4
@@ -116,7 +115,7 @@ def _pairs(inputs: Any, draft: Draft, line: int) -> list[tuple[int, int]]:
 class _Pyslvs:
     """The conversion of one list of joints."""
 
-    def __init__(self, joints: list[PyslvsJoint], draft: Draft) -> None:
+    def __init__(self, joints: list[DrawnJoint], draft: Draft) -> None:
         self.joints, self.draft = joints, draft
         self.names: list[str] = []
         self.bodies: dict[str, str] = {GROUND: GROUND}
@@ -157,15 +156,15 @@ class _Pyslvs:
             link = self.same[link]
         return link
 
-    def _links(self, joint: PyslvsJoint) -> tuple[str, ...]:
+    def _links(self, joint: DrawnJoint) -> tuple[str, ...]:
         """Return the links of a joint, one for each body."""
         return tuple(dict.fromkeys(self._first(link) for link in joint.links))
 
-    def refused(self, joint: PyslvsJoint, text: str) -> ModelError:
+    def refused(self, joint: DrawnJoint, text: str) -> ModelError:
         """Return the error for a joint."""
-        return ModelError([f"{self.draft.source}:{joint.line}: {text}"])
+        return ModelError([f"{joint.where}: {text}"])
 
-    def _add_joint(self, name: str, joint: PyslvsJoint) -> None:
+    def _add_joint(self, name: str, joint: DrawnJoint) -> None:
         links = self._links(joint)
         if joint.kind == "R" and len(links) == 1 and links[0] != GROUND and self._has_joints(links[0]):
             self.draft.tracers[name] = (self.bodies[links[0]], joint.place)
@@ -180,7 +179,7 @@ class _Pyslvs:
                 self.draft.bodies[self.bodies[link]].append(own)
         if joint.kind != "R" and len(links) > 1:
             body = self.bodies[links[1]] if joint.kind == "P" else ""
-            direction = cmath.rect(1.0, math.radians(joint.angle % 360.0))
+            direction = cmath.rect(1.0, joint.angle)
             self.draft.slot(f"slot_{own}", own, self.bodies[links[0]], direction, body=body)
 
     def _has_joints(self, link: str) -> bool:

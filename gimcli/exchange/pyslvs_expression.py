@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass
 
 from gimcli.errors import ModelError
+from gimcli.exchange.draft import DrawnJoint
 
 MOST_JOINTS = 500
 MOST_LINKS = 50
@@ -25,18 +25,7 @@ _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?$")
 _LARGEST = 1e12
 
 
-@dataclass(frozen=True)
-class PyslvsJoint:
-    """One joint; `angle` is the direction of its slot [deg]."""
-
-    kind: str
-    place: complex
-    angle: float
-    links: tuple[str, ...]
-    line: int
-
-
-def joints_of(expression: str, source: str, line: int = 1) -> list[PyslvsJoint]:
+def joints_of(expression: str, source: str, line: int = 1) -> list[DrawnJoint]:
     """Return the joints of an expression that starts in a line of the file `source`.
 
     Raises ModelError, with the line, for what is no expression.
@@ -99,8 +88,8 @@ class _Expression:
 
     # -- the mechanism --------------------------------------------------------------------------
 
-    def mechanism(self) -> list[PyslvsJoint]:
-        joints: list[PyslvsJoint] = []
+    def mechanism(self) -> list[DrawnJoint]:
+        joints: list[DrawnJoint] = []
         self.expect("M", "[")
         if self.peek() == "]":
             self.take()
@@ -114,7 +103,7 @@ class _Expression:
             raise self.refused(f"expected the end after the mechanism, got {self.found()}")
         return joints
 
-    def joint(self) -> PyslvsJoint:
+    def joint(self) -> DrawnJoint:
         line = self.line()
         self.expect("J", "[")
         kind = self.peek()
@@ -140,7 +129,8 @@ class _Expression:
         missing = "P[x, y]" if place is None else "L[...]" if links is None else "A[angle]"
         if place is None or links is None or (kind != "R" and not angle):
             raise ModelError([f"{self.source}:{line}: this joint has no {missing}; add it"])
-        return PyslvsJoint(kind, complex(*place), angle[0] if angle else 0.0, tuple(links), line)
+        direction = math.radians(angle[0] % 360.0) if angle else 0.0
+        return DrawnJoint(tuple(links), kind, complex(*place), direction, f"{self.source}:{line}")
 
     def numbers(self, count: int) -> list[float]:
         found = []
