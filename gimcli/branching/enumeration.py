@@ -22,12 +22,12 @@ from gimcli.assemblies import Configurations, all_configurations, configurations
 from gimcli.branching.singular_positions import drawn_circuit
 from gimcli.branching.singularities import LIMIT, Singularity, interval, limits
 from gimcli.continuation import gauss_newton
-from gimcli.continuation.arclength import hermite
 from gimcli.continuation.branches import all_circuits, first_circuit
 from gimcli.continuation.circuit import Circuit
 from gimcli.continuation.curve import PositionCurve
 from gimcli.errors import GimError, StructureError
 from gimcli.mechanism import SPAN, BoolArray, ComplexArray, FloatArray, IntArray, Mechanism
+from gimcli.numerics.interpolation import hermite
 from gimcli.positions.options import TOLERANCE
 from gimcli.progress import Progress, no_progress, spend
 from gimcli.structure.mobility import require_driven

@@ -7,10 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from gimcli.continuation.arclength import CurvePoint, correct, hermite, hermite_slope
+from gimcli.continuation.arclength import CurvePoint, correct
 from gimcli.continuation.circuit import CIRCUIT, STEPS, Circuit, nearby
 from gimcli.mechanism import FloatArray
 from gimcli.motion.motion import Motion
+from gimcli.numerics.interpolation import hermite, hermite_slope
 from gimcli.status import Status
 from gimcli.structure.residual import holds, residual
 

@@ -16,8 +16,9 @@ import numpy as np
 from gimcli.continuation.arclength import ArclengthConstants, beside
 from gimcli.continuation.bifurcation import Crossing
 from gimcli.continuation.curve import PositionCurve
-from gimcli.continuation.gap_interpolation import AT_LIMIT, BEYOND, GapInterpolation, lagrange
+from gimcli.continuation.gap_interpolation import AT_LIMIT, BEYOND, GapInterpolation
 from gimcli.mechanism import FloatArray
+from gimcli.numerics.interpolation import lagrange
 from gimcli.positions.position import Row
 
 EPS = float(np.finfo(float).eps)

@@ -18,21 +18,6 @@ from gimcli.mechanism import FloatArray
 from gimcli.numerics.follower import Follower
 from gimcli.progress import spend
 
-Part = float | FloatArray
-"""Fraction of the interval, 0..1; for several cubics an array that can be multiplied with their points."""
-
-
-def hermite(here: FloatArray, low: FloatArray, there: FloatArray, high: FloatArray, t: Part) -> FloatArray:
-    """Return the cubic at t, for given end points (here, there) and derivatives by t at them (low, high)."""
-    p = (1.0 + 2.0 * t) * (1.0 - t) ** 2 * here + t**2 * (3.0 - 2.0 * t) * there
-    return p + t * (1.0 - t) ** 2 * low - t**2 * (1.0 - t) * high
-
-
-def hermite_slope(here: FloatArray, low: FloatArray, there: FloatArray, high: FloatArray, t: Part) -> FloatArray:
-    """Return the derivative by t of the same cubic."""
-    return 6.0 * t * (1.0 - t) * (there - here) + (1.0 - t) * (1.0 - 3.0 * t) * low + t * (3.0 * t - 2.0) * high
-
-
 WEAK = 1e4
 """Condition number above which steps are computed by SVD: normal equations square it and leave 8 digits."""
 

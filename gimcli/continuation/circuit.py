@@ -27,9 +27,9 @@ from gimcli.continuation.arclength import (
 )
 from gimcli.continuation.bifurcation import Crossing, crossing
 from gimcli.continuation.curve import PositionCurve
-from gimcli.continuation.gap_interpolation import lagrange
 from gimcli.errors import StructureError
 from gimcli.mechanism import BoolArray, ComplexArray, FloatArray, Mechanism
+from gimcli.numerics.interpolation import lagrange
 from gimcli.progress import spend
 
 RESTS = 1e-6

@@ -9,6 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gimcli.numerics.interpolation import lagrange
+from gimcli.numerics.roots import bisected
 from gimcli.positions.position import Row
 
 AT_LIMIT = 8.0 * float(np.finfo(float).eps)
@@ -68,21 +70,5 @@ class GapInterpolation:
         flips = np.flatnonzero(low.g * high.g < 0.0)
         if not len(flips):
             return self.centre
-        branch, a, b = flips[0], low.time, high.time
-        for _ in range(60):
-            middle = 0.5 * (a + b)
-            same = self.at(middle).g[branch] * low.g[branch] > 0.0
-            a, b = (middle, b) if same else (a, middle)
-        return 0.5 * (a + b)
-
-
-def lagrange(nodes: list[float], time: float) -> list[float]:
-    """Return the weights, at a time, of the values at `nodes` in the interpolation polynomial."""
-    weights = []
-    for i, a in enumerate(nodes):
-        w = 1.0
-        for k, b in enumerate(nodes):
-            if k != i:
-                w *= (time - b) / (a - b)
-        weights.append(w)
-    return weights
+        branch = flips[0]
+        return bisected(lambda time: not self.at(time).g[branch] * low.g[branch] > 0.0, low.time, high.time)[1]

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from gimcli.mechanism import FloatArray
+from gimcli.numerics.interpolation import hermite
 
 
 class ClassicRungeKutta:
@@ -43,7 +44,5 @@ class ClassicRungeKutta:
 
     def dense_output(self) -> Any:
         """Return the interpolation of the states over the last step, a function of time."""
-        from scipy.interpolate import CubicHermiteSpline
-
-        (before, slope), ends = self._last, [self.t_old, self.t]
-        return CubicHermiteSpline(ends, [before, self.y], [slope, self.slope])
+        (before, slope), start, h = self._last, self.t_old, self.t - self.t_old
+        return lambda t: hermite(before, h * slope, self.y, h * self.slope, (t - start) / h)

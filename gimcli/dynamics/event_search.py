@@ -16,16 +16,7 @@ from numpy.typing import NDArray
 from gimcli.dynamics.equations_of_motion import Equations
 from gimcli.dynamics.simulation_types import DEAD_POINT, SIMULATION, SLIDES, STANDSTILL, STICKS, Event
 from gimcli.mechanism import FloatArray
-
-
-def _bisected(after: Callable[[float], bool], low: float, high: float) -> float:
-    """Return the first time at which an event is over, to rounding; it is not over at `low`, and over at `high`."""
-    for _ in range(SIMULATION.bisections):
-        middle = 0.5 * (low + high)
-        if not low < middle < high:
-            break
-        low, high = (low, middle) if after(middle) else (middle, high)
-    return high
+from gimcli.numerics.roots import bisected
 
 
 class StickEvents:
@@ -74,7 +65,7 @@ class StickEvents:
         def after(time: float) -> bool:
             return self.equations.move(time, path(time)) and bool(self._standing()[k]) == stands
 
-        time = _bisected(after, solver.t_old, solver.t)
+        time = bisected(after, solver.t_old, solver.t)[1]
         self.equations.move(time, path(time))
         return float(time)
 
@@ -139,7 +130,7 @@ class EventSearch:
     def _refined(self, solver: Any, path: Any, signal: int) -> Event:
         """Find an event by bisection of the interpolated states, then by a step that ends at the event."""
         sign, free = self.before[signal], self.equations.free
-        time = _bisected(lambda t: not self._signals(t, path(t))[signal] * sign > 0.0, solver.t_old, solver.t)
+        time = bisected(lambda t: not self._signals(t, path(t))[signal] * sign > 0.0, solver.t_old, solver.t)[1]
         y = path(time)
         kind, actuator = (STANDSTILL, free[signal]) if signal < len(free) else (DEAD_POINT, free[0])
         if self.lands and kind == STANDSTILL and time > solver.t_old:

@@ -18,6 +18,7 @@ import numpy as np
 from gimcli.dynamics.reduction import Reduction
 from gimcli.errors import UsageError
 from gimcli.mechanism import FloatArray
+from gimcli.numerics.roots import bisected
 
 TURN = 1e-9
 """Greatest difference of a cycle from whole turns, in turns."""
@@ -69,14 +70,12 @@ def _needed(inertia: FloatArray, work: FloatArray, speed: float, fluctuation: fl
 
 def _without(inertia: FloatArray, work: FloatArray, speed: float) -> float:
     """Return the fluctuation without a flywheel: the required inertia decreases with the fluctuation to 0 there."""
-    from scipy.optimize import brentq
-
     most = 2.0 - TURN
     if _needed(inertia, work, speed, most) > 0.0:
         return math.nan
     if not _needed(inertia, work, speed, TURN) > 0.0:
         return 0.0
-    return float(brentq(lambda delta: _needed(inertia, work, speed, delta), TURN, most))
+    return bisected(lambda delta: not _needed(inertia, work, speed, delta) > 0.0, TURN, most)[1]
 
 
 def _refuse(found: Reduction, speed: float, fluctuation: float) -> None:

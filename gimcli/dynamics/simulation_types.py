@@ -31,7 +31,6 @@ class SimulationConstants:
     still: float = 1e-3  # than this (rad, sizes): where speeds are great, short steps are no creep
     beside: float = 2e-2  # determinant of a dyad below which every step is checked
     landing: float = 1e-2  # greatest correction of an event relative to the step; greater ones mean a change point
-    bisections: int = 60  # of a bracket, for full precision
     slip: float = 1e-6  # slip speed of dry friction times the whole time: the creep of what should stand [rad]
     difference: float = 1e-5  # step of differences, relative to 1 or to the slip speed: errors are about its size
     lost: float = 1e-7  # tolerance of the energies with dry friction, relative to masses at a size (rad) per whole time

@@ -17,6 +17,7 @@ from gimcli.families.family import Family
 from gimcli.families.float_tables import FloatTables
 from gimcli.mechanism import FloatArray, IntArray, Mechanism
 from gimcli.motion.motion import Motion, stream
+from gimcli.numerics.roots import bisected
 from gimcli.positions.inputs import law_inputs
 from gimcli.positions.options import Options
 from gimcli.quantities.state import ApartError
@@ -25,8 +26,8 @@ from gimcli.status import Status
 EXACT = 1e-9
 """Share of a step within which a row has the value."""
 
-HALVINGS = 52
-"""Number of times that an interval of time is halved: as many as a number has binary digits."""
+TOGETHER = 64
+"""Number of designs whose laws are evaluated together, if they differ."""
 
 
 class InputCrossing(NamedTuple):
@@ -56,25 +57,6 @@ def first_crossing(values: FloatArray, value: float) -> InputCrossing:
     one, two = (np.take_along_axis(part, np.maximum(step, 0)[:, None], axis=1)[:, 0] for part in (first, second))
     with np.errstate(all="ignore"):
         return InputCrossing(step, np.clip(np.where(one == two, 0.0, one / (one - two)), 0.0, 1.0))
-
-
-def times_of(
-    values_at: Callable[[FloatArray], FloatArray], low: FloatArray, high: FloatArray, value: float
-) -> FloatArray:
-    """Return the times (designs,) between two rows at which an input has a value, by bisection.
-
-    `values_at` returns the input of each design at a time of its own.
-    """
-    start = values_at(low) - value
-    for _ in range(HALVINGS):
-        middle = 0.5 * (low + high)
-        before = (values_at(middle) - value) * start > 0.0
-        low, high = np.where(before, middle, low), np.where(before, high, middle)
-    return 0.5 * (low + high)
-
-
-TOGETHER = 64
-"""Number of designs whose laws are evaluated together, if they differ."""
 
 
 class DesignMotions:
@@ -173,8 +155,9 @@ class DesignMotions:
             return self, found.row
         row, time = found.row[between], np.broadcast_to(self.time, (count, self.time.shape[1])).copy()
         laws = self._laws(between)
-        ends = time[between, row - 1], time[between, row]
-        time[between, row] = times_of(lambda t: laws(t)[:, actuator], *ends, value)
+        low, high = time[between, row - 1], time[between, row]
+        start = laws(low)[:, actuator] - value
+        time[between, row] = bisected(lambda t: (laws(t)[:, actuator] - value) * start <= 0.0, low, high)[1]
         inputs[between, :, row] = laws(time[between, row])
         inputs[between, actuator, row] = value
         return self._with_rows(inputs, time, between, row), found.row

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from gimcli.mechanism import FloatArray, InputLaw
+from gimcli.numerics.roots import sign_changes
 
 CUBIC = (0.0, 0.0, 3.0, -2.0)
 QUINTIC = (0.0, 0.0, 0.0, 10.0, -15.0, 6.0)
@@ -190,13 +191,6 @@ class SummedLaw:
         """Return the times at which the law may reverse: those of its terms, and roots of its derivative between."""
         found = [law.stops() for _, law in self.terms]
         if len(self.terms) > 1:
-            found.append(self._roots(np.unique(np.concatenate([np.linspace(0.0, 1.0, SAMPLES), *found]))))
+            grid = np.unique(np.concatenate([np.linspace(0.0, 1.0, SAMPLES), *found]))
+            found.append(sign_changes(lambda time: self(time, 1), grid))
         return np.unique(np.concatenate([np.empty(0), *found]))
-
-    def _roots(self, time: FloatArray) -> FloatArray:
-        """Return the times at which the derivative changes its sign between successive times (rows,)."""
-        from scipy.optimize import brentq  # imported late: few models have such laws
-
-        rate = self(time, 1)
-        changes = np.flatnonzero(rate[:-1] * rate[1:] < 0.0)
-        return np.array([brentq(lambda t: float(self(np.array(t), 1)), time[k], time[k + 1]) for k in changes])

@@ -18,6 +18,7 @@ from itertools import pairwise
 import numpy as np
 
 from gimcli.mechanism import FloatArray, IntArray, Mechanism
+from gimcli.numerics.roots import bisected
 from gimcli.positions.inputs import InputLine, input_line, law_inputs, law_times, line_through, pace, scales
 from gimcli.structure.derived import derived
 
@@ -97,18 +98,12 @@ class Leg:
 
     def time_at(self, s: float) -> float:
         """Return the first time of the leg at which it reaches a coordinate."""
-        from scipy.optimize import brentq
-
         ahead = np.linspace(self.first, self.last, 65)
         over = np.flatnonzero(self.places(ahead) >= s)
         if not len(over) or over[0] == 0:
             return self.first if len(over) else self.last
-        low, high = float(ahead[over[0] - 1]), float(ahead[over[0]])
-
-        def short(time: float) -> float:
-            return float(self.places(np.array([time]))[0]) - s
-
-        return high if short(high) == 0.0 else float(brentq(short, low, high, xtol=1e-16, rtol=1e-15))
+        k = over[:1]
+        return float(bisected(lambda time: self.places(time) >= s, ahead[k - 1], ahead[k])[1][0])
 
     def reflected(self, at: float, time: float | None = None) -> Leg:
         """Return the leg mirrored at a parameter at which the input reverses; if `time` is given, from then on."""

@@ -16,6 +16,7 @@ import numpy as np
 from gimcli.errors import UnassembledError
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.numerics.follower import Follower
+from gimcli.numerics.roots import sign_changes
 from gimcli.positions.inputs import nearest_turns, straight_inputs
 from gimcli.structure.linked_equations import LinkedEquations, LinkedPoint, linked_equations
 
@@ -37,8 +38,6 @@ class LinkedConstants:
 LINKED = LinkedConstants()
 SAMPLES = 1025
 """Times between which a law that follows is searched for changes of its sense."""
-HALVINGS = 45
-"""Bisections of the interval found: to rounding."""
 
 
 class LinkedPath(Follower[LinkedPoint, LinkedPoint]):
@@ -171,15 +170,7 @@ class LinkedLaw:
     @cached_property
     def _reversals(self) -> FloatArray:
         """The times at which the derivative changes its sign (rows,), to rounding."""
-        time = np.linspace(0.0, 1.0, SAMPLES)
-        rate = self(time, 1)
-        low = np.flatnonzero(rate[:-1] * rate[1:] < 0.0)
-        below, above, sign = time[low], time[low + 1], np.sign(rate[low])
-        for _ in range(HALVINGS if len(low) else 0):
-            middle = 0.5 * (below + above)
-            before = self(middle, 1) * sign > 0.0
-            below, above = np.where(before, middle, below), np.where(before, above, middle)
-        return np.asarray(0.5 * (below + above))
+        return sign_changes(lambda time: self(time, 1), np.linspace(0.0, 1.0, SAMPLES))
 
 
 def moved_from_drawing(mechanism: Mechanism, inputs: FloatArray) -> LinkedPoint:

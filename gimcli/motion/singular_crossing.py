@@ -9,9 +9,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from gimcli.continuation.gap_interpolation import GapInterpolation, lagrange
+from gimcli.continuation.gap_interpolation import GapInterpolation
 from gimcli.mechanism import FloatArray
 from gimcli.motion.branch_state import BranchState
+from gimcli.numerics.interpolation import lagrange
 from gimcli.positions.block import NEW, RowBlock
 from gimcli.positions.position import Row
 from gimcli.structure.residual import allowed, residual

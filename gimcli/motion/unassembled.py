@@ -13,6 +13,7 @@ from gimcli.motion.assemble import Assembler
 from gimcli.motion.motion import Motion
 from gimcli.motion.side_by_side import machine_inputs
 from gimcli.motion.solve import solve
+from gimcli.numerics.roots import bisected
 from gimcli.positions.dispatch import plain
 from gimcli.positions.options import TOLERANCE, Options
 from gimcli.rounding import input_value, interval, length, number
@@ -22,8 +23,8 @@ from gimcli.structure.plan import make_plan
 from gimcli.structure.residual import errors
 from gimcli.structure.steps import NONE, Circle, Dyad, Line, Place, Plan, Vector
 
-SAMPLES, HALVINGS = 180, 40
-"""Values of an input at which the mechanism is assembled, and steps of the search for an end of an interval."""
+SAMPLES = 180
+"""Values of an input at which the mechanism is assembled."""
 
 FAR = 3.0
 """Greatest length of a linear input that is tried, relative to the size of the mechanism."""
@@ -330,16 +331,9 @@ def _nearest(closes: Callable[[float], bool], values: list[float], given: float)
         n = near
         while n != last and good[n + step]:
             n += step
-        ends.append(values[n] if n == last else _border(closes, values[n], values[n + step]))
+        outside = values[n if n == last else n + step]
+        ends.append(bisected(lambda value: not closes(value), values[n], outside)[0])
     return ends[0], ends[1]
-
-
-def _border(closes: Callable[[float], bool], inside: float, outside: float) -> float:
-    """Return the end of an interval between a value inside and one outside."""
-    for _ in range(HALVINGS):
-        middle = 0.5 * (inside + outside)
-        inside, outside = (middle, outside) if closes(middle) else (inside, middle)
-    return inside
 
 
 def _and(texts: Iterator[str] | list[str]) -> str:

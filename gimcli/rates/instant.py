@@ -9,13 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Input, Mechanism
+from gimcli.numerics.roots import bisected
 from gimcli.rates.derivatives import MotionRates, rates_of_inputs
-
-SAMPLES = 4097
-"""Times at which a law is evaluated in the search for a value."""
-
-HALVINGS = 60
-"""Bisections of the interval found: more than the digits of a double."""
 
 EQUAL = 1e-12
 """A law has a value if the difference is at most this, relative to the largest value of the law."""
@@ -97,7 +92,7 @@ def unit_rate(mechanism: Mechanism, actuator: Input) -> float:
 
 def law_time(actuator: Input, value: float) -> float:
     """Return the first normalised time at which a law has a value, an angle up to full turns; NaN if it never has."""
-    t = np.linspace(0.0, 1.0, SAMPLES)
+    t = np.unique(np.append(actuator.law.stops(), [0.0, 1.0]))
     values = actuator.law(t)
     if actuator.rotary:
         low, high = float(np.min(values)), float(np.max(values))
@@ -111,9 +106,5 @@ def law_time(actuator: Input, value: float) -> float:
     k = int(hit[0])
     if abs(off[k]) <= near:
         return float(t[k])
-    low, high = float(t[k]), float(t[k + 1])
-    for _ in range(HALVINGS):
-        middle = (low + high) / 2.0
-        same = (float(actuator.law(np.array([middle]))[0]) - value > 0.0) == (off[k] > 0.0)
-        low, high = (middle, high) if same else (low, middle)
-    return (low + high) / 2.0
+    _, first = bisected(lambda time: (actuator.law(time) - value) * off[k] <= 0.0, t[k : k + 1], t[k + 1 : k + 2])
+    return float(first[0])

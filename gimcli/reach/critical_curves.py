@@ -8,8 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gimcli.continuation import arclength
-from gimcli.continuation.arclength import CurvePoint, hermite, hermite_slope
+from gimcli.continuation.arclength import CurvePoint
 from gimcli.mechanism import FloatArray
+from gimcli.numerics.interpolation import hermite, hermite_slope
 from gimcli.progress import spend
 from gimcli.reach.critical_positions import Critical
 from gimcli.reach.task import SLACK, WorkspaceTask

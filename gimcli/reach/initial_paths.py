@@ -11,12 +11,12 @@ from gimcli.assemblies import all_configurations
 from gimcli.assemblies.assemblies import ConfigurationFinder
 from gimcli.branching.singular_positions import drawn_circuit
 from gimcli.canonical import first_least
-from gimcli.continuation.arclength import hermite, hermite_slope
 from gimcli.continuation.branches import SAME, all_circuits
 from gimcli.continuation.circuit import Circuit, Ended
 from gimcli.continuation.curve import PositionCurve
 from gimcli.errors import StructureError, UnassembledError
 from gimcli.mechanism import FloatArray
+from gimcli.numerics.interpolation import hermite, hermite_slope
 from gimcli.positions.inputs import nearest_turns
 from gimcli.positions.options import TOLERANCE
 from gimcli.progress import Progress, no_progress

@@ -24,9 +24,6 @@ from gimcli.structure.quadric import Flat, Quadric
 from gimcli.structure.residual import holds
 from gimcli.structure.system import System, system_of
 
-SAMPLES = 4097
-"""Times at which a law is evaluated in the search for its extremes."""
-
 FULL = 2.0 * math.pi * (1.0 - 1e-12)
 """Range [rad] from which on a rotary input has no limits."""
 
@@ -269,20 +266,8 @@ def unreached(task: WorkspaceTask) -> str:
 def law_range(mechanism: Mechanism, actuator: int) -> InputRange:
     """Return the least and greatest value of an actuator's law."""
     law = mechanism.actuators[actuator].law
-    time = np.linspace(0.0, 1.0, SAMPLES)
-    values = law(time)
-    ends = []
-    for sign in (1.0, -1.0):
-        k = int(np.argmin(sign * values))
-        best = sign * float(values[k])
-        if 0 < k < SAMPLES - 1:
-            from scipy.optimize import minimize_scalar
-
-            span = (time[k - 1], time[k + 1])
-            found = minimize_scalar(lambda t, s=sign: s * float(law(np.array([t]))[0]), bounds=span, method="bounded")
-            best = min(best, float(found.fun))
-        ends.append(sign * best)
-    return InputRange(actuator, ends[0], ends[1])
+    values = law(np.append(law.stops(), [0.0, 1.0]))
+    return InputRange(actuator, float(np.min(values)), float(np.max(values)))
 
 
 def _independent(whole: Quadric, task: WorkspaceTask) -> Quadric:
