@@ -16,6 +16,7 @@ import numpy as np
 
 from gimcli.mechanism import FloatArray
 from gimcli.numerics.follower import Follower
+from gimcli.numerics.roots import root
 from gimcli.progress import spend
 
 WEAK = 1e4
@@ -192,25 +193,16 @@ def walk(system: Implicit, start: CurvePoint, constants: ArclengthConstants) -> 
 
 def sign_change(
     system: Implicit, here: CurvePoint, step: float, test: Callable[[CurvePoint], float], constants: ArclengthConstants
-) -> tuple[float, CurvePoint] | None:
-    """Return the distance along the tangent and the point, on a step from `here`, at which a test changes its sign.
+) -> CurvePoint | None:
+    """Return the point on a step along the tangent from `here` at which a test changes its sign.
 
     None if the sign does not change. At a crossing of branches the point is not exact, as corrections fail there.
     """
-    from scipy.optimize import brentq
 
-    known: dict[float, tuple[CurvePoint, float]] = {}
+    def at(s: float) -> CurvePoint:
+        found = correct(system, here.p + s * here.tangent, constants, here.tangent)
+        return here if found is None else place(system, found, here.tangent)
 
-    def at(s: float) -> tuple[CurvePoint, float]:
-        if s not in known:  # cached: a repeated correction may give the other sign
-            found = correct(system, here.p + s * here.tangent, constants, here.tangent)
-            there = here if found is None else place(system, found, here.tangent)
-            known[s] = there, test(there)
-        return known[s]
-
-    known[0.0] = here, test(here)
-    step = next((end for end in (part * step for part in SHORTER) if at(end)[0] is not here), step)
-    if not at(0.0)[1] * at(step)[1] < 0.0:
-        return None
-    s = float(brentq(lambda t: at(t)[1], 0.0, step, xtol=constants.closeness))
-    return s, at(s)[0]
+    ends = ((part * step, at(part * step)) for part in SHORTER)
+    end = next((end for end in ends if end[1] is not here), (step, here))
+    return root(at, test, (0.0, here), end, constants.closeness) if test(here) * test(end[1]) < 0.0 else None

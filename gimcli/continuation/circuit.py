@@ -328,12 +328,12 @@ class CircuitWalker(ArclengthFollower):
         if there.tangent @ start.tangent < 0.5:
             return False
         found = sign_change(curve, here, 1.5 * step, over, STEPS)
-        if found is None or not np.linalg.norm(curve.apart(found[1].p, start.p)) <= CIRCUIT.closure:
+        if found is None or not np.linalg.norm(curve.apart(found.p, start.p)) <= CIRCUIT.closure:
             return False
         del self.places[index:]
         for k in [k for k in self.crossings if k >= index]:
             del self.crossings[k]
-        self.places.append(place(curve, found[1].p, here.tangent))
+        self.places.append(place(curve, found.p, here.tangent))
         return True
 
     def _leaves(self, index: int) -> bool:
@@ -346,7 +346,7 @@ class CircuitWalker(ArclengthFollower):
         found = sign_change(self.curve, here, 1.5 * step, lambda at: float(at.p[-1]) - end, STEPS)
         del self.places[index:]
         if found is not None:
-            self.places.append(found[1])
+            self.places.append(found)
         return True
 
 

@@ -51,7 +51,7 @@ def between(circuit: Circuit, i: int, j: int, rate: Rate) -> CurvePoint | None:
     found = sign_change(circuit.curve, here, step, rate, STEPS)
     if found is None:  # the point may be beyond the plane through the other point
         found = sign_change(circuit.curve, here, 1.5 * step, rate, STEPS)
-    return None if found is None else found[1]
+    return found
 
 
 def folds(circuit: Circuit) -> list[Root]:
@@ -68,5 +68,4 @@ def fold_beside(curve: PositionCurve, here: CurvePoint, reach: float) -> CurvePo
     behind = correct(curve, here.p - reach * here.tangent, STEPS, here.tangent)
     if behind is None:
         return None
-    found = sign_change(curve, place(curve, behind, here.tangent), 2.0 * reach, rate, STEPS)
-    return None if found is None else found[1]
+    return sign_change(curve, place(curve, behind, here.tangent), 2.0 * reach, rate, STEPS)

@@ -222,21 +222,13 @@ class _CircuitSearch:
 
     def _extreme(self, one: BalancePoint, other: BalancePoint) -> BalancePoint | None:
         """Return the point between two points at which the effort is greatest; None if there is none."""
-        from scipy.optimize import brentq
-
         if one.mark > other.mark:
             one, other = other, one
         if one.effort_slope * other.effort_slope >= 0.0 or one.stop.round != other.stop.round:
             return None
-        low, high = self.curve.parts(one, other)
-
-        def point(part: float) -> BalancePoint:
-            return self.curve.at(CurveStop(one.stop.round, one.stop.index, part))
-
-        ends = [point(low).effort_slope, point(high).effort_slope]
-        if other.stop.index > one.stop.index + 1 or ends[0] * ends[1] >= 0.0:
+        if other.mark > math.floor(one.mark) + 1.0:
             return None
-        return point(float(brentq(lambda part: point(part).effort_slope, low, high, xtol=1e-14)))
+        return self.curve.between(one, other, "effort_slope")
 
     def _history(self) -> BalanceHistory:
         curve, p = self.circuit.curve, np.array([at.p for at in self.points]).T

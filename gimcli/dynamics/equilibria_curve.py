@@ -10,8 +10,9 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import pairwise
+from operator import attrgetter
 
 import numpy as np
 
@@ -21,6 +22,7 @@ from gimcli.continuation.circuit import CIRCUIT, Circuit
 from gimcli.dynamics.equilibria_balance import GeneralisedForces, StaticBalance
 from gimcli.dynamics.equilibria_freedoms import Freedoms
 from gimcli.mechanism import FloatArray
+from gimcli.numerics.roots import root
 from gimcli.progress import spend
 
 
@@ -256,6 +258,12 @@ class BalanceCurve:
     def parts(self, a: BalancePoint, b: BalancePoint) -> tuple[float, float]:
         """Return the fractions of two points of the same step, the second of which may be the end of the step."""
         return a.stop.part, b.stop.part if b.stop.index == a.stop.index else 1.0
+
+    def between(self, a: BalancePoint, b: BalancePoint, name: str) -> BalancePoint:
+        """Return the point between two points of the same step at which a field of them changes its sign."""
+        low, high = self.parts(a, b)
+        place = partial(CurveStop, a.stop.round, a.stop.index)
+        return root(lambda part: self.at(place(part)), attrgetter(name), (low, a), (high, b), 1e-15)
 
     def work(self, points: Sequence[BalancePoint]) -> FloatArray:
         """Return the work (points,) of the forces without a potential from the first point on [J].

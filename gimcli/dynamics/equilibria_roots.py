@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from gimcli.continuation.arclength import ArclengthConstants, beside
-from gimcli.dynamics.equilibria_curve import BALANCE, BalanceCurve, BalancePoint, CurveStop, distance
+from gimcli.dynamics.equilibria_curve import BALANCE, BalanceCurve, BalancePoint, distance
 
 CORRECTIONS = ArclengthConstants(corrections=12, rounding=1e-10, noise=1e-10, pull=0.2, bend=math.acos(0.9))
 
@@ -59,20 +59,20 @@ def _isolated(curve: BalanceCurve, a: BalancePoint, b: BalancePoint, depth: int)
     """Yield the roots between two points, and whether the force rises (1), falls (-1) or only touches 0 there (0)."""
     steep = max(abs(a.slope), abs(b.slope)) * distance(a, b) > BALANCE.touching * max(a.size, b.size)
     if steep and _sign(a.slope) != _sign(b.slope):
-        extreme = _between(curve, a, b, "slope")
+        extreme = curve.between(a, b, "slope")
         if abs(extreme.force) <= BALANCE.touching * max(a.size, b.size, extreme.size):
             yield extreme, 0
             return
         for one, other in ((a, extreme), (extreme, b)):
             if _sign(one.force) != _sign(other.force):
-                yield _between(curve, one, other, "force"), -_sign(one.force)
+                yield curve.between(one, other, "force"), -_sign(one.force)
         return
     if steep and depth and (part := _vertex(a, b)) is not None:
         middle = curve.middle(a, b, part)
         yield from _isolated(curve, a, middle, depth - 1)
         yield from _isolated(curve, middle, b, depth - 1)
     elif _sign(a.force) != _sign(b.force):
-        yield _between(curve, a, b, "force"), -_sign(a.force)
+        yield curve.between(a, b, "force"), -_sign(a.force)
 
 
 def _sign(value: float) -> int:
@@ -90,23 +90,6 @@ def _vertex(a: BalancePoint, b: BalancePoint) -> float | None:
     t = -0.5 * linear / square
     inside = 0.0 < t < 1.0 and (low + 0.5 * linear * t) * low < 0.0
     return min(max(t, 0.1), 0.9) if inside else None
-
-
-def _between(curve: BalanceCurve, a: BalancePoint, b: BalancePoint, name: str) -> BalancePoint:
-    """Return the point between two points at which the force or its slope changes sign."""
-    from scipy.optimize import brentq
-
-    low, high = curve.parts(a, b)
-    known = {low: a, high: b}
-
-    def value(part: float) -> float:
-        if part not in known:
-            known[part] = curve.at(CurveStop(a.stop.round, a.stop.index, part))
-        return float(getattr(known[part], name))
-
-    part = float(brentq(value, low, high, xtol=1e-15, rtol=1e-15))
-    value(part)
-    return known[part]
 
 
 def _examined(curve: BalanceCurve, raw: BalancePoint, scale: float, sense: int) -> CurveRoot:

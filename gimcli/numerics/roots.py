@@ -1,8 +1,13 @@
-"""Places at which a condition begins to hold, or a value changes its sign, between two others."""
+"""Places at which a condition begins to hold, or a value changes its sign, between two others.
+
+Source: Dowell & Jarratt, A modified regula falsi method, BIT 11 (1971) 168-174 (the Illinois method).
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any, TypeVar, cast
 
 import numpy as np
@@ -10,6 +15,7 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 Place = TypeVar("Place", float, FloatArray)
+Point = TypeVar("Point")
 
 HALVINGS = 60
 """Most bisections: more than the binary digits of a number."""
@@ -34,3 +40,53 @@ def sign_changes(value: Callable[[FloatArray], FloatArray], grid: FloatArray) ->
     at = value(grid)
     k = np.flatnonzero(at[:-1] * at[1:] < 0.0)
     return bisected(lambda place: value(place) * at[k] <= 0.0, grid[k], grid[k + 1])[1] if len(k) else grid[k]
+
+
+@dataclass
+class Bracket:
+    """Two places, the lower one first, between which a value changes its sign: they are moved towards it by trials."""
+
+    ends: list[float]
+    values: list[float]  # at the ends; that of an end that stays is halved by the Illinois method
+    last: int = -1  # the end that was replaced last
+
+    @property
+    def middle(self) -> float:
+        """The middle of the interval."""
+        return 0.5 * (self.ends[0] + self.ends[1])
+
+    def guess(self) -> float:
+        """Return the place at which the value, taken as linear between the ends, is 0."""
+        (a, b), (one, other) = self.ends, self.values
+        zero = a + (b - a) * one / (one - other) if one != other else self.middle
+        return min(max(zero, a), b)  # outside only by rounding errors
+
+    def take(self, place: float, value: float) -> None:
+        """Use the value at a new place as that of an end."""
+        side = 0 if (value > 0.0) == (self.values[0] > 0.0) else 1
+        self.ends[side], self.values[side] = place, value
+        if side == self.last:
+            self.values[1 - side] *= 0.5
+        self.last = side
+
+
+def root(
+    at: Callable[[float], Point], value: Callable[[Point], float], low: tuple[float, Point],
+    high: tuple[float, Point], close: float,
+) -> Point:  # fmt: skip
+    """Return the point between two points, given with their places, at which a value changes its sign.
+
+    at: the point at a place. It ends when one more trial would move the place by at most `close`.
+    """
+    bracket, width = Bracket([low[0], high[0]], [value(low[1]), value(high[1])]), math.inf
+    for trial in range(2 * HALVINGS):
+        place = bracket.guess()
+        if trial % 3 == 2:  # bisected where three trials did not halve the interval
+            before, width = width, bracket.ends[1] - bracket.ends[0]
+            place = place if width <= 0.5 * before else bracket.middle
+        place = place if trial < HALVINGS // 2 else bracket.middle
+        point = at(place)
+        bracket.take(place, value(point))
+        if abs(bracket.guess() - place) <= close:
+            break
+    return point

@@ -18,6 +18,7 @@ import numpy as np
 from gimcli.calculus.dual import Dual
 from gimcli.canonical import phase
 from gimcli.mechanism import FloatArray
+from gimcli.numerics.roots import Bracket
 from gimcli.quantities.state import ApartError, State
 from gimcli.rates.derivatives import MotionRates
 
@@ -92,43 +93,30 @@ class Extreme:
 
 
 @dataclass
-class Bracket:
+class ExtremeBracket(Bracket):
     """Two times between which the derivative of a quantity changes its sign, and the best time so far."""
 
-    quantity: int
-    sense: float  # 1.0: maximum, -1.0: minimum
-    ends: list[float]
-    slopes: list[float]  # derivatives at the ends, halved by the Illinois method
+    quantity: int = 0
+    sense: float = 1.0  # 1.0: maximum, -1.0: minimum
     value: float = math.nan
     time: float = math.nan
     change: float = math.inf  # estimated change of the value by one more iteration
     shift: float = math.inf  # change of the time by one more iteration
-    last: int = -1  # the end that was replaced last
-
-    def guess(self) -> float:
-        """Return the time at which the derivative, taken as linear between the ends, is 0."""
-        (a, b), (da, db) = self.ends, self.slopes
-        zero = a + (b - a) * da / (da - db) if da != db else 0.5 * (a + b)
-        return min(max(zero, a), b)  # outside only by rounding errors, where a row itself is an extreme
 
     def done(self, exact_time: bool, span: float) -> bool:
         """Return whether the time, or only the value, is exact."""
         return self.shift <= SEARCH.exact or (not exact_time and self.change <= SEARCH.close * span)
 
-    def take(self, time: float, value: float, slope: float, duration: float) -> None:
+    def add(self, time: float, value: float, slope: float, duration: float) -> None:
         """Use the value and the derivative at a new time."""
         if not math.isfinite(value + slope):
             self.change = self.shift = 0.0
             return
         self.value, self.time = value, time
-        side = 0 if (slope > 0.0) == (self.slopes[0] > 0.0) else 1
         if slope == 0.0:
             self.change = self.shift = 0.0
             return
-        self.ends[side], self.slopes[side] = time, slope
-        if side == self.last:
-            self.slopes[1 - side] *= 0.5
-        self.last = side
+        self.take(time, slope)
         self.shift = abs(self.guess() - time)
         self.change = abs(slope) * self.shift * duration
 
@@ -159,16 +147,16 @@ def extremes(rows: RateRows, quantities: Sequence[Sought], solve: Solve, periodi
     return [_found(rows, f, best[k], len(brackets[k])) for k, (f, _) in enumerate(at_rows)]
 
 
-def _promising(rows: RateRows, f: FloatArray, own: list[Bracket], least: bool) -> list[Bracket]:
+def _promising(rows: RateRows, f: FloatArray, own: list[ExtremeBracket], least: bool) -> list[ExtremeBracket]:
     """Return the brackets that may contain the greatest or the least value: a slope limits what lies between rows.
 
     In motions that repeat, only the first ones of many are kept.
     """
-    kept: list[tuple[float, Bracket]] = []
+    kept: list[tuple[float, ExtremeBracket]] = []
     most = {sense: float(np.nanmax(sense * f)) for sense in (1.0, -1.0)} if own else {}
     for bracket in own if least else [b for b in own if b.sense > 0.0]:
         k, m = np.searchsorted(rows.time, bracket.ends)
-        rise = (bracket.ends[1] - bracket.ends[0]) * rows.mechanism.duration * max(map(abs, bracket.slopes))
+        rise = (bracket.ends[1] - bracket.ends[0]) * rows.mechanism.duration * max(map(abs, bracket.values))
         highest = max(bracket.sense * f[[k, m]]) + rise
         if highest >= most[bracket.sense]:
             kept.append((highest, bracket))
@@ -188,7 +176,7 @@ def _span(f: FloatArray) -> float:
     return float(np.ptp(finite)) if len(finite) else 0.0
 
 
-def _found(rows: RateRows, f: FloatArray, own: list[Bracket], reversals: int) -> Extremes | None:
+def _found(rows: RateRows, f: FloatArray, own: list[ExtremeBracket], reversals: int) -> Extremes | None:
     good = np.flatnonzero(np.isfinite(f))
     if not len(good):
         return None
@@ -204,7 +192,7 @@ def _found(rows: RateRows, f: FloatArray, own: list[Bracket], reversals: int) ->
     return Extremes(best(-1.0), best(1.0), reversals)
 
 
-def _brackets(number: int, rows: RateRows, f: FloatArray, df: FloatArray, periodic: bool) -> list[Bracket]:
+def _brackets(number: int, rows: RateRows, f: FloatArray, df: FloatArray, periodic: bool) -> list[ExtremeBracket]:
     """Return the brackets of the extremes of a quantity between its rows."""
     good = np.flatnonzero(np.isfinite(f) & np.isfinite(df))
     if len(good) < 2 or _span(f) <= SEARCH.constant * np.max(np.abs(f[good])):
@@ -213,7 +201,7 @@ def _brackets(number: int, rows: RateRows, f: FloatArray, df: FloatArray, period
     sign = np.where(np.abs(slope) <= SEARCH.zero * np.max(np.abs(slope)), 0.0, np.sign(slope))
     _fill_zeros(sign, periodic)
     return [
-        Bracket(number, float(sign[k]), rows.time[good[[k, k + 1]]].tolist(), slope[[k, k + 1]].tolist())
+        ExtremeBracket(rows.time[good[[k, k + 1]]].tolist(), slope[[k, k + 1]].tolist(), -1, number, float(sign[k]))
         for k in np.flatnonzero(sign[:-1] * sign[1:] < 0.0).tolist()
     ]
 
@@ -229,7 +217,7 @@ def _fill_zeros(sign: FloatArray, periodic: bool) -> None:
 
 
 def _refine(
-    rows: RateRows, quantities: Sequence[Sought], brackets: list[Bracket], solve: Solve, spans: list[float]
+    rows: RateRows, quantities: Sequence[Sought], brackets: list[ExtremeBracket], solve: Solve, spans: list[float]
 ) -> None:
     """Refine all brackets together, by few solutions of many times; `spans`: ranges of the quantities."""
     duration = rows.mechanism.duration
@@ -245,4 +233,4 @@ def _refine(
             f, df = quantities[number].of(found)
             for k, bracket in enumerate(todo):
                 if bracket.quantity == number:
-                    bracket.take(float(guesses[k]), float(f[index[k]]), float(df[index[k]]), duration)
+                    bracket.add(float(guesses[k]), float(f[index[k]]), float(df[index[k]]), duration)

@@ -27,6 +27,21 @@ def test_zeros_of_a_bessel_function() -> None:
     assert not len(roots.sign_changes(np.exp, np.linspace(0.0, 1.0, 5)))
 
 
+def test_the_root_of_wallis_is_found_by_few_points() -> None:
+    """x^3 - 2x - 5 = 0 at 2.09455148154232659...; a steep and a flat curve need more points, but lose nothing."""
+    tried: list[float] = []
+
+    def found(value, low: float, high: float) -> float:
+        tried.clear()
+        return roots.root(lambda x: tried.append(x) or x, value, (low, low), (high, high), 1e-15)
+
+    assert found(lambda x: x**3 - 2.0 * x - 5.0, 2.0, 3.0) == pytest.approx(2.0945514815423266, rel=1e-15)
+    assert len(tried) <= 8
+    assert found(lambda x: np.expm1(20.0 * x), -1.0, 1.0) == pytest.approx(0.0, abs=1e-15)
+    assert found(lambda x: (x - 0.25) ** 3, -1.0, 2.0) == pytest.approx(0.25, abs=1e-12)
+    assert found(lambda x: np.sign(x - np.pi), 3.0, 4.0) == pytest.approx(np.pi, rel=1e-15)
+
+
 @pytest.mark.parametrize("t", [0.0, 0.3, 1.0, 1.7])
 def test_a_cubic_is_its_own_interpolation(t: float) -> None:
     cubic, begin, length = np.polynomial.Polynomial([0.3, -1.1, 0.7, 2.0]), -0.4, 1.5

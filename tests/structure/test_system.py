@@ -73,7 +73,7 @@ def test_a_circle_is_followed_through_its_folds() -> None:
     step = float(np.linalg.norm(p[fold + 1] - p[fold]))
     found = sign_change(circle, places[fold], step, lambda q: float(q.tangent[0]), policy)
     assert found is not None
-    assert np.abs(found[1].p - [1.0, 0.0]).max() < 1e-13
+    assert np.abs(found.p - [1.0, 0.0]).max() < 1e-13
 
 
 def test_the_orientation_changes_at_a_crossing() -> None:
