@@ -14,6 +14,8 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from gimcli.calculus.dual import Dual
+
 TIME = -1
 """The curve is a function of the time [s], not of an input."""
 NO_MEMBER = NO_NODE = -1
@@ -67,7 +69,10 @@ class AppliedLoad:
         """Return the factor at times [s] (rows,) and values inputs[actuator] (rows,)."""
         if self.curve is None:
             return 1.0
-        return self.curve(time if self.over == TIME else inputs[self.over])
+        at = time if self.over == TIME else inputs[self.over]
+        if isinstance(at, Dual):
+            return Dual(self.curve(at.value), self.curve.slope(at.value) * at.slopes)
+        return self.curve(at)
 
 
 @dataclass(frozen=True)

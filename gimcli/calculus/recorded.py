@@ -78,7 +78,7 @@ class Recording:
 
     def slope(self, number: Any, variable: int) -> Any:
         """Return the derivative of a number by a variable as a recorded number, 0.0 if it does not depend on it."""
-        if not isinstance(number, Recorded) or self.variables[variable].place not in self._needed([number.place]):
+        if not isinstance(number, Recorded) or variable not in self.variables_of([number.place]):
             return 0.0
         key = ("slope", number.place, variable)
         if key not in self._known:
@@ -122,6 +122,11 @@ class Recording:
         """
         count = len(self.variables)
         return self.evaluate([Dual(own, np.eye(count)[k][:, None]) for k, own in enumerate(values)], wanted)
+
+    def variables_of(self, wanted: Sequence[int]) -> set[int]:
+        """Return the numbers of the variables on which the numbers at some places depend."""
+        steps = [self.steps[place] for place in self._needed(wanted)]
+        return {operands[0] for name, operands in steps if name == "variable"}
 
     def _needed(self, wanted: Sequence[int]) -> list[int]:
         """Return the places on which the wanted ones depend, in order."""

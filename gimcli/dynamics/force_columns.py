@@ -180,7 +180,8 @@ def _turned(forces: Forces, reaction: ForceColumn, member: int) -> ComplexArray:
     first, second = forces.mechanism.members[member].nodes[:2]
     along = forces.course.nodes[0, second] - forces.course.nodes[0, first]
     with np.errstate(invalid="ignore"):
-        return np.asarray(reaction.find(forces) * along.conj() / np.abs(along))
+        found: ComplexArray = reaction.find(forces) * along.conjugate() / abs(along)
+    return found
 
 
 def _of_gear(gear: GearPair, unknown: int) -> Iterator[ForceColumn]:
@@ -205,4 +206,4 @@ def _of_gear(gear: GearPair, unknown: int) -> Iterator[ForceColumn]:
 
 
 def _only(forces: Forces, values: FloatArray) -> FloatArray:
-    return np.asarray(np.where(forces.good, values, np.nan))
+    return np.where(forces.good, values, np.nan)

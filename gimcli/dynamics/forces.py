@@ -13,9 +13,10 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from gimcli.dynamics.equilibrium_equations import SINGULAR, Balance, equilibrium, right_side
+from gimcli.calculus.dual import Dual
+from gimcli.calculus.numbers import nominal
+from gimcli.dynamics.equilibrium_equations import SINGULAR, Balance, coefficients, equilibrium, right_side
 from gimcli.dynamics.kinematic_history import Course, Courses, Turns, reading
 from gimcli.dynamics.loading import Loading
 from gimcli.dynamics.physical import require_action
@@ -100,7 +101,8 @@ class Forces:
 
     def direction(self, number: int) -> ComplexArray:
         """Return the direction of the force of an unknown (rows,)."""
-        return np.asarray(direction(self.statics.reactions[number], self.course.nodes[0]))
+        found: ComplexArray = direction(self.statics.reactions[number], self.course.nodes[0])
+        return found
 
     def pin(self, pin: Pin, member: int) -> ComplexArray:
         """Return the force [N] of the pin on a member, x + iy (rows,)."""
@@ -122,13 +124,13 @@ class Forces:
         turns = []
         for k in others:
             arm = nodes[slides[k].node] - nodes[slides[first].node]
-            turns.append(self._unknown(normals[k], (arm.conj() * self.direction(normals[k])).imag))
+            turns.append(self._unknown(normals[k], (arm.conjugate() * self.direction(normals[k])).imag))
         return self._sum(turns).real.determined * self._metre
 
     @property
     def shaking_force(self) -> ComplexArray:
         """The force [N] on the frame (rows,), from the momentum of all bodies; it is always determined."""
-        return np.asarray(np.where(self.good, self.loads.support, complex(np.nan, np.nan)))
+        return np.where(self.good, self.loads.support, complex(np.nan, np.nan))
 
     @property
     def shaking_moment(self) -> FloatArray:
@@ -138,18 +140,18 @@ class Forces:
     @cached_property
     def drive_power(self) -> FloatArray:
         """The power [W] of the actuators that follow no others (rows,); the others only transmit power."""
-        return np.asarray(sum((self.power(k) for k in self.mechanism.drivers), np.zeros(len(self.course.time))))
+        return sum((self.power(k) for k in self.mechanism.drivers), np.zeros(len(self.course.time)))
 
     def power(self, actuator: int) -> FloatArray:
         """Return the power [W] of an actuator (rows,)."""
         rate = reading(self.mechanism, self.mechanism.actuators[actuator], self.course)[1]
-        return np.asarray(self.effort(actuator) * rate * self._unit(actuator))
+        return self.effort(actuator) * rate * self._unit(actuator)
 
     @property
     def power_error(self) -> FloatArray:
         """Power of all forces minus the rate of the kinetic energy [W] (rows,): 0 except for rounding."""
-        applied = np.sum(list(self.loads.power.values()), axis=0)
-        return np.asarray(self.drive_power + applied - self.loads.kinetic_rate)
+        found: FloatArray = self.drive_power + sum(self.loads.power.values()) - self.loads.kinetic_rate
+        return found
 
     @property
     def _metre(self) -> float:
@@ -196,6 +198,8 @@ def inverse_dynamics(
     """
     loads = Loading(statics, course, turns)
     right, z = right_side(statics, loads), course.nodes[0]
+    if isinstance(right, Dual):
+        return Forces(statics, course, loads, *_dual(statics, z, right, run))
     with np.errstate(all="ignore"):  # singular rows become NaN
         if statics.surplus:
             found, free, weakest = _least(statics, z, right)
@@ -208,6 +212,23 @@ def inverse_dynamics(
 
         add_across(statics, z, found, free)
     return Forces(statics, course, loads, found, free * (not every), weakest)
+
+
+def _dual(statics: Statics, z: Any, right: Dual, run: Run) -> tuple[Any, FloatArray, FloatArray]:
+    """Return the unknowns in dual numbers, no self-stresses, and the least ratio of pivots.
+
+    A x = r gives A x' = r' - A' x for each tangent.
+    """
+    balance, place = Balance(statics), nominal(z)
+    with np.errstate(all="ignore"):  # singular rows become NaN
+        found, weakest = balance.solve(place, right.value, run)
+        found, rest = np.where(np.isfinite(found), found, np.nan), [right[k] for k in range(len(right))]
+        for value, reaction in zip(found, statics.reactions, strict=True):
+            for row, coefficient in coefficients(statics, reaction, z):
+                rest[row] = rest[row] - coefficient * value
+        changes: Any = np.stack(rest)
+        slopes = [balance.solve(place, own, run)[0] for own in changes.slopes]
+    return Dual(found, np.stack(slopes)), np.zeros((0, *found.shape)), weakest
 
 
 def motion_forces(motion: Motion, run: Run = plain) -> Forces:
@@ -260,8 +281,8 @@ def _least(statics: Statics, z: ComplexArray, right: FloatArray) -> tuple[FloatA
 class Amount:
     """A linear combination of unknowns: a real value, or a force x + iy."""
 
-    value: NDArray[np.inexact]  # (rows,) in one solution
-    free: NDArray[np.inexact]  # (surplus, rows) in each self-stress; solutions differ by combinations of them
+    value: Any  # (rows,) in one solution
+    free: Any  # (surplus, rows) in each self-stress; solutions differ by combinations of them
 
     def __add__(self, other: Amount) -> Amount:
         return Amount(self.value + other.value, self.free + other.free)
@@ -283,7 +304,8 @@ class Amount:
     def determined(self) -> FloatArray:
         """The real value if it is the same in all solutions, else NaN (rows,)."""
         if not len(self.free):
-            return np.asarray(self.value)
+            found: FloatArray = self.value
+            return found
         return np.where(np.linalg.norm(self.free, axis=0) < UNIQUE, self.value, np.nan)
 
     @property
@@ -301,6 +323,8 @@ class Amount:
 
 def joined(x: FloatArray, y: FloatArray) -> ComplexArray:
     """Return x + iy; NaN in x does not make y NaN."""
+    if isinstance(x, Dual):
+        return x + 1j * y
     force = np.empty(len(x), dtype=complex)
     force.real, force.imag = x, y
     return force

@@ -10,6 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from gimcli.calculus.numbers import nominal
 from gimcli.dynamic_data import NO_NODE, TIME, AppliedLoad, Inertia, SpringForce
 from gimcli.dynamics.friction_pairs import friction_pairs
 from gimcli.dynamics.kinematic_history import travel_along
@@ -27,7 +28,7 @@ FRICTION_GAUGE = "friction in "
 
 def is_vector(mechanism: Mechanism, spring: SpringForce) -> bool:
     """Return whether the force of a spring is the vector k (a - b): a free length of 0 between two nodes."""
-    return mechanism.gauges[spring.gauge].kind == SPAN and not np.any(spring.free)
+    return mechanism.gauges[spring.gauge].kind == SPAN and not np.any(nominal(spring.free))
 
 
 def with_force_gauges(mechanism: Mechanism) -> Mechanism:

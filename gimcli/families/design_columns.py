@@ -13,7 +13,6 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gimcli.canonical import TURN, phase
 from gimcli.families.column_names import SOLVED, TYPE, ColumnNames
@@ -203,8 +202,6 @@ class DesignColumns(State):
         made, rates = self.motions.family.forces, self.motions.family.rates(2)
         if made is None:
             raise ApartError
-        from gimcli.dynamics.kinematic_history import Course  # imported late: few sweeps have forces
-
         found: list[Forces] = []
         count, rows = self.solved.codes.shape
         times = np.broadcast_to(self.motions.time * self.motions.durations[:, None], (count, rows))
@@ -212,9 +209,9 @@ class DesignColumns(State):
         given = np.broadcast_to(given, (count, *given.shape[1:]))
         size = max(1, PIECE // rows)
         for own in (slice(k, k + size) for k in range(0, count, size)):
-            nodes, angles = rates(self.designs[own], self.solved.z[own], given[own], **self._options)
-            course = Course(times[own].ravel(), _in_line(given[own, 0]), _in_line(nodes), _in_line(angles))
-            found.append(made(self.designs[own], course, **self._options))
+            found.append(
+                made.along(rates, self.designs[own], self.solved.z[own], given[own], times[own], **self._options)
+            )
         return found
 
     def counted(self, member: int) -> Any:
@@ -254,11 +251,6 @@ class DesignColumns(State):
                 assert item is not None
                 found[k] = MotionState(motion, lambda _, member, k=k: self.counted(member)[k]).value(*item)
         return found
-
-
-def _in_line(values: NDArray[Number]) -> NDArray[Number]:
-    """Return values (designs, ..., rows) with the rows of all designs one after another (..., designs x rows)."""
-    return np.moveaxis(values, 0, -2).reshape(*values.shape[1:-1], -1)
 
 
 class ColumnsAtRow:

@@ -13,15 +13,19 @@ from dataclasses import is_dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from gimcli.calculus.numbers import RuleNumber
+from gimcli.calculus.dual import Dual
+from gimcli.calculus.numbers import RuleNumber, nominal
 from gimcli.calculus.recorded import Recorded
 from gimcli.dynamics.force_motion import EACH
 from gimcli.dynamics.forces import Forces, inverse_dynamics
 from gimcli.dynamics.kinematic_history import Course, Turns
 from gimcli.dynamics.statics import statics
-from gimcli.mechanism import FloatArray, Mechanism
+from gimcli.families.design_rates import DesignRates
+from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.positions.dispatch import choose
+from gimcli.positions.newton import Run
 from gimcli.quantities.state import ApartError
 
 
@@ -40,12 +44,17 @@ class DesignForces:
         self.statics = statics(recorded)
         if self.statics.surplus:
             raise ApartError
+        self.turns = DualTurns()
         self.terms = sum(map(len, self.statics.columns))
         _ = self.statics.blocks, self.statics.scales, self.statics.pole, [member.ends for member in recorded.members]
         wanted = defaultdict[int, float](float)
         self.plain: set[int] = set()  # parts without recorded numbers
         _with_numbers(self.statics, wanted, self.plain)
         self.wanted = list(wanted)
+        own = defaultdict[int, float](float)
+        _with_numbers(recorded.dynamics, own, set())
+        used = self.recording.variables_of(list(own))
+        self.used = {name for k, name in enumerate(names) if k in used}  # dimensions of masses, loads and springs
 
     def __call__(self, designs: FloatArray, course: Course, jit: str = "auto", notify: Any = None) -> Forces:
         """Return the forces of designs (designs, dimensions) along a course with the rows of all designs."""
@@ -60,6 +69,36 @@ class DesignForces:
         course.nodes[..., refused] = np.nan
         run = choose(jit, EACH * len(row) * self.terms, notify, ("balance_rows",))
         return inverse_dynamics(own, course, run, _DesignTurns(count))
+
+    def along(
+        self, rates: DesignRates, designs: FloatArray, z: ComplexArray, given: FloatArray, time: FloatArray,
+        jit: str = "auto", notify: Any = None,
+    ) -> Forces:  # fmt: skip
+        """Return the forces of designs in positions z (designs, nodes, rows) at times [s] (designs, rows).
+
+        given (designs, 3, actuators, rows): inputs and their derivatives; `rates` are those of order 2.
+        """
+        nodes, angles = rates(designs, z, given, jit, notify)
+        course = Course(time.ravel(), _in_line(given[:, 0]), _in_line(nodes), _in_line(angles))
+        return self(designs, course, jit, notify)
+
+    def dual(self, design: FloatArray, course: Course, run: Run) -> Forces:
+        """Return the forces of one design (dimensions,) along a course in dual numbers.
+
+        The tangents are the dimensions, and the inputs after them.
+        """
+        found, more = self.recording.tangents(design[:, None], self.wanted), len(course.inputs)
+        numbers = {place: Dual(x.value, np.pad(x.slopes, ((0, more), (0, 0)))) for place, x in found.items()}
+        return inverse_dynamics(_with_numbers(self.statics, numbers, self.plain), course, run, self.turns)
+
+
+class DualTurns(Turns):
+    """Continues the angles of springs in dual numbers."""
+
+    def followed(self, key: int, angle: Any, drawn: Any) -> Any:
+        """Return an angle [rad] without jumps (rows,)."""
+        found = super().followed(key, nominal(angle), float(np.ravel(nominal(drawn))[0]))
+        return Dual(found, angle.slopes)
 
 
 class _DesignTurns(Turns):
@@ -113,3 +152,8 @@ def _with_numbers(part: Any, found: Mapping[int, Any], plain: set[int]) -> Any:
             return own
     plain.add(id(part))
     return part
+
+
+def _in_line(values: NDArray[Any]) -> NDArray[Any]:
+    """Return values (designs, ..., rows) with the rows of all designs one after another (..., designs x rows)."""
+    return np.moveaxis(values, 0, -2).reshape(*values.shape[1:-1], -1)

@@ -7,11 +7,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cache
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from gimcli.calculus.dual import Dual
+from gimcli.errors import UsageError
 from gimcli.families.family import Family
 from gimcli.families.float_tables import FloatTables, with_inputs
 from gimcli.families.position_state import PositionState, dual_state
@@ -20,7 +21,11 @@ from gimcli.mechanism import ANGLE, SPAN, BoolArray, ComplexArray, FloatArray, M
 from gimcli.positions.newton import Run
 from gimcli.positions.program import plan_program
 from gimcli.quantities.quantity import Item
+from gimcli.quantities.state import Needs
 from gimcli.structure.plan import make_plan
+
+if TYPE_CHECKING:
+    from gimcli.dynamics.forces import Forces
 
 FIXED = 1e-6
 """Derivative of a constraint's error, relative to the largest one of a node, above which the constraint is violated."""
@@ -87,21 +92,32 @@ class DesignSensitivity:
         self.family = Family(mechanism, own)
         nominal = self.family.nominal[None]
         self.numbers, self.tangents = self.family.tables(nominal), self.family.tangents(nominal)
+        forced = [item.head.name for item in self.quantities if _has_forces(mechanism, item)]
+        self.forces = self.family.forces if forced else None
+        if self.forces is None and forced:
+            raise UsageError(
+                f"of '{forced[0]}': forces have exact derivatives without dry friction, gears, inputs that follow"
+                " others and redundant constraints; `gim sweep --keep` has the values"
+            )
         order = [*own, *actuators]
         self._chosen = [order.index(name) for name in dimensions]
         units = [mechanism.value_from_file(k, 1.0) - mechanism.value_from_file(k, 0.0) for k in range(len(actuators))]
         self._units = np.array([*[1.0] * len(own), *units])
         self._padded = FloatTables(*(with_inputs(table, len(actuators)) for table in self.tangents))
 
-    def __call__(self, z: ComplexArray, inputs: FloatArray, rates: FloatArray | None = None) -> QuantitySlopes:
+    def __call__(
+        self, z: ComplexArray, inputs: FloatArray, rates: FloatArray | None = None, time: FloatArray | None = None
+    ) -> QuantitySlopes:
         """Return the quantities in solved rows z (nodes, rows) with inputs (actuators, rows).
 
-        `rates` (3, actuators, rows) are the derivatives of the inputs by the time, which the dimensions do not change.
+        `rates` (3, actuators, rows) are the derivatives of the inputs by the time [s] (rows,), which the dimensions do
+        not change.
         """
         given = inputs[None] if rates is None else np.concatenate([inputs[None], rates])
         width = max(1, BLOCK // max(1, len(self._units) * len(z)))
         starts = range(0, z.shape[1], width)
-        parts = [self._block(z[:, k : k + width], given[..., k : k + width]) for k in starts]
+        clock = np.zeros(z.shape[1]) if time is None else time
+        parts = [self._block(z[:, k : k + width], given[..., k : k + width], clock[k : k + width]) for k in starts]
         values, slopes, good = (np.concatenate(some, axis=-1) for some in zip(*parts, strict=True))
         return QuantitySlopes(values, slopes, good)
 
@@ -123,7 +139,7 @@ class DesignSensitivity:
         by, good = self.family.slopes(self.family.nominal[None], z[None], inputs[None], self.run)
         return by, good[0]
 
-    def _block(self, z: ComplexArray, given: FloatArray) -> QuantitySlopes:
+    def _block(self, z: ComplexArray, given: FloatArray, time: FloatArray) -> QuantitySlopes:
         inputs = given[0]
         by, good = self._derivatives(z, inputs)
         moved = np.zeros((by.shape[1], *given.shape))
@@ -134,7 +150,20 @@ class DesignSensitivity:
             made = self.family.rates(order)
             return made.dual(self.family.nominal, Dual(z, by[0]), Dual(given, moved)[: order + 1])
 
-        state = dual_state(self.mechanism, z[None], self.numbers, by, self._padded, rates)
+        @cache
+        def forces() -> Forces:
+            from gimcli.dynamics.kinematic_history import Course  # imported late: few ask for forces
+
+            points, angles = rates(2)
+            nodes = np.stack([np.stack([points[order, node][0] for node in range(len(z))]) for order in range(3)])
+            members = range(len(self.mechanism.members) - 1)
+            turning = np.stack([np.stack([angles[order, member][0] for member in members]) for order in range(2)])
+            at: Any = Dual(inputs, moved[:, 0])
+            course = Course(time, at, nodes, turning)
+            assert self.forces is not None
+            return self.forces.dual(self.family.nominal, course, self.run)
+
+        state = dual_state(self.mechanism, z[None], self.numbers, by, self._padded, rates, forces)
         values, own = state.values(self.quantities)[:, 0], state.slopes(self.quantities)[:, 0]
         with np.errstate(all="ignore"):
             if self.mechanism.couplings:
@@ -143,6 +172,13 @@ class DesignSensitivity:
         solved = np.isfinite(z).all(axis=0)
         values[:, ~solved], slopes[..., ~good] = np.nan, np.nan
         return QuantitySlopes(values, slopes, good & np.isfinite(slopes).all(axis=(0, 1)))
+
+
+def _has_forces(mechanism: Mechanism, item: Item) -> bool:
+    """Return whether a quantity depends on forces."""
+    needs = Needs(mechanism)
+    item.quantity.values(needs)
+    return needs.forced
 
 
 def moves_nodes(tangents: FloatTables) -> BoolArray:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,16 +19,23 @@ from gimcli.quantities.kinds import KINDS
 from gimcli.quantities.quantity import Item
 from gimcli.quantities.state import ApartError, Needs, Positions
 
+if TYPE_CHECKING:
+    from gimcli.dynamics.forces import Forces
+
 
 class PositionState(Positions):
     """Positions z (designs, nodes, rows) of designs with the numbers of their plans (designs, ...), or duals."""
 
     def __init__(
-        self, mechanism: Mechanism, z: Any, tables: FloatTables, rates: Callable[[int], Any] | None = None
-    ) -> None:
-        """Take the positions; `rates` returns points[order, node] and angles[order - 1, member - 1] up to an order."""
+        self, mechanism: Mechanism, z: Any, tables: FloatTables, rates: Callable[[int], Any] | None = None,
+        forces: Callable[[], Forces] | None = None,
+    ) -> None:  # fmt: skip
+        """Take the positions; `rates` returns points[order, node] and angles[order - 1, member - 1] up to an order.
+
+        `forces` returns the forces in the rows of all designs, one after another.
+        """
         super().__init__(mechanism, z)
-        self.tables, self._rates = tables, rates
+        self.tables, self._rates, self._forces = tables, rates, forces
 
     def rates(self, order: int) -> Any:
         """Return points[order, node] and angles[order - 1, member - 1] (designs, rows); raise ApartError if unknown."""
@@ -43,6 +50,12 @@ class PositionState(Positions):
     def turning(self, member: int, order: int) -> Any:
         """Return omega, alpha or angular jerk of a member."""
         return self.rates(order)[1][order - 1, member - 1]
+
+    def of_forces(self, find: Callable[[Forces], Any]) -> Any:
+        """Return a formula of the forces (designs, rows)."""
+        if self._forces is None:
+            raise ApartError
+        return np.reshape(find(self._forces()), (len(self.z), -1))
 
     def local(self, table: str, row: int) -> Any:
         """Return a complex number of each design (designs, 1)."""
@@ -68,7 +81,7 @@ def design_number(tables: FloatTables, table: str, row: int) -> Any:
 
 def dual_state(
     mechanism: Mechanism, z: ComplexArray, tables: FloatTables, by: ComplexArray, tangents: FloatTables,
-    rates: Callable[[int], Any] | None = None,
+    rates: Callable[[int], Any] | None = None, forces: Callable[[], Forces] | None = None,
 ) -> PositionState:  # fmt: skip
     """Return positions in dual numbers from their derivatives.
 
@@ -76,7 +89,7 @@ def dual_state(
     tables; the derivatives of tables by inputs are 0.
     """
     duals: Any = (Dual(table, np.moveaxis(own, 1, 0)) for table, own in zip(tables, tangents, strict=True))
-    return PositionState(mechanism, Dual(z, np.moveaxis(by, 1, 0)), FloatTables(*duals), rates)
+    return PositionState(mechanism, Dual(z, np.moveaxis(by, 1, 0)), FloatTables(*duals), rates, forces)
 
 
 def position_items(mechanism: Mechanism, text: str, order: int = 0) -> tuple[Item, ...]:
@@ -95,8 +108,8 @@ def position_items(mechanism: Mechanism, text: str, order: int = 0) -> tuple[Ite
             item.quantity.values(needs)
     except ApartError:
         needs.rows.append("path")
-    if items and (needs.order > order or needs.rows):
-        what = "positions and rates have" if order else "positions have"
+    if items and (needs.order > order or needs.rows or (needs.forced and not order)):
+        what = "positions, rates and forces have" if order else "positions have"
         raise UsageError(f"of '{text}': only {what} exact derivatives; `gim sweep --keep` has its values")
     if not items:
         axes = (f"{name}.{axis}" for name in known.points for axis in "xy")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
@@ -37,6 +37,9 @@ from gimcli.rates.instant import law_state
 from gimcli.rates.member_angles import full_turn
 from gimcli.structure.drive_check import explained, require_consistent
 from gimcli.structure.plan import make_plan
+
+if TYPE_CHECKING:
+    from gimcli.dynamics.forces import Forces
 
 SAMPLES = 10_000
 """Random designs, if the model has tolerances."""
@@ -171,7 +174,8 @@ def _derivatives(
     if not named:
         free = [one for one in _moving(found, chosen) if one.name not in fixed]
         found = DesignSensitivity(mechanism, [one.name for one in free], quantities, run)
-    return free, fixed, found(motion.z, motion.inputs, _input_rates(motion)[1:])
+    time = motion.time * mechanism.duration
+    return free, fixed, found(motion.z, motion.inputs, _input_rates(motion)[1:], time)
 
 
 def _input_rates(motion: Motion) -> FloatArray:
@@ -241,9 +245,10 @@ def _input(mechanism: Mechanism, k: int) -> Dimension:
 
 
 def _moving(found: DesignSensitivity, chosen: Sequence[Dimension]) -> list[Dimension]:
-    """Return the dimensions that move a node, and all inputs."""
+    """Return the dimensions that move a node or change the forces, if any are asked for, and all inputs."""
     own = found.family.names
     moves = dict(zip(own, moves_nodes(found.tangents).tolist(), strict=True))
+    moves |= dict.fromkeys(() if found.forces is None else found.forces.used, True)
     return [one for one in chosen if moves.get(one.name, True)]
 
 
@@ -259,7 +264,7 @@ def _sampled(
 ) -> SampledSpread:  # fmt: skip
     """Return the spread of random designs at the solved rows of a motion."""
     good, family = motion.good, Family(motion.mechanism, names)
-    given = _input_rates(motion)[..., good]
+    given, time = _input_rates(motion)[..., good], motion.time[good] * motion.mechanism.duration
     solved = QuantitySlopes(nominal.values[:, good], nominal.slopes[..., good], nominal.good[good])
     nominals = [one.with_slopes(quantities, solved)[0] for one in reduced]
 
@@ -273,7 +278,13 @@ def _sampled(
             nodes = family.rates(order)(found.designs, found.z, given[None, : order + 1])
             return [np.moveaxis(one, 0, 2) for one in nodes]
 
-        at = PositionState(motion.mechanism, found.z, family.tables(found.designs), rates)
+        def forces() -> Forces:
+            count, made = len(found.designs), family.forces
+            assert made is not None  # or the derivatives would not exist
+            own = np.repeat(given[None, :3], count, axis=0)
+            return made.along(family.rates(2), found.designs, found.z, own, np.tile(time, (count, 1)))
+
+        at = PositionState(motion.mechanism, found.z, family.tables(found.designs), rates, forces)
         away = at.values(quantities) - nominal.values[:, None, good]
         turns = [k for k, one in enumerate(quantities) if one.quantity.circular]
         away[turns] = principal(away[turns], full_turn(motion.mechanism))

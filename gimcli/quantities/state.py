@@ -341,6 +341,7 @@ class Needs(State):
         self.order = 0  # of derivatives
         self.points, self.members = list[str](), list[int]()  # members whose direction is counted
         self.rows = list[str]()  # values of rows, such as the time
+        self.forced = False  # whether there are forces
 
     def node(self, node: int, order: int = 0) -> Any:
         """Note an order."""
@@ -360,6 +361,11 @@ class Needs(State):
         """Note a member."""
         self.members += [member] * (member not in self.members)
         return np.ones(1)
+
+    def of_forces(self, find: Callable[[Forces], Any]) -> Any:
+        """Note forces."""
+        self.forced = True
+        return np.ones(1, dtype=complex)
 
     def row(self, name: str) -> Any:
         """Note a value of rows."""

@@ -1,10 +1,13 @@
 """Forces of designs that are computed together equal those of each changed model."""
 
+import math
+
 import numpy as np
 import pytest
 from bundled import MODELS
 
 import gimcli
+from gimcli.errors import GimError
 from gimcli.families.family import Family
 from gimcli.model.dimensions import dimensions
 
@@ -99,3 +102,26 @@ def test_designs_that_a_file_may_not_give_have_no_forces():
     for k in (100, 400):
         f = gimcli.forces(m.with_({"crank.mass": float(masses[k])}), 4)
         assert found[k] == pytest.approx(np.max(np.abs(f["O2.fy"])), rel=1e-10)
+
+
+def test_effort_of_a_crank_with_a_mass_has_the_derivatives_of_the_closed_form():
+    """m g r cos(theta) at constant speed: by m, r and theta, of a mass at the end."""
+    model = {
+        "units": {"length": "m"}, "nodes": {"O": [0, 0], "A": [0.5, 0]}, "ground": ["O"],
+        "links": {"crank": ["O", "A"]},
+        "actuators": {"motor": {"type": "rotary", "pivot": "O", "arm": "A", "law": {"by": 360, "speed": 60}}},
+        "gravity": [0, -9.81], "masses": {"crank": {"mass": 3, "inertia": 0, "centre": "A"}},
+    }  # fmt: skip
+    m = gimcli.load(model)
+    found = gimcli.sensitivity(m, "motor.effort", by=["crank.mass", "A.x", "motor"], motor=40.0)
+    theta = math.radians(40.0)
+    assert found["motor.effort"] == pytest.approx(3 * 9.81 * 0.5 * math.cos(theta), rel=1e-12)
+    derivatives = found.derivatives["motor.effort"]
+    assert derivatives["crank.mass"] == pytest.approx(9.81 * 0.5 * math.cos(theta), rel=1e-12)
+    assert derivatives["A.x"] == pytest.approx(3 * 9.81 * math.cos(theta), rel=1e-12)
+    assert derivatives["motor"] == pytest.approx(-3 * 9.81 * 0.5 * math.sin(theta) * math.pi / 180.0, rel=1e-12)
+
+
+def test_forces_that_depend_on_more_than_one_design_have_no_derivatives():
+    with pytest.raises(GimError, match=r"of 'crank_angle.effort': forces have exact derivatives without dry friction"):
+        gimcli.sensitivity(gimcli.load(MODELS / "crank_press.yaml"), "crank_angle.effort")

@@ -13,6 +13,7 @@ from gimcli.errors import GimError
 STEPS, ROW, FAR = 10, 4, 130.0
 MOVES, RESTS = ("law", "yes"), ("rest", "yes")
 DESIGN = {"rate": [400.0]}
+CHANGES = {"lid.mass": 1e-2, "rate": 1e-2, "S.x": 1e-3}
 
 
 def table():
@@ -151,6 +152,21 @@ def test_elsewhere_a_result_names_the_place_that_has_it(found, circuit, text, pl
     with pytest.raises(KeyError) as error:
         (circuit if place == "circuit" else found[place])[text]
     assert re.fullmatch(r"'[^\n]*`gim \w+[^\n]*'", str(error.value).replace('"', "'")), error.value
+
+
+@asked("of", "yes")
+def test_derivatives_are_those_of_differences(hatch, traced, text):
+    """By a mass, a stiffness and a place; differences of changed files, of the second order."""
+    result = gimcli.sensitivity(hatch, text, by=list(CHANGES), steps=STEPS, samples=0)
+    for name in result.names:
+        alike(result[name], traced[name])
+        for dimension, step in CHANGES.items():
+            value = hatch.written.dimensions[dimension].value
+            high, low = (
+                gimcli.trace(hatch.with_({dimension: value + h}), STEPS, measure=[text] if name in traced else [])[name]
+                for h in (step, -step)
+            )
+            alike(result.derivatives[name][dimension], (high - low) / (2.0 * step), 1e-5)
 
 
 @asked("of", "no")
