@@ -158,12 +158,12 @@ class DesignSensitivity:
             nodes = np.stack([np.stack([points[order, node][0] for node in range(len(z))]) for order in range(3)])
             members = range(len(self.mechanism.members) - 1)
             turning = np.stack([np.stack([angles[order, member][0] for member in members]) for order in range(2)])
-            at: Any = Dual(inputs, moved[:, 0])
             course = Course(time, at, nodes, turning)
             assert self.forces is not None
             return self.forces.dual(self.family.nominal, course, self.run)
 
-        state = dual_state(self.mechanism, z[None], self.numbers, by, self._padded, rates, forces)
+        at: Any = Dual(inputs, moved[:, 0])
+        state = dual_state(self.mechanism, z[None], self.numbers, by, self._padded, rates, forces, at)
         values, own = state.values(self.quantities)[:, 0], state.slopes(self.quantities)[:, 0]
         with np.errstate(all="ignore"):
             if self.mechanism.couplings:

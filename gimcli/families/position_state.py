@@ -28,14 +28,14 @@ class PositionState(Positions):
 
     def __init__(
         self, mechanism: Mechanism, z: Any, tables: FloatTables, rates: Callable[[int], Any] | None = None,
-        forces: Callable[[], Forces] | None = None,
+        forces: Callable[[], Forces] | None = None, inputs: Any = None,
     ) -> None:  # fmt: skip
         """Take the positions; `rates` returns points[order, node] and angles[order - 1, member - 1] up to an order.
 
-        `forces` returns the forces in the rows of all designs, one after another.
+        `forces` returns the forces in the rows of all designs, one after another. inputs (actuators, rows).
         """
         super().__init__(mechanism, z)
-        self.tables, self._rates, self._forces = tables, rates, forces
+        self.tables, self._rates, self._forces, self._inputs = tables, rates, forces, inputs
 
     def rates(self, order: int) -> Any:
         """Return points[order, node] and angles[order - 1, member - 1] (designs, rows); raise ApartError if unknown."""
@@ -56,6 +56,14 @@ class PositionState(Positions):
         if self._forces is None:
             raise ApartError
         return np.reshape(find(self._forces()), (len(self.z), -1))
+
+    def row(self, name: str) -> Any:
+        """Return an input (1, rows) in the file's unit; raise ApartError for the time and the like."""
+        names = [actuator.name for actuator in self.mechanism.actuators]
+        if self._inputs is None or name not in names:
+            raise ApartError
+        k = names.index(name)
+        return self.mechanism.value_to_file(k, self._inputs[k])[None]
 
     def local(self, table: str, row: int) -> Any:
         """Return a complex number of each design (designs, 1)."""
@@ -81,7 +89,7 @@ def design_number(tables: FloatTables, table: str, row: int) -> Any:
 
 def dual_state(
     mechanism: Mechanism, z: ComplexArray, tables: FloatTables, by: ComplexArray, tangents: FloatTables,
-    rates: Callable[[int], Any] | None = None, forces: Callable[[], Forces] | None = None,
+    rates: Callable[[int], Any] | None = None, forces: Callable[[], Forces] | None = None, inputs: Any = None,
 ) -> PositionState:  # fmt: skip
     """Return positions in dual numbers from their derivatives.
 
@@ -89,7 +97,7 @@ def dual_state(
     tables; the derivatives of tables by inputs are 0.
     """
     duals: Any = (Dual(table, np.moveaxis(own, 1, 0)) for table, own in zip(tables, tangents, strict=True))
-    return PositionState(mechanism, Dual(z, np.moveaxis(by, 1, 0)), FloatTables(*duals), rates, forces)
+    return PositionState(mechanism, Dual(z, np.moveaxis(by, 1, 0)), FloatTables(*duals), rates, forces, inputs)
 
 
 def position_items(mechanism: Mechanism, text: str, order: int = 0) -> tuple[Item, ...]:
@@ -108,7 +116,8 @@ def position_items(mechanism: Mechanism, text: str, order: int = 0) -> tuple[Ite
             item.quantity.values(needs)
     except ApartError:
         needs.rows.append("path")
-    if items and (needs.order > order or needs.rows or (needs.forced and not order)):
+    rows = set(needs.rows) - ({actuator.name for actuator in mechanism.actuators} if order else set())
+    if items and (needs.order > order or rows or (needs.forced and not order)):
         what = "positions, rates and forces have" if order else "positions have"
         raise UsageError(f"of '{text}': only {what} exact derivatives; `gim sweep --keep` has its values")
     if not items:

@@ -284,7 +284,7 @@ def _sampled(
             own = np.repeat(given[None, :3], count, axis=0)
             return made.along(family.rates(2), found.designs, found.z, own, np.tile(time, (count, 1)))
 
-        at = PositionState(motion.mechanism, found.z, family.tables(found.designs), rates, forces)
+        at = PositionState(motion.mechanism, found.z, family.tables(found.designs), rates, forces, given[0])
         away = at.values(quantities) - nominal.values[:, None, good]
         turns = [k for k, one in enumerate(quantities) if one.quantity.circular]
         away[turns] = principal(away[turns], full_turn(motion.mechanism))

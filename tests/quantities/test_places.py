@@ -159,14 +159,16 @@ def test_derivatives_are_those_of_differences(hatch, traced, text):
     """By a mass, a stiffness and a place; differences of changed files, of the second order."""
     result = gimcli.sensitivity(hatch, text, by=list(CHANGES), steps=STEPS, samples=0)
     for name in result.names:
-        alike(result[name], traced[name])
+        alike(result.value[name], traced[name])
         for dimension, step in CHANGES.items():
             value = hatch.written.dimensions[dimension].value
             high, low = (
                 gimcli.trace(hatch.with_({dimension: value + h}), STEPS, measure=[text] if name in traced else [])[name]
                 for h in (step, -step)
             )
-            alike(result.derivatives[name][dimension], (high - low) / (2.0 * step), 1e-5)
+            found, defined = result.derivatives[name][dimension], text != "hypot(L.vx, L.vy)"  # not where it is 0
+            inner = ... if defined else slice(1, -1)
+            alike(np.asarray(found)[inner], np.asarray((high - low) / (2.0 * step))[inner], 1e-5)
 
 
 @asked("of", "no")
