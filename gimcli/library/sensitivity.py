@@ -174,15 +174,17 @@ def _derivatives(
     if not named:
         free = [one for one in _moving(found, chosen) if one.name not in fixed]
         found = DesignSensitivity(mechanism, [one.name for one in free], quantities, run)
-    time = motion.time * mechanism.duration
-    return free, fixed, found(motion.z, motion.inputs, _input_rates(motion)[1:], time)
+    time, given = _law_states(motion)
+    return free, fixed, found(motion.z, motion.inputs, given[1:], time)
 
 
-def _input_rates(motion: Motion) -> FloatArray:
-    """Return the inputs and three derivatives by the time (4, actuators, rows): of the laws, as in `solve`."""
+def _law_states(motion: Motion) -> tuple[FloatArray, FloatArray]:
+    """Return the time [s] (rows,), and the inputs with three derivatives (4, actuators, rows), as in `solve`."""
+    mechanism = motion.mechanism
     if len(motion.time) > 1:
-        return law_rates(motion.mechanism, motion.time, len(ORDERS), motion.inputs)
-    return law_state(motion.mechanism, motion.inputs[:, 0], motion.z[:, 0])[1][..., None]
+        return motion.time * mechanism.duration, law_rates(mechanism, motion.time, len(ORDERS), motion.inputs)
+    time, given = law_state(mechanism, motion.inputs[:, 0], motion.z[:, 0])
+    return np.nan_to_num(np.append(time, 0.0)[:1]) * mechanism.duration, given[..., None]
 
 
 def _refuse_much(numbers: int) -> None:
@@ -264,7 +266,7 @@ def _sampled(
 ) -> SampledSpread:  # fmt: skip
     """Return the spread of random designs at the solved rows of a motion."""
     good, family = motion.good, Family(motion.mechanism, names)
-    given, time = _input_rates(motion)[..., good], motion.time[good] * motion.mechanism.duration
+    time, given = (own[..., good] for own in _law_states(motion))
     solved = QuantitySlopes(nominal.values[:, good], nominal.slopes[..., good], nominal.good[good])
     nominals = [one.with_slopes(quantities, solved)[0] for one in reduced]
 
