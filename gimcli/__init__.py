@@ -95,7 +95,7 @@ def _of_any_model(verb: Any) -> Any:
         if verb.__name__ in FREE_FIRST and args and args[0] is not None and not isinstance(args[0], Mapping):
             text = f"{verb.__name__}: the second argument is `at`, as in all functions; give `free` by its name"
             warn(text, DeprecationWarning, stacklevel=2)
-            args = (*args[1:2], None)[:1] + args[:1]
+            kwargs["free"], args = args[0], args[1:]
         known = RENAMED.get(verb.__name__, {})
         given = known.keys() & kwargs.keys()
         for old in given:

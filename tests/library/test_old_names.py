@@ -41,6 +41,8 @@ def test_released_inputs_were_the_second_argument(verb):
     for old in ((name,), (name, {}), ([name], None)):
         with pytest.warns(DeprecationWarning, match=f"{verb}: the second argument is `at`"):
             assert call(m, *old).report() == new.report()
+    with pytest.warns(DeprecationWarning, match=f"{verb}: the second argument is `at`"):
+        assert call(m, name, at={}).report() == new.report()
 
 
 def test_inputs_of_equilibrium_are_arguments_by_name():

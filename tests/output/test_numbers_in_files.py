@@ -21,7 +21,7 @@ RESULTS = {
 }  # fmt: skip
 ARGUMENTS = {
     "fit": [{"crank": (35, 45)}, {"x": [64.6, 71.4], "y": [67.8, 86.1]}], "sweep": [{"crank": (30, 50, 3)}],
-    "modes": [(), {"angle": -1.5707963267948966}],
+    "modes": [{"angle": -1.5707963267948966}],
 }  # fmt: skip
 OPTIONS = {"fit": {"starts": 200}, "tradeoff": {"tolerances": [1e-4]}}
 OTHERS = {"evaluator", "Mechanism", "assembled", "convert", "load", "loads", "shipped_models"}
