@@ -167,9 +167,9 @@ class PositionCurve:
 
     def jacobian(self, p: FloatArray) -> FloatArray:
         """Return the derivatives of the equations (m, n + 1)."""
-        x, u = p[:-1], self.inputs(float(p[-1]))
-        column = self.system.along_inputs(x, u, self._inputs(float(p[-1]), 1))
-        return np.hstack([self.system.jacobian(x, u), column[:, None]])
+        q, n = float(p[-1]), self.system.n
+        table = self.system.jacobians(p[:-1], self.inputs(q))
+        return np.hstack([table[:, :n], table[:, n:] @ self._inputs(q, 1)[:, None]])
 
     def jacobian_along(self, p: FloatArray, v: FloatArray) -> FloatArray:
         """Return the derivative of the Jacobian (m, n + 1) along v (n + 1,)."""

@@ -195,21 +195,22 @@ class BalanceCurve:
     ) -> list[BalancePoint]:
         """Return points with the forces; `near` as in `StaticBalance`."""
         self.evaluated += len(stops)
-        bends = [self._bend(*each) for each in zip(stops, p, tangents, strict=True)]
-        jet = self.freedoms.jet(np.array(p).T, np.array(tangents).T[None], np.array(bends).T[None, None])
+        bends = self.freedoms.bends(np.array(p), np.array(tangents)[:, None])[:, 0, 0]
+        for k, (stop, at) in enumerate(zip(stops, p, strict=True)):
+            self._correct_bend(bends[k], stop, at)
+        jet = self.freedoms.jet(np.array(p).T, np.array(tangents).T[None], bends.T[None, None])
         return self._split(stops, p, tangents, bends, self.balance(jet, near))
 
-    def _bend(self, stop: CurveStop, p: FloatArray, tangent: FloatArray) -> FloatArray:
-        """Return the second derivative of a point by the arc length; where branches meet, from the points beside it."""
+    def _correct_bend(self, bend: FloatArray, stop: CurveStop, p: FloatArray) -> None:
+        """Set the second derivative of a point by the arc length where branches meet, from the points beside it."""
         circuit, k = self.circuit, stop.index
         met = [j for j in (k, k + 1) if j in circuit.crossings]
-        if not any(np.linalg.norm(circuit.places[j].p[:-1] - p[:-1]) <= CIRCUIT.beside for j in met):
-            return np.asarray(self.freedoms.bends(p, tangent[None])[0, 0])
-        low, high = circuit.places[max(met[0] - 1, 0)], circuit.places[min(met[0] + 1, self.count)]
-        return np.asarray((high.tangent - low.tangent) / np.linalg.norm(high.p - low.p))
+        if any(np.linalg.norm(circuit.places[j].p[:-1] - p[:-1]) <= CIRCUIT.beside for j in met):
+            low, high = circuit.places[max(met[0] - 1, 0)], circuit.places[min(met[0] + 1, self.count)]
+            bend[:] = (high.tangent - low.tangent) / np.linalg.norm(high.p - low.p)
 
     def _split(
-        self, stops: Sequence[CurveStop], p: list[FloatArray], tangents: list[FloatArray], bends: list[FloatArray],
+        self, stops: Sequence[CurveStop], p: list[FloatArray], tangents: list[FloatArray], bends: FloatArray,
         found: GeneralisedForces,
     ) -> list[BalancePoint]:  # fmt: skip
         return [

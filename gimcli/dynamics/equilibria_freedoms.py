@@ -60,33 +60,33 @@ class Freedoms:
         return np.asarray(self.base.reshape(-1, *[1] * (free.ndim - 1)) + free)
 
     def residual(self, y: FloatArray) -> FloatArray:
-        """Return the equations (m,)."""
-        return self.system.residual(y[: self.system.n], self.inputs(y))
+        """Return the equations (..., m) at y (..., n + k)."""
+        return self.system.residual(*self._parts(y))
 
     def jacobian(self, y: FloatArray) -> FloatArray:
-        """Return the derivatives of the equations (m, n + k)."""
-        x, u = y[: self.system.n], self.inputs(y)
-        columns = [self.system.along_inputs(x, u, rate) for rate in self.along.T]
-        return np.hstack([self.system.jacobian(x, u), np.array(columns).T.reshape(-1, self.count)])
+        """Return the derivatives of the equations (..., m, n + k) at y (..., n + k)."""
+        n, table = self.system.n, self.system.jacobians(*self._parts(y))
+        return np.concatenate([table[..., :n], table[..., n:] @ self.along], axis=-1)
 
     def directions(self, y: FloatArray) -> FloatArray:
         """Return orthonormal directions of motion (k, n + k)."""
         return np.asarray(np.linalg.svd(self.jacobian(y), full_matrices=True)[2][self.system.n :])
 
     def bends(self, y: FloatArray, directions: FloatArray) -> FloatArray:
-        """Return the second derivatives of the position (j, j, n + k) along directions (j, n + k).
+        """Return the second derivatives (..., j, j, n + k) at y (..., n + k) along directions (..., j, n + k).
 
         They are perpendicular to all directions of motion; in a singular position they are those of least norm.
         """
-        x, u, count = y[: self.system.n], self.inputs(y), len(directions)
-        full = [np.concatenate([v[: self.system.n], self.along @ v[self.system.n :]]) for v in directions]
-        pairs = [(a, b) for a in range(count) for b in range(a, count)]
-        right = np.array([-self.system.second(x, u, full[a], full[b]) for a, b in pairs]).T
-        found = np.linalg.lstsq(self.jacobian(y), right, rcond=LOST)[0]
-        result = np.zeros((count, count, len(y)))
-        for k, (a, b) in enumerate(pairs):
-            result[a, b] = result[b, a] = found[:, k]
-        return result
+        x, u = self._parts(y[..., None, :])
+        n, inverse = self.system.n, np.linalg.pinv(self.jacobian(y), rcond=LOST)[..., None, None, :, :]
+        full = np.concatenate([directions[..., :n], directions[..., n:] @ self.along.T], axis=-1)
+        right = np.einsum("...imc,...jc->...ijm", self.system.jacobian_along(x, u, full), full)
+        return np.asarray(-(inverse @ right[..., None])[..., 0])
+
+    def _parts(self, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the coordinates (..., n) and the inputs (..., actuators) of y (..., n + k)."""
+        n = self.system.n
+        return y[..., :n], self.base + y[..., n:] @ self.along.T
 
     def settled(self, y: FloatArray) -> FloatArray | None:
         """Return the solution nearest to y (n + k,); None without convergence."""

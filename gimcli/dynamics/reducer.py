@@ -21,8 +21,7 @@ from gimcli.kernels.windows import TOGETHER, window_of
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.positions.dispatch import plain
 from gimcli.positions.newton import Run
-from gimcli.structure.coordinate_partitioning import Choice, free_choice, gradients, input_choice, residuals
-from gimcli.structure.polynomials import is_rotary
+from gimcli.structure.coordinate_partitioning import Choice, free_choice, input_choice
 
 CORRECTIONS = 20
 """Most Newton corrections of a singular initial position."""
@@ -90,7 +89,7 @@ class Reducer(ReducedEquations):
         v = self.variables(z, inputs)
         if self.choice is not None:
             gauges = slice(self.input_variables.stop, -1)
-            rotary = np.array([is_rotary(self.terms, r) for r in range(len(inputs), self.terms.readings)], dtype=bool)
+            rotary = np.array([self.terms.is_rotary(r) for r in range(len(inputs), self.terms.readings)], dtype=bool)
             turns = np.round((self.base.v[gauges] - v[gauges]) / (2.0 * math.pi))
             v[gauges] += np.where(rotary, 2.0 * math.pi * turns, 0.0)
         choice = input_choice(self.terms, v, self.free, self.given)
@@ -102,11 +101,11 @@ class Reducer(ReducedEquations):
         v = self.variables(self.mechanism.drawn, inputs)
         open_ones = [*terms.moving, *range(first + len(inputs), terms.variables - 1)]
         for _ in range(CORRECTIONS):
-            error = residuals(terms, v)
+            error = terms.arrays.values(v)
             if np.max(np.abs(error)) <= ASSEMBLED:
                 break
-            v[open_ones] -= np.linalg.lstsq(gradients(terms, v)[:, open_ones], error, rcond=SOFT)[0]
-        return bool(np.max(np.abs(residuals(terms, v))) <= ASSEMBLED and self.set_base(v))
+            v[open_ones] -= np.linalg.lstsq(terms.arrays.slopes(v)[:, open_ones], error, rcond=SOFT)[0]
+        return bool(np.max(np.abs(terms.arrays.values(v))) <= ASSEMBLED and self.set_base(v))
 
     def set_base(self, v: FloatArray, choice: Choice | None = None) -> bool:
         """Set the base to a position and choose its independent variables; return whether that is possible."""
@@ -260,7 +259,7 @@ class Reducer(ReducedEquations):
 
     def error(self, v: FloatArray) -> float:
         """Return the greatest residual of all equations, including redundant ones, which may be contradictory."""
-        return float(np.max(np.abs(residuals(self.terms, v)), initial=0.0))
+        return float(np.max(np.abs(self.terms.arrays.values(v)), initial=0.0))
 
 
 def free_inputs(mechanism: Mechanism) -> tuple[int, ...]:

@@ -25,9 +25,6 @@ from gimcli.kernels import influence, reduction
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.positions.dispatch import plain
 from gimcli.structure.coordinate_partitioning import Choice, free_choice, input_choice
-from gimcli.structure.polynomials import (
-    is_rotary,
-)
 
 LEVER = 1e-3
 """Least lever of a force in its scale, relative to the greatest of all nodes; without a lever a force is balanced."""
@@ -220,7 +217,7 @@ class Linearisation(ReducedEquations):
 
     def _turns(self, variable: int) -> bool:
         first = self.terms.first_reading
-        return variable >= first and is_rotary(self.terms, variable - first)
+        return variable >= first and self.terms.is_rotary(variable - first)
 
     def _named(self, choice: Choice) -> tuple[tuple[str, ...], tuple[str, ...]]:
         """Return the names and the units of the coordinates."""

@@ -18,8 +18,7 @@ from gimcli.kernels.influence import Chart, InfluencePosition, InfluenceScratch
 from gimcli.kernels.windows import FLOOR, NODES, Windows, interpolate
 from gimcli.mechanism import BoolArray, FloatArray, IntArray
 from gimcli.positions.newton import Run
-from gimcli.structure.coordinate_partitioning import residuals
-from gimcli.structure.polynomials import Terms
+from gimcli.structure.terms import Terms
 
 REACHES = (4.0, 3.0, 2.2, 1.6)
 """Distances of the farthest position from the middle, in half widths of the window, in the order of trial."""
@@ -263,7 +262,7 @@ class WindowSearch:
             there = self.run(interpolate)(self.chart, one, 0, target, np.zeros(size), last, found, self.room)
             if not there:
                 return np.inf
-            error = max(error, float(np.max(np.abs(residuals(self.terms, found.v)))))
+            error = max(error, float(np.max(np.abs(self.terms.arrays.values(found.v)))))
         return error
 
 

@@ -18,7 +18,7 @@ from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.numerics.follower import Follower
 from gimcli.numerics.roots import sign_changes
 from gimcli.positions.inputs import nearest_turns, straight_inputs
-from gimcli.structure.linked_equations import LinkedEquations, LinkedPoint, linked_equations
+from gimcli.structure.system import System, system_of
 
 
 @dataclass(frozen=True)
@@ -40,11 +40,11 @@ SAMPLES = 1025
 """Times between which a law that follows is searched for changes of its sense."""
 
 
-class LinkedPath(Follower[LinkedPoint, LinkedPoint]):
-    """Points of a motion whose drivers have inputs u(s) (actuators,), from s = 0 to 1 or to a limit before."""
+class LinkedPath(Follower[FloatArray, FloatArray]):
+    """Unknowns x (n,) of a motion with inputs u(s) (actuators,) of drivers, from s = 0 to 1 or to a limit before."""
 
-    def __init__(self, equations: LinkedEquations, start: LinkedPoint, u: Callable[[float], FloatArray]) -> None:
-        self.equations, self.u = equations, u
+    def __init__(self, system: System, start: FloatArray, u: Callable[[float], FloatArray]) -> None:
+        self.system, self.u = system, u
         self.places, self.points = [0.0], [start]
         self.step, self.shortest = LINKED.first, LINKED.shortest
         while self.limit is not None and self.go():
@@ -60,47 +60,50 @@ class LinkedPath(Follower[LinkedPoint, LinkedPoint]):
         """The parameter after a step."""
         return min(1.0, self.places[-1] + self.step)
 
-    def predict(self) -> LinkedPoint:
+    def predict(self) -> FloatArray:
         """Return the point extrapolated from the last two."""
         last = self.points[-1]
         if len(self.points) == 1:
             return last
         gap = self.places[-1] - self.places[-2]
-        return last._replace(y=last.y + (last.y - self.points[-2].y) * (self.ahead - self.places[-1]) / gap)
+        return last + (last - self.points[-2]) * (self.ahead - self.places[-1]) / gap
 
-    def correct(self, guess: LinkedPoint) -> LinkedPoint | None:
+    def correct(self, guess: FloatArray) -> FloatArray | None:
         """Return the point near an extrapolated one; None if the step is too long."""
-        found = settled(self.equations, guess, self.u(self.ahead))
+        found = settled(self.system, guess, self.u(self.ahead))
         if found is None:
             return None
-        change = float(np.max(np.abs(found.y - self.points[-1].y)))
-        bend = float(np.max(np.abs(found.y - guess.y)))
+        change = float(np.max(np.abs(found - self.points[-1])))
+        bend = float(np.max(np.abs(found - guess)))
         smooth = bend <= LINKED.bend * change or bend <= LINKED.bend * LINKED.first
         return found if change <= LINKED.longest and smooth else None
 
-    def accept(self, there: LinkedPoint) -> bool:
+    def accept(self, there: FloatArray) -> bool:
         """Add a point."""
         self.places.append(self.ahead)
         self.points.append(there)
         return True
 
-    def at(self, places: FloatArray) -> LinkedPoint:
-        """Return the points at parameters (rows,); beyond a limit those at the limit."""
-        known = np.array(self.places)
-        y, read = (np.array([getattr(p, part) for p in self.points]).T for part in ("y", "read"))
-        inside = np.clip(places, 0.0, known[-1])
-        return LinkedPoint(*(np.array([np.interp(inside, known, row) for row in table]) for table in (y, read)))
+    def at(self, places: FloatArray) -> FloatArray:
+        """Return the unknowns (rows, n) at parameters (rows,); beyond a limit those at the limit."""
+        return np.array([np.interp(places, self.places, row) for row in np.array(self.points).T]).T
 
 
-def settled(equations: LinkedEquations, at: LinkedPoint, u: FloatArray) -> LinkedPoint | None:
-    """Return the solved position near a guess, for drivers' inputs u (actuators,); None if there is none."""
+def improved(system: System, x: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the residuals (..., m) at x (..., n) and u (..., actuators), and x after one Newton step."""
+    residual = system.residual(x, u)
+    return residual, x - (np.linalg.pinv(system.jacobian(x, u)) @ residual[..., None])[..., 0]
+
+
+def settled(system: System, x: FloatArray, u: FloatArray) -> FloatArray | None:
+    """Return the solution near a guess x (n,), for inputs u (actuators,) of drivers; None if there is none."""
     for _ in range(LINKED.iterations):
-        residual, there = equations.newton(at, u)
-        if not np.all(np.isfinite(there.y)):
+        residual, there = improved(system, x, u)
+        if not np.all(np.isfinite(there)):
             return None
         if np.max(np.abs(residual)) <= LINKED.exact:
-            return LinkedPoint(at.y, there.read)
-        at = there
+            return x
+        x = there
     return None
 
 
@@ -114,10 +117,8 @@ class LinkedMotion:
     @cached_property
     def path(self) -> LinkedPath:
         """The points along the laws; a motion that cannot begin has its limit at 0."""
-        mechanism = self.mechanism
-        equations = linked_equations(mechanism)
-        start = moved_from_drawing(mechanism, self._drivers(np.zeros(1))[0, :, 0])
-        return LinkedPath(equations, start, lambda time: self._drivers(np.array([time]))[0, :, 0])
+        start = moved_from_drawing(self.mechanism, self._drivers(np.zeros(1))[0, 0])
+        return LinkedPath(system_of(self.mechanism), start, lambda time: self._drivers(np.array([time]))[0, 0])
 
     def values(self, time: FloatArray) -> FloatArray:
         """Return the followers and their derivatives by the normalised time (orders, followers, rows)."""
@@ -127,26 +128,26 @@ class LinkedMotion:
         return self._last[1]
 
     def _values(self, time: FloatArray) -> FloatArray:
-        path, equations = self.path, linked_equations(self.mechanism)
+        path, system = self.path, system_of(self.mechanism)
         end = path.places[-1]
         inside = np.clip(time, 0.0, end)
-        at, rates = path.at(inside), self._drivers(inside, LINKED.orders)
+        x, rates = path.at(inside), self._drivers(inside, LINKED.orders)
         for _ in range(LINKED.iterations):
-            residual, there = equations.newton(at, rates[0])
+            residual, there = improved(system, x, rates[0])
             if np.max(np.abs(residual), initial=0.0) <= LINKED.exact:
                 break
-            at = there
-        found = equations.derivatives(at, rates)[:, equations.n :]
+            x = there
+        found = np.moveaxis(system.following(system.derivatives(x, rates)), 1, 2)
         found[1:, :, time > end] = 0.0
         return found
 
     def _drivers(self, time: FloatArray, orders: int = 0) -> FloatArray:
-        """Return the inputs of the drivers and their derivatives (orders + 1, actuators, rows); others are 0."""
-        found = np.zeros((orders + 1, len(self.mechanism.actuators), len(time)))
-        for k in self.mechanism.drivers:
-            for order in range(orders + 1):
-                found[order, k] = self.mechanism.actuators[k].law(time, order)
-        return found
+        """Return the inputs of the laws, those that follow linearly too, with derivatives (orders, rows, actuators)."""
+        mechanism = self.mechanism
+        laws = [[mechanism.actuators[k].law(time, order) for k in mechanism.drivers] for order in range(orders + 1)]
+        found = np.array([mechanism.following @ np.reshape(own, (-1, len(time))) for own in laws])
+        found[0] = mechanism.coupled(found[0])
+        return np.moveaxis(found, 1, 2)
 
 
 @dataclass(frozen=True)
@@ -173,20 +174,20 @@ class LinkedLaw:
         return sign_changes(lambda time: self(time, 1), np.linspace(0.0, 1.0, SAMPLES))
 
 
-def moved_from_drawing(mechanism: Mechanism, inputs: FloatArray) -> LinkedPoint:
-    """Return the position at drivers' inputs (actuators,) that is reached from the drawing without disassembly.
+def moved_from_drawing(mechanism: Mechanism, inputs: FloatArray) -> FloatArray:
+    """Return the unknowns x (n,) at drivers' inputs (actuators,) that is reached from the drawing without disassembly.
 
     Raises UnassembledError if it is not reached.
     """
-    equations, drawn = linked_equations(mechanism), mechanism.drawn_inputs
-    start = nearest_turns(mechanism, drawn, inputs)
-    first = settled(equations, equations.first(start), start)
+    system = system_of(mechanism)
+    start = nearest_turns(mechanism, mechanism.drawn_inputs, inputs)
+    first = settled(system, system.coordinates(mechanism.drawn), mechanism.coupled(start))
     if first is not None:
         line = straight_inputs(start, inputs)
-        path = LinkedPath(equations, first, lambda s: line(np.array([s]))[:, 0])
+        path = LinkedPath(system, first, lambda s: mechanism.coupled(line(np.array([s]))[:, 0]))
         if path.limit is None:
             return path.points[-1]
-    names = ", ".join(f"'{mechanism.actuators[c.follower].name}'" for c in equations.linked)
+    names = ", ".join(f"'{mechanism.actuators[k].name}'" for k in system.followers)
     raise UnassembledError(
         f"{mechanism.name}: the linkage that turns {names} cannot reach these inputs from the drawing; use other"
         " inputs, or initial coordinates closer to an assembled position"
@@ -195,9 +196,10 @@ def moved_from_drawing(mechanism: Mechanism, inputs: FloatArray) -> LinkedPoint:
 
 def linked_position(mechanism: Mechanism, inputs: FloatArray) -> tuple[FloatArray, ComplexArray]:
     """Return all inputs (actuators,) and the positions (nodes,) for inputs of the drivers (actuators,)."""
-    equations = linked_equations(mechanism)
-    found = moved_from_drawing(mechanism, inputs)
-    return equations.inputs(inputs, found.y), equations.nodes(found.y)
+    system, x = system_of(mechanism), moved_from_drawing(mechanism, inputs)
+    found = mechanism.coupled(inputs)
+    found[system.followers] = system.following(x)
+    return found, system.nodes(x)
 
 
 def followed(mechanism: Mechanism, inputs: FloatArray) -> FloatArray:

@@ -70,17 +70,15 @@ def law_state(mechanism: Mechanism, inputs: FloatArray, z: ComplexArray) -> tupl
 
 def _drive_followers(mechanism: Mechanism, z: ComplexArray, given: FloatArray) -> None:
     """Set the derivatives of the followers by those of the drivers, in place."""
+    drivers = list(mechanism.drivers)
+    given[1:] = [mechanism.following @ rates[drivers] for rates in given[1:]]
     if mechanism.complete is None:
-        drivers = list(mechanism.drivers)
-        given[1:] = [mechanism.following @ rates[drivers] for rates in given[1:]]
         return
-    from gimcli.structure.linked_equations import linked_equations  # imported late: few mechanisms have such gears
+    from gimcli.structure.system import system_of  # imported late: few mechanisms have such gears
 
-    equations = linked_equations(mechanism)
-    found = equations.derivatives(equations.point(z, given[0]), given[:, :, None])
-    for rates, own in zip(given[1:], found[1:, equations.n :, 0], strict=True):
-        rates[:] = equations.linear(rates)
-        rates[equations.followers] = own
+    system = system_of(mechanism)
+    found = system.derivatives(system.coordinates(z, given[0]), given)
+    given[1:, system.followers] = system.following(found[1:])
 
 
 def unit_rate(mechanism: Mechanism, actuator: Input) -> float:

@@ -16,7 +16,7 @@ from gimcli.canonical import ROUNDING
 from gimcli.kernels import influence
 from gimcli.mechanism import FloatArray
 from gimcli.structure.dulmage_mendelsohn import split
-from gimcli.structure.polynomials import ONE, Term, Terms, is_rotary
+from gimcli.structure.terms import ONE, Term, Terms
 
 SINGULAR = 1e-9
 """Ratio of least to greatest singular value below which equations are dependent."""
@@ -31,34 +31,6 @@ class Choice:
     unknown: tuple[int, ...]
 
 
-def gradients(terms: Terms, v: FloatArray) -> FloatArray:
-    """Return the derivatives of the equations by all variables (equations, variables)."""
-    values, slopes = functions(terms, v)
-    table = np.zeros((len(terms.equations), terms.variables))
-    for row, equation in enumerate(terms.equations):
-        for t in equation:
-            table[row, t.first] += t.factor * values[t.function] * v[t.second]
-            table[row, t.second] += t.factor * values[t.function] * v[t.first]
-            table[row, terms.owner(t.function)] += t.factor * slopes[t.function] * v[t.first] * v[t.second]
-    table[:, -1] = 0.0
-    return table
-
-
-def residuals(terms: Terms, v: FloatArray) -> FloatArray:
-    """Return the values of the equations (equations,)."""
-    values, _ = functions(terms, v)
-    return np.array([sum(t.factor * values[t.function] * v[t.first] * v[t.second] for t in e) for e in terms.equations])
-
-
-def functions(terms: Terms, v: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the functions (1, u, u^2, cos u, sin u) of the values of actuators and gauges, and their derivatives."""
-    values, slopes = [1.0], [0.0]
-    for u in v[terms.first_reading : -1]:
-        values += [u, u * u, np.cos(u), np.sin(u)]
-        slopes += [1.0, 2.0 * u, -np.sin(u), np.cos(u)]
-    return np.array(values), np.array(slopes)
-
-
 def free_choice(
     terms: Terms, v: FloatArray, given: Sequence[int], count: int, singular: float = SINGULAR
 ) -> Choice | None:
@@ -71,7 +43,7 @@ def free_choice(
     active = [*terms.moving, *range(terms.first_reading, terms.variables - 1)]
     known = [terms.first_reading + r for r in given]
     open_ones = [k for k in active if k not in known]
-    _, values, across = svd(gradients(terms, v)[:, open_ones])
+    _, values, across = svd(terms.arrays.slopes(v)[:, open_ones])
     rank = len(open_ones) - count
     if rank > len(values) or (rank and not values[rank - 1] > singular * values[0]):
         return None
@@ -90,7 +62,7 @@ def _choice(terms: Terms, v: FloatArray, independent: tuple[int, ...], active: S
     from scipy.linalg import qr
 
     unknown = tuple(k for k in active if k not in independent)
-    table = gradients(terms, v)[:, unknown]
+    table = terms.arrays.slopes(v)[:, unknown]
     rows: Sequence[int] = range(len(table))
     if len(table) < len(unknown):
         return None
@@ -129,7 +101,7 @@ def make_chart(terms: Terms, choice: Choice) -> influence.Chart:
     return influence.Chart(
         np.array(heads, dtype=np.int64).reshape(-1, 5), np.array(unknown, dtype=np.int64), np.array(rounds),
         np.array(ints, dtype=np.int64).reshape(-1, 8), np.array(floats), np.array(choice.independent, dtype=np.int64),
-        np.array([int(is_rotary(terms, r)) for r in range(terms.readings)], dtype=np.int64), terms.first_reading,
+        np.array([int(terms.is_rotary(r)) for r in range(terms.readings)], dtype=np.int64), terms.first_reading,
     )  # fmt: skip
 
 

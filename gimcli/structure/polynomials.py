@@ -1,71 +1,22 @@
-"""The equations of a mechanism as sparse polynomials, with terms c f(u) a b.
-
-a and b are variables: x and y of all nodes (alternating), then the reading u of every actuator and gauge, then 1. A
-reading is the value of the quantity that an actuator drives or a gauge measures. f is 1, or a function of one reading:
-u, u^2, cos u or sin u. The coefficients are found by evaluating `Constraints` with polynomials instead of numbers.
-"""
+"""The terms of the equations of a mechanism, found by evaluating `Constraints` with polynomials instead of numbers."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 from gimcli.mechanism import FRAME, Coupling, FloatArray, Mechanism
 from gimcli.structure.derived import derived
 from gimcli.structure.exact_equations import Constraints
+from gimcli.structure.terms import COSINE, ONE, SINE, SQUARE, VALUE, Term, Terms
 
 ZERO = 1e-15
 """A coefficient below this fraction of the greatest in its equation is a rounding error of 0."""
 
-ONE, VALUE, SQUARE, COSINE, SINE = range(5)
-
 Key = tuple[int, int, int]
 """Number of the function, and two variables in ascending order."""
-
-
-@dataclass(frozen=True)
-class Term:
-    """The term factor * f(u) * a * b."""
-
-    factor: float
-    function: int  # 0 for f = 1, else 4 * reading + VALUE, SQUARE, COSINE or SINE
-    first: int  # variable a
-    second: int  # variable b
-
-
-@dataclass(frozen=True)
-class Terms:
-    """The equations of a mechanism."""
-
-    mechanism: Mechanism
-    equations: tuple[tuple[Term, ...], ...]
-    moving: tuple[int, ...]  # unknown variables: coordinates of the moving nodes
-
-    @property
-    def first_reading(self) -> int:
-        """Number of the variable that is the first actuator's reading."""
-        return 2 * len(self.mechanism.nodes)
-
-    @property
-    def readings(self) -> int:
-        """Number of readings: of actuators, and of gauges if they were added by `with_gauges`."""
-        return len(self.mechanism.actuators)
-
-    @property
-    def variables(self) -> int:
-        """Number of variables, including the constant 1."""
-        return self.first_reading + self.readings + 1
-
-    @property
-    def functions(self) -> int:
-        """Number of functions."""
-        return 1 + 4 * self.readings
-
-    def owner(self, function: int) -> int:
-        """Return the number of the variable u of a function; for the function 1, that of the constant 1."""
-        return self.variables - 1 if function == ONE else self.first_reading + (function - 1) // 4
 
 
 def with_gauges(mechanism: Mechanism) -> Mechanism:
@@ -119,6 +70,14 @@ def coupled_terms(mechanism: Mechanism) -> Terms:
         for coupling in mechanism.couplings
     ]  # fmt: skip
     return replace(terms, equations=(*terms.equations, *equations))
+
+
+def linked_terms(mechanism: Mechanism) -> Terms:
+    """Return the equations of a mechanism and of the inputs that follow its linkage, with what these read as inputs."""
+    linked = tuple(coupling for coupling in mechanism.couplings if coupling.reads)
+    if not linked:
+        return make_terms(mechanism)
+    return coupled_terms(with_gauges(with_linked_gauges(replace(mechanism, couplings=linked, gauges=()))))
 
 
 def followed(mechanism: Mechanism, coupling: Coupling) -> list[tuple[int, float]]:
@@ -200,8 +159,3 @@ def _product(f: int, g: int) -> int:
     if f == g and (f - 1) % 4 + 1 == VALUE:
         return f + SQUARE - VALUE
     raise ValueError("an equation with a product of functions of two inputs")
-
-
-def is_rotary(terms: Terms, reading: int) -> bool:
-    """Return whether a reading is an angle."""
-    return terms.mechanism.actuators[reading].rotary

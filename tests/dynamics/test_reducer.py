@@ -14,10 +14,8 @@ from gimcli.dynamics.reducer import Reducer
 from gimcli.motion.solve import solve
 from gimcli.positions.options import Options
 from gimcli.status import Status
-from gimcli.structure.coordinate_partitioning import free_choice, gradients, residuals
+from gimcli.structure.coordinate_partitioning import free_choice
 from gimcli.structure.plan import make_plan
-from gimcli.structure.polynomials import make_terms
-from gimcli.structure.system import System
 
 NAMES = sorted(path.stem for path in MODELS.glob("*.yaml"))
 
@@ -35,23 +33,6 @@ def reducer_of(stem, share=0.3):
             if reducer.on_inputs:
                 return reducer, position.z, values
     raise AssertionError(f"{stem} is singular there")
-
-
-@pytest.mark.parametrize("stem", NAMES)
-def test_sparse_and_dense_equations_agree(stem):
-    """Equations and gradients of Terms (sparse) and System (dense) agree, also at positions that are not assembled."""
-    mechanism = released(stem)
-    terms, system, rng = make_terms(mechanism), System(mechanism), np.random.default_rng(3)
-    x, u = rng.normal(size=system.n), rng.normal(size=len(mechanism.actuators))
-    z = system.nodes(x)
-    v = np.zeros(terms.variables)
-    v[0 : terms.first_reading : 2], v[1 : terms.first_reading : 2], v[-1] = z.real, z.imag, 1.0
-    v[terms.first_reading : -1] = u
-    assert np.allclose(system.scale * residuals(terms, v), system.residual(x, u), atol=1e-12)
-    table = system.scale[:, None] * gradients(terms, v)
-    assert np.allclose(table[:, list(terms.moving)], system.jacobian(x, u), atol=1e-12)
-    by_inputs = [system.along_inputs(x, u, unit) for unit in np.eye(len(u))]
-    assert np.allclose(table[:, terms.first_reading : -1], np.array(by_inputs).T, atol=1e-12)
 
 
 @pytest.mark.few
