@@ -91,12 +91,30 @@ class TermArrays:
         self._own = np.array([number[one] for one in zip(kinds, owners, strict=True)], dtype=np.int64)
         self._angles, self._lengths = np.array(angles, dtype=np.int64), np.array(lengths, dtype=np.int64)
         self._begin = np.flatnonzero(np.diff(self.row, prepend=-1))  # the first term of each equation
+        self._nest()
         column = np.concatenate([self.first, self.second, self.owner])
         where = np.tile(self.row, 3) * self.width + column
         part = np.argsort(where, kind="stable")
         self._part = part[column[part] < self.width - 1]  # derivatives by a, by b and by u, in the order of the table
         self._first_part = np.flatnonzero(np.diff(where[self._part], prepend=-1))  # of each place in the table
         self._place = where[self._part][self._first_part]
+
+    def _nest(self) -> None:
+        """Write each equation as a sum of a (sum of c f b): half of a term a b stands under a and half under b.
+
+        Differences of coordinates are then formed before they are multiplied: rounding errors are not those of the
+        squares of coordinates. 1 is the first a of an equation: reduceat adds the first to the sum of the others.
+        """
+        low, high = np.minimum(self.first, self.second), np.maximum(self.first, self.second)
+        halved = (low < high) & (high < self.width - 1)
+        term, column = np.append(np.arange(len(low)), np.flatnonzero(halved)), np.append(low, high[halved])
+        where = self.row[term] * self.width + (column + 1) % self.width
+        order = np.argsort(where, kind="stable")
+        self._nested, self._inner = term[order], np.append(high, low[halved])[order]
+        self._share = np.where(halved, 0.5, 1.0)[self._nested]
+        self._first_inner = np.flatnonzero(np.diff(where[order], prepend=-1))  # of each a
+        ahead = order[self._first_inner]
+        self._outer, self._first_outer = column[ahead], np.flatnonzero(np.diff(self.row[term[ahead]], prepend=-1))
 
     def scale(self, factors: FloatArray, least: float, unknowns: int) -> None:
         """Multiply the equations by factors (equations,); terms in the first `unknowns` below `least` become 0."""
@@ -109,7 +127,11 @@ class TermArrays:
 
     def values(self, v: FloatArray) -> FloatArray:
         """Return the values of the equations (..., equations)."""
-        return self._sums(self.parts(v))
+        if not self.count:
+            return self.parts(v)
+        inner = self._functions(v, 0)[0].take(self._nested, axis=-1) * self._share * v.take(self._inner, axis=-1)
+        outer = np.add.reduceat(inner, self._first_inner, axis=-1) * v.take(self._outer, axis=-1)
+        return np.asarray(np.add.reduceat(outer, self._first_outer, axis=-1))
 
     def slopes(self, v: FloatArray) -> FloatArray:
         """Return the derivatives of the equations by all variables (..., equations, columns); by 1 they are 0."""

@@ -102,3 +102,21 @@ def test_linear_equations_are_split_from_the_others(path: Path) -> None:
     assert np.allclose(whole.slope(flat.lift(y))[:, curved] @ flat.basis, others.slope(y), atol=1e-12)
     assert np.allclose(flat.drop(flat.lift(y)), y, atol=1e-12)
     assert np.allclose(np.linalg.norm(flat.lift(y) - flat.lift(v), axis=1), np.linalg.norm(y - v, axis=1), rtol=1e-12)
+
+
+def test_rounding_errors_of_a_short_link_are_those_of_its_length(tmp_path: Path) -> None:
+    """A parallelogram with cranks 1 and coupler 1/1000, at any angle: squares of coordinates would leave 1e-14."""
+    (tmp_path / "m.yaml").write_text(
+        "units: {length: unit}\nnodes: {O2: [0, 0], O4: [0.001, 0], A: [0, 1], B: [0.001, 1]}\nground: [O2, O4]\n"
+        "links: {crank: [O2, A], coupler: [A, B], follower: [O4, B]}\n"
+        "actuators: {m: {type: rotary, pivot: O2, arm: A}}\n"
+    )
+    mechanism = load(tmp_path / "m.yaml")
+    system, names = System(mechanism), mechanism.nodes
+    coupler = system.names.index("coupler")
+    at_drawing = dict(zip(names, mechanism.drawn, strict=True))
+    for angle in np.linspace(0.1, 6.1, 25).tolist():
+        arm = (at_drawing["A"] - at_drawing["O2"]) * np.exp(1j * angle)
+        turned = {**at_drawing, "A": at_drawing["O2"] + arm, "B": at_drawing["O4"] + arm}
+        x = system.coordinates(np.array([turned[name] for name in names]))
+        assert abs(system.residual(x, mechanism.drawn_inputs)[coupler]) <= 8.0 * np.finfo(float).eps
