@@ -30,7 +30,7 @@ DIMENSIONS = {
 }  # fmt: skip
 """Ten dimensions; seven are all that move a node of the four-bar."""
 MOST = 2.5
-BLOCK = 16384
+BLOCK = 4096
 """Rows in one call."""
 STEP, AGREEMENT, CHECKED = 1e-4, 1e-6, 72
 
