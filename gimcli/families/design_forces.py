@@ -97,8 +97,7 @@ class DualTurns(Turns):
 
     def followed(self, key: int, angle: Any, drawn: Any) -> Any:
         """Return an angle [rad] without jumps (rows,)."""
-        found = super().followed(key, nominal(angle), float(np.ravel(nominal(drawn))[0]))
-        return Dual(found, angle.slopes)
+        return Dual(super().followed(key, nominal(angle), float(np.ravel(nominal(drawn))[0])), angle.slopes)
 
 
 class _DesignTurns(Turns):

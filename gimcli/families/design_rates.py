@@ -39,7 +39,7 @@ class DesignTapes:
         constants = [[part for _, c in tape.constants.values() for part in (c.real, c.imag)] for tape in tapes]
         factors = [[x for pair in tape.factors for x in pair] for tape in tapes]
         self.maker = TableMaker(recording, [*factors, *constants])
-        self._known: tuple[bytes, list[FloatArray]] = b"", []  # the last designs, and their numbers
+        self._known: tuple[Any, list[FloatArray]] = None, []  # the last designs, and their numbers
         self.first = [len(w) // WIDTH - len(own) for (w, _), own in zip(self.arrays, constants, strict=True)]
 
     def __call__(
@@ -51,8 +51,8 @@ class DesignTapes:
         designs (designs, dimensions) in the file's units; z (designs, nodes, rows); given (designs or 1, ., actuators,
         rows): inputs and their derivatives. NaN in rows that are not solved or singular.
         """
-        key, count = np.asarray(designs, dtype=float).tobytes(), len(self.arrays)
-        if key != self._known[0] or not self._known[1]:
+        key, count = (designs.shape, designs.tobytes()), len(self.arrays)
+        if key != self._known[0]:
             self._known = key, self.maker.flat(designs)
         numbers = self._known[1]
         z, given = np.ascontiguousarray(z), np.array(given, order="C")
@@ -96,9 +96,8 @@ class DesignRates:
         Arguments are those of a tape; inputs and their derivatives are given up to the order.
         """
         run = choose(jit, self.made.plain_seconds(z[:, 0].size), notify, ("play_designs",))
-        shape = len(z), z.shape[-1]
-        nodes = np.empty((shape[0], *self.made.points, shape[1]), dtype=complex)
-        angles = np.empty((shape[0], *self.made.angles, shape[1]))
+        nodes = np.empty((len(z), *self.made.points, z.shape[-1]), dtype=complex)
+        angles = np.empty((len(z), *self.made.angles, z.shape[-1]))
         self.tapes(designs, z, given, nodes, angles, run)
         return nodes, angles
 
@@ -130,6 +129,5 @@ class PositionSlopes:
         by, good = np.zeros((len(z), self.count, *z.shape[1:]), dtype=complex), np.empty((len(z), 1, 1, z.shape[-1]))
         self.tapes(designs, z, inputs[:, None], by, good, run)
         known = np.isfinite(good[:, 0, 0])
-        if not known.all():
-            by.transpose(0, 3, 1, 2)[~known] = np.nan
+        by.transpose(0, 3, 1, 2)[~known] = np.nan
         return by, known

@@ -113,6 +113,8 @@ class DesignSensitivity:
         `rates` (3, actuators, rows) are the derivatives of the inputs by the time [s] (rows,), which the dimensions do
         not change.
         """
+        if self.forces is not None:
+            self.forces.turns.last.clear()  # the motion begins again
         given = inputs[None] if rates is None else np.concatenate([inputs[None], rates])
         width = max(1, BLOCK // max(1, len(self._units) * len(z)))
         starts = range(0, z.shape[1], width)

@@ -118,3 +118,12 @@ def test_compiled_derivatives_are_those_of_the_interpreter_also_in_a_batch(name)
     assert both.shape == (2, 3 + len(mechanism.actuators), len(mechanism.nodes), 301)
     assert both[1] == pytest.approx(plainly, abs=1e-12)
     assert both[0] == pytest.approx(both[1][:, :, ::-1], abs=1e-12)
+
+
+def test_derivatives_by_inputs_alone_are_those_of_any_number_of_designs():
+    mechanism = load(MODELS / "crank_rocker.yaml")
+    motion, family = trace(mechanism, 6).motion, Family(mechanism, [])
+    one, _ = family.slopes(np.empty((1, 0)), motion.z[None], motion.inputs[None], plain)
+    three, good = family.slopes(np.empty((3, 0)), np.stack([motion.z] * 3), motion.inputs[None], plain)
+    assert good.all()
+    assert three == pytest.approx(np.concatenate([one] * 3), abs=1e-15)
