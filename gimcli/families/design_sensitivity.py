@@ -178,9 +178,7 @@ class DesignSensitivity:
 
 def _has_forces(mechanism: Mechanism, item: Item) -> bool:
     """Return whether a quantity depends on forces."""
-    needs = Needs(mechanism)
-    item.quantity.values(needs)
-    return needs.forced
+    return Needs(mechanism, [item.quantity]).forced
 
 
 def moves_nodes(tangents: FloatTables) -> BoolArray:

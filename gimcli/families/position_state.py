@@ -110,12 +110,7 @@ def position_items(mechanism: Mechanism, text: str, order: int = 0) -> tuple[Ite
     items = known.find(f"{text}.angle" if text in known.members else text)
     if not items and (text.partition(":")[0] in KINDS or "(" in text or "|" in text):
         items = known.asked(text)  # raises the reason
-    needs = Needs(mechanism)
-    try:
-        for item in items:
-            item.quantity.values(needs)
-    except ApartError:
-        needs.rows.append("path")
+    needs = Needs(mechanism, (item.quantity for item in items))
     rows = set(needs.rows) - ({actuator.name for actuator in mechanism.actuators} if order else set())
     if items and (needs.order > order or rows or (needs.forced and not order)):
         what = "positions, rates and forces have" if order else "positions have"

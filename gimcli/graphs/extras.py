@@ -50,10 +50,8 @@ class Extras:
             self._plan(graphs, columns)
         drawn = self.plans or usual
         self._names, self._parts = {name for plan in drawn for name in plan.columns}, list[list[Column]]()
-        needs = Needs(mechanism)
         motion = [one for one in self.wanted if isinstance(one, PointVector | MemberTurning)]
-        for one in motion:
-            one.values(needs)
+        needs = Needs(mechanism, motion)
         self.order = max(derivatives, needs.order)
         self.names = (*mechanism.traced, *(name for name in needs.points if name not in mechanism.traced))
         self._members = needs.members

@@ -114,7 +114,7 @@ class Catalogue(KnownNames):
         """Return the value of a text that is a number of a motion; raise UsageError if it is none."""
         own = self.expression(text, "quantity")
         state.swept()
-        return float(np.ravel(Formula(self, own).values(state)[0])[0])
+        return float(np.ravel(state.value(Formula(self, own), 0))[0])
 
     def asked(self, text: str) -> tuple[Item, ...]:
         """Return the columns of a text: a name, a kind such as "centre:rod/rocker", or an expression.
@@ -224,8 +224,7 @@ class Formula(Quantity):
 
     def values(self, state: State) -> Sequence[Any]:
         """Return the value of each row."""
-        with np.errstate(all="ignore"):
-            return [self.expression.value(_Values(self.known, state), ARRAYS)]
+        return [self.expression.value(_Values(self.known, state), ARRAYS)]
 
 
 class _Values:

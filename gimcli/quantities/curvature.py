@@ -50,9 +50,8 @@ class Curvature(Quantity):
     def values(self, state: State) -> Sequence[Any]:
         """Return radius (inf if straight, 0 at a cusp), curvature, and x, y of the centre (NaN if straight)."""
         kappa, place, normal = path_curvature(state.path, self.point)
-        with np.errstate(all="ignore"):
-            radius = np.where(kappa == 0.0, np.inf, 1.0 / kappa)
-            centre = self.mechanism.to_file(place + np.where(np.isfinite(radius), radius, np.nan) * normal)
+        radius = np.where(kappa == 0.0, np.inf, 1.0 / kappa)
+        centre = self.mechanism.to_file(place + np.where(np.isfinite(radius), radius, np.nan) * normal)
         scale = self.mechanism.scale
         return [radius * scale, kappa / scale, centre.real, centre.imag]
 

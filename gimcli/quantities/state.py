@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Protocol
@@ -116,7 +116,8 @@ class State(ABC):
     def value(self, quantity: Valued, column: int) -> Any:
         """Return a column of a quantity (..., rows) in the file's units."""
         if quantity.spec not in self._found:
-            self._found[quantity.spec] = quantity.values(self)
+            with np.errstate(all="ignore"):  # what is not determined is NaN
+                self._found[quantity.spec] = quantity.values(self)
         return self._found[quantity.spec][column]
 
     def first(self, key: str, rows: Any) -> Any:
@@ -334,14 +335,19 @@ class SeparateState(MotionState):
 
 
 class Needs(State):
-    """A state of made-up numbers, which notes what formulas ask for."""
+    """A state of made-up numbers, which notes what the formulas of quantities ask for."""
 
-    def __init__(self, mechanism: Mechanism) -> None:
+    def __init__(self, mechanism: Mechanism, asked: Iterable[Valued]) -> None:
         super().__init__(mechanism)
         self.order = 0  # of derivatives
         self.points, self.members = list[str](), list[int]()  # members whose direction is counted
         self.rows = list[str]()  # values of rows, such as the time
         self.forced = False  # whether there are forces
+        try:
+            for one in asked:
+                self.value(one, 0)
+        except ApartError:
+            self.rows.append("path")
 
     def node(self, node: int, order: int = 0) -> Any:
         """Note an order."""

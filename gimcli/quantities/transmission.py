@@ -53,10 +53,9 @@ class Transmission(Quantity):
 
     def values(self, state: State) -> Sequence[Any]:
         """Return the angle, 0 to 180 degrees."""
-        with np.errstate(all="ignore"):
-            first, second = (state.line(line, self.joint.node) for line in (self.joint.first, self.joint.second))
-            product = np.conj(first) * second
-            angle = np.arctan2(abs(product.imag), product.real)
+        first, second = (state.line(line, self.joint.node) for line in (self.joint.first, self.joint.second))
+        product = np.conj(first) * second
+        angle = np.arctan2(abs(product.imag), product.real)
         return [angle_to_file(self.mechanism, np.where(product == 0.0, np.nan, angle))]
 
     def whole(self, state: State, ranges: Mapping[str, ColumnRange]) -> dict[str, Any]:

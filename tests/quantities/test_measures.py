@@ -32,7 +32,8 @@ def derivatives_of(name, steps=72, **more):
 
 
 def values(measure, path):
-    return measure.values(MotionState(path.motion))
+    state = MotionState(path.motion)
+    return [state.value(measure, k) for k in range(len(measure.heads))]
 
 
 def whole(measure, path):
