@@ -18,7 +18,7 @@ import gimcli
 from gimcli.mechanism import FloatArray
 from gimcli.output import write
 from gimcli.output.graph import Axis, Curve, CurveGraph
-from gimcli.output.history import history_sheet
+from gimcli.output.panels import history_sheet
 from gimcli.structure.constraint_jacobian import full_pivoting
 
 TOLERANCE, UPDATES = 1e-10, 24

@@ -16,7 +16,7 @@ from gimcli.dynamics.simulation_table import reactions
 from gimcli.kernels.jit import compiled
 from gimcli.output import write
 from gimcli.output.graph import Axis, Curve, CurveGraph
-from gimcli.output.history import history_sheet
+from gimcli.output.panels import history_sheet
 
 MODEL = Path(__file__).parents[1] / "models" / "watt_durango.yaml"
 PERIOD = 3.59374750406788

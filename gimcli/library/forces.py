@@ -265,7 +265,7 @@ class ForcesResult(RowsResult):
 
     def picture(self) -> Content | None:
         """Return the graphs, by default of the efforts; None if no forces are determined."""
-        from gimcli.output.history import history_sheet
+        from gimcli.output.panels import history_sheet
 
         if not self._found.determined:
             return None

@@ -119,7 +119,7 @@ class ReduceResult(RowsResult):
     def picture(self) -> Content | None:
         """Return graphs of the reduced quantities over the input; None if fewer than two rows are solved."""
         from gimcli.output.graph import Axis, Curve, CurveGraph
-        from gimcli.output.history import history_sheet
+        from gimcli.output.panels import history_sheet
 
         found, table, actuator = self._found, self.table(), self.mechanism.actuators[self._found.actuator]
         if found.solved < 2:

@@ -311,7 +311,7 @@ class SimulateResult(PlacedRows):
     def picture(self) -> Content | None:
         """Return the mechanism above graphs, by default of inputs, speeds and energies; None without rows."""
         from gimcli.output.drawing import motion_picture
-        from gimcli.output.history import history_sheet
+        from gimcli.output.panels import history_sheet
         from gimcli.output.picture import Sheet
 
         own, z = self.mechanism, self._found.nodes[0]

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import csv
 import io
+from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sequence
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Any, TextIO
+from typing import Any, Self, TextIO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,38 +30,52 @@ def refuse_repeated(names: Iterable[str]) -> None:
         seen.add(name)
 
 
-class CsvStream:
+class TableStream(ExitStack, ABC):
+    """A file to which tables are appended; it appears when the `with` block ends without an error."""
+
+    def __init__(self, target: Path | str | TextIO, names: Sequence[str]) -> None:
+        """Raise UsageError if two of the names of the columns are equal."""
+        super().__init__()
+        refuse_repeated(names)
+        self._target: Any = target
+        self._names = tuple(names)
+        self._file: Any = None  # what the rows are written to
+
+    def __enter__(self) -> Self:
+        self._file = self._opened()
+        return self
+
+    def append(self, table: Table) -> None:
+        """Add the rows of a table with the stream's columns."""
+        if self._file is None or table.names != self._names:
+            raise ValueError(f"the stream is closed, or the table has columns {table.names}, not {self._names}")
+        self._add(table)
+
+    @abstractmethod
+    def _opened(self) -> Any:
+        """Open the file with all that ends with the `with` block, and return what the rows are written to."""
+
+    @abstractmethod
+    def _add(self, table: Table) -> None:
+        """Write the rows of a table."""
+
+
+class CsvStream(TableStream):
     """CSV text to which tables are appended.
 
     A file appears when the `with` block ends without an error. Text for a handle, such as standard output, is written
     immediately.
     """
 
-    def __init__(self, target: Path | str | TextIO, names: Sequence[str]) -> None:
-        self._target = target
-        self._names = tuple(names)
-        refuse_repeated(self._names)
-        self._stack = ExitStack()
-        self._handle: TextIO | None = None
+    def _opened(self) -> Any:
+        named = isinstance(self._target, Path | str)
+        handle = self.enter_context(written_text(self._target)) if named else self._target
+        handle.write(",".join(map(_quoted, self._names)) + "\n")
+        return handle
 
-    def __enter__(self) -> CsvStream:
-        target = self._target
-        if isinstance(target, Path | str):
-            target = self._stack.enter_context(written_text(target))
-        self._handle = target
-        self._handle.write(",".join(map(_quoted, self._names)) + "\n")
-        return self
-
-    def __exit__(self, *fault: Any) -> None:
-        self._handle = None
-        self._stack.__exit__(*fault)
-
-    def append(self, table: Table) -> None:
-        """Write the rows of a table with the stream's columns."""
-        if self._handle is None or table.names != self._names:
-            raise ValueError(f"the stream is closed, or the table has columns {table.names}, not {self._names}")
+    def _add(self, table: Table) -> None:
         for start in range(0, len(table), ROWS_AT_ONCE):
-            self._handle.write(_lines(table, slice(start, start + ROWS_AT_ONCE)))
+            self._file.write(_lines(table, slice(start, start + ROWS_AT_ONCE)))
 
 
 def write_csv(table: Table, path: Path | str) -> None:
@@ -77,25 +92,15 @@ def _lines(table: Table, rows: slice) -> str:
 
 
 def _cells(values: NDArray[Any]) -> list[str]:
-    """Return the texts of a column's cells."""
+    """Return the texts of a column's cells: the shortest from which the same numbers are read, none for NaN."""
     if values.dtype.kind == "f":
-        return _float_cells(values.astype(np.float64))
-    if values.dtype.kind in "iu":
-        return list(map(str, values.tolist()))
-    return _text_cells([str(value) for value in values.tolist()])
-
-
-def _float_cells(values: NDArray[np.float64]) -> list[str]:
-    """Return the shortest texts from which the same numbers are read; an empty text for NaN."""
-    cells = list(map(repr, values.tolist()))
-    for row in np.flatnonzero(np.isnan(values)).tolist():
-        cells[row] = ""
-    return cells
-
-
-def _text_cells(values: list[str]) -> list[str]:
-    quoted = {value: _quoted(value) for value in set(values)}
-    return [quoted[value] for value in values]
+        cells = list(map(repr, values.astype(np.float64).tolist()))
+        for row in np.flatnonzero(np.isnan(values)).tolist():
+            cells[row] = ""
+        return cells
+    texts = list(map(str, values.tolist()))
+    quoted = {} if values.dtype.kind in "iu" else {text: _quoted(text) for text in set(texts)}
+    return [quoted.get(text, text) for text in texts]
 
 
 def _quoted(value: str) -> str:

@@ -1,4 +1,4 @@
-"""Drawing exchange files (DXF) for CAD programs, if ezdxf is installed."""
+"""Drawing exchange files (DXF) for CAD programs, written by ezdxf."""
 
 from __future__ import annotations
 
@@ -6,16 +6,15 @@ import re
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import ezdxf
 import numpy as np
+from ezdxf import options
 
-from gimcli.errors import OutputError
 from gimcli.mechanism import ComplexArray
 from gimcli.output.atomic import written_text
-
-if TYPE_CHECKING:
-    from gimcli.output.geometry import Geometry, Shape
+from gimcli.output.geometry import Geometry, Lettering, PinCircle, Polyline, Shape, Spot
 
 RELEASE = "R2010"
 """The version of the format: text in UTF-8, read by all programs in use."""
@@ -37,28 +36,10 @@ LONGEST = 255
 """Largest number of letters in the name of a layer."""
 
 
-def require_ezdxf(path: Path) -> None:
-    """Raise OutputError if ezdxf is not installed."""
-    try:
-        _ezdxf()
-    except ImportError:
-        raise OutputError(f"{path}: DXF files need ezdxf; run: pip install 'gimcli[dxf]'") from None
-
-
-def _ezdxf() -> Any:
-    """Import ezdxf, without its warning where its cache of fonts cannot be written."""
-    import logging
-
-    logging.getLogger("ezdxf").addHandler(logging.NullHandler())
-    import ezdxf
-
-    return ezdxf
-
-
 def write_dxf(content: Geometry, path: Path | str) -> None:
     """Write shapes in true size, each layer with its name; the same content always gives the same bytes."""
     with _undated():
-        drawing = _ezdxf().new(RELEASE, units=UNITS[content.unit])
+        drawing = ezdxf.new(RELEASE, units=UNITS[content.unit])
         drawing.header["$MEASUREMENT"] = 0 if content.unit in IMPERIAL else 1
         space, curves = drawing.modelspace(), 0
         for own, name in zip(layer_names(content.layers), content.layers, strict=True):
@@ -87,8 +68,6 @@ def layer_names(names: Iterable[str]) -> list[str]:
 
 def _add(space: Any, shape: Shape, layer: str) -> None:
     """Add a shape to a layer; a polyline of two points is a line."""
-    from gimcli.output.geometry import Lettering, PinCircle, Spot
-
     look = {"layer": layer}
     if isinstance(shape, PinCircle):
         space.add_circle(_pair(shape.centre), shape.radius, look)
@@ -118,8 +97,6 @@ def _show_all(drawing: Any, content: Geometry) -> None:
 
 
 def _extent(shape: Shape) -> ComplexArray:
-    from gimcli.output.geometry import PinCircle, Polyline
-
     if isinstance(shape, Polyline):
         return shape.points
     if isinstance(shape, PinCircle):
@@ -130,8 +107,6 @@ def _extent(shape: Shape) -> ComplexArray:
 @contextmanager
 def _undated() -> Iterator[None]:
     """Let ezdxf write neither the time nor new identification numbers (context manager)."""
-    from ezdxf import options
-
     before = options.write_fixed_meta_data_for_testing
     options.write_fixed_meta_data_for_testing = True
     try:

@@ -5,8 +5,11 @@ from __future__ import annotations
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
+from gimcli.output.atomic import written_bytes
 from gimcli.output.axes import dash, fill, mark_style, set_up, title_lines, write_title
 from gimcli.output.gallery import gallery_figure
 from gimcli.output.look import settings_of
@@ -21,6 +24,25 @@ ROUNDING = 1e-9
 
 NARROWEST = 4.8
 """Least width of a figure [in], unless a size is given."""
+
+
+OPTIONS: dict[str, dict[str, Any]] = {
+    ".png": {"pil_kwargs": {"compress_level": 3}},  # drawings get hardly smaller, but slower, with higher levels
+    ".svg": {"metadata": {"Date": None}},
+    ".pdf": {"metadata": {"CreationDate": None}},
+}
+"""What matplotlib is told of each format: the same picture always gives the same bytes."""
+
+
+def write_picture(picture: Content | Printed, path: Path | str) -> None:
+    """Write a picture as a PNG, PDF or SVG file, by its suffix; an SVG file has a group for each part."""
+    from matplotlib.backend_bases import FigureCanvasBase
+
+    kind = Path(path).suffix.lower()
+    printed = replace(picture if isinstance(picture, Printed) else Printed(picture), grouped=kind == ".svg")
+    with written_bytes(path) as handle, drawn(FigureCanvasBase, printed) as canvas:
+        edges = {"facecolor": "auto", "edgecolor": "auto", "dpi": canvas.figure.dpi}
+        canvas.print_figure(handle, format=kind[1:], **edges, **OPTIONS[kind])
 
 
 @contextmanager

@@ -1,16 +1,20 @@
-"""Films of an animation: pictures with one window, shown one after another. Shared by the formats .gif and .mp4."""
+"""Films of an animation: pictures with one window, shown one after another. Files .gif and .mp4."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from shutil import which
+from subprocess import CalledProcessError
+from tempfile import TemporaryDirectory
+from typing import Any, cast
 
 import numpy as np
 
 from gimcli.errors import OutputError, reason
 from gimcli.mechanism import ComplexArray, FloatArray, IntArray
 from gimcli.output import style
+from gimcli.output.animation import Animation, Clip
 from gimcli.output.atomic import written_bytes
 from gimcli.output.axes import fill
 from gimcli.output.drawing import plot
@@ -19,11 +23,8 @@ from gimcli.output.look import dressed
 from gimcli.output.picture import LAYOUT, Picture, PictureLayout, Text, composition
 from gimcli.output.pose import draw_markers, draw_strong
 from gimcli.output.printed import PictureOptions
+from gimcli.output.scene import Scene
 from gimcli.output.style import Pen, curve_pen
-
-if TYPE_CHECKING:
-    from gimcli.output.animation import Animation, Clip
-    from gimcli.output.scene import Scene
 
 SHORTEST, LONGEST = 4.0, 10.0
 """Shortest and longest film of one motion [s]; other durations of the motion are shown slower or faster."""
@@ -35,10 +36,39 @@ AHEAD = Pen(0.8, style.SOFT, layer=1)
 """The part of a curve that is not reached yet."""
 
 
+GIF_RATE, GIF_DPI = 20, 90
+MP4_RATE, MP4_DPI = 25, 120
+"""Frames per second, and resolution [dots per inch]."""
+
+
+def write_gif(animation: Animation, path: Path | str) -> None:
+    """Write an animation as a GIF file that repeats."""
+    from matplotlib.animation import PillowWriter
+
+    write_film(animation, path, PillowWriter(fps=GIF_RATE), GIF_RATE, GIF_DPI)
+
+
+def require_ffmpeg(path: Path) -> None:
+    """Raise OutputError if the program that encodes the film is not installed."""
+    if which("ffmpeg") is None:
+        raise OutputError(f"{path}: .mp4 needs the program ffmpeg, which is not on the PATH: install it, or write .gif")
+
+
+def write_mp4(animation: Animation, path: Path | str) -> None:
+    """Write an animation as an MP4 file (H.264), encoded by ffmpeg."""
+    from matplotlib.animation import FFMpegWriter
+
+    require_ffmpeg(Path(path))
+    writer = FFMpegWriter(fps=MP4_RATE, codec="h264", extra_args=["-pix_fmt", "yuv420p"])
+    try:
+        write_film(animation, path, writer, MP4_RATE, MP4_DPI)
+    except CalledProcessError as fault:
+        last = str(fault.stderr or fault).strip().splitlines()[-1:]
+        raise OutputError(f"{path}: ffmpeg cannot encode the film: {' '.join(last)}; write .gif") from fault
+
+
 def write_film(animation: Animation, path: Path | str, writer: Any, rate: int, dpi: int) -> None:
     """Write a film with one of matplotlib's writers, `rate` frames per second; the file appears when it is whole."""
-    from tempfile import TemporaryDirectory
-
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
     path = Path(path)

@@ -2,25 +2,15 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 from typing import Any, Literal
 
-from gimcli.errors import UsageError
+from gimcli.errors import OutputError, UsageError
 from gimcli.output.csv import CsvStream, write_csv
-from gimcli.output.dxf import require_ezdxf, write_dxf
-from gimcli.output.gif import write_gif
-from gimcli.output.html import write_html
-from gimcli.output.json import write_json
-from gimcli.output.model import write_model
-from gimcli.output.mp4 import require_ffmpeg, write_mp4
-from gimcli.output.npz import NpzStream, write_npz
-from gimcli.output.parquet import ParquetStream, require_pyarrow, write_parquet
-from gimcli.output.pdf import write_pdf
-from gimcli.output.png import write_png
-from gimcli.output.svg import write_svg
-from gimcli.output.xlsx import ROWS, write_xlsx
 
 Content = Literal["table", "arrays", "report", "picture", "animation", "model", "workbook", "geometry"]
 
@@ -37,22 +27,46 @@ class Format:
     most_rows: int | None = None  # of a table
 
 
+def _late(module: str, name: str) -> Callable[..., Any]:
+    """Return a function of a module of this package, which is imported when the function is called."""
+    return lambda *given: getattr(import_module(f"gimcli.output.{module}"), name)(*given)
+
+
+def _needs(package: str, files: str, extra: str) -> Callable[[Path], None]:
+    """Return a function that raises OutputError if a package that writes some files is not installed."""
+
+    def require(path: Path) -> None:
+        logging.getLogger(package).addHandler(logging.NullHandler())  # ezdxf warns if it cannot write its list of fonts
+        try:
+            import_module(package)
+        except ImportError:
+            raise OutputError(f"{path}: {files} need {package}; run: pip install 'gimcli[{extra}]'") from None
+
+    return require
+
+
+_PICTURE = Format("picture", _late("figure", "write_picture"), printed=True)
+_MODEL = Format("model", _late("model", "write_model"))
+
 FORMATS: dict[str, Format] = {
     ".csv": Format("table", write_csv, stream=CsvStream),
-    ".parquet": Format("table", write_parquet, require=require_pyarrow, stream=ParquetStream),
-    ".npz": Format("arrays", write_npz, stream=NpzStream),
-    ".json": Format("report", write_json),
-    ".xlsx": Format("workbook", write_xlsx, most_rows=ROWS),
-    ".png": Format("picture", write_png, printed=True),
-    ".svg": Format("picture", write_svg, printed=True),
-    ".pdf": Format("picture", write_pdf, printed=True),
-    ".dxf": Format("geometry", write_dxf, require=require_ezdxf),
-    ".html": Format("animation", write_html),
-    ".yaml": Format("model", write_model),
-    ".yml": Format("model", write_model),
-    ".gif": Format("animation", write_gif, printed=True),
-    ".mp4": Format("animation", write_mp4, True, require_ffmpeg),
-}
+    ".parquet": Format(
+        "table", _late("parquet", "write_parquet"), require=_needs("pyarrow", "Parquet files", "parquet"),
+        stream=_late("parquet", "ParquetStream"),
+    ),
+    ".npz": Format("arrays", _late("npz", "write_npz"), stream=_late("npz", "NpzStream")),
+    ".json": Format("report", _late("json", "write_json")),
+    ".xlsx": Format("workbook", _late("xlsx", "write_xlsx"), most_rows=1_048_575),
+    ".png": _PICTURE,
+    ".svg": _PICTURE,
+    ".pdf": _PICTURE,
+    ".dxf": Format("geometry", _late("dxf", "write_dxf"), require=_needs("ezdxf", "DXF files", "dxf")),
+    ".html": Format("animation", _late("page.document", "write_html")),
+    ".yaml": _MODEL,
+    ".yml": _MODEL,
+    ".gif": Format("animation", _late("film", "write_gif"), printed=True),
+    ".mp4": Format("animation", _late("film", "write_mp4"), True, _late("film", "require_ffmpeg")),
+}  # fmt: skip
 """The formats by their suffix."""
 
 

@@ -15,8 +15,8 @@ from gimcli.output.picture import Content, Gallery, Key, Picture, Sheet
 from gimcli.output.style import FONT, INK, PALETTE, PAPER, TINT, Fill, Mark, Pen, tint
 
 IGNORED = (
-    "backend", "backend_fallback", "figure.autolayout", "figure.constrained_layout.use", "interactive", "text.usetex",
-    "toolbar",
+    "backend", "backend_fallback", "figure.autolayout", "figure.constrained_layout.use", "interactive", "savefig.bbox",
+    "text.usetex", "toolbar",
 )  # fmt: skip
 """Settings of a style that have no effect: names are written as they are, not as TeX; axes are placed by `sizes`."""
 

@@ -10,7 +10,7 @@ import numpy as np
 from gimcli.mechanism import ComplexArray, FloatArray
 from gimcli.output.curves import pieces
 from gimcli.output.graph import EQUAL, POLAR, Curve, CurveGraph, PlaceMark
-from gimcli.output.picture import LAYOUT, Frame, Picture, PictureLayout, Sheet, Text, composition
+from gimcli.output.picture import LAYOUT, WIDEST, Frame, Picture, PictureLayout, Sheet, Text, composition
 from gimcli.output.style import CUT, DOT, PAPER, SOFT, VERTICAL, Mark, Pen, curve_pen, event_mark
 from gimcli.output.ticks import fitted, short, tick_texts
 from gimcli.output.value_window import value_window
@@ -46,6 +46,11 @@ def with_panels(picture: Picture, graphs: Sequence[CurveGraph]) -> Picture | She
     """Return a picture with graphs below it."""
     width = max(picture.frame.width, LEAST_WIDTH)
     return Sheet("", (picture, *(panel(graph, width) for graph in graphs))) if graphs else picture
+
+
+def history_sheet(graphs: Sequence[CurveGraph], title: str) -> Sheet:
+    """Return the pictures of graphs one above the other, under a title."""
+    return Sheet(title, tuple(panel(graph, WIDEST) for graph in graphs))
 
 
 def panel(graph: CurveGraph, width: float) -> Picture:

@@ -16,6 +16,7 @@ from pathlib import Path
 from string import Template
 
 from gimcli.output.animation import Animation
+from gimcli.output.atomic import written_text
 from gimcli.output.page.data import page_data
 
 FOLDER = Path(__file__).parent
@@ -48,6 +49,12 @@ def page(animation: Animation | None, *, scripts: Sequence[str] = (), connect: b
         "script": "</script>\n<script>".join((own, *scripts)),
     }
     return Template(_text("page.html")).substitute(parts)
+
+
+def write_html(animation: Animation, path: Path | str) -> None:
+    """Write an animation as one HTML file that loads nothing else."""
+    with written_text(path) as handle:
+        handle.write(page(animation))
 
 
 def page_json(animation: Animation) -> str:
