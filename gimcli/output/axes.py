@@ -94,18 +94,19 @@ def _artists(picture: Picture) -> list[Any]:
     from matplotlib.lines import Line2D
 
     found: list[Any] = []
-    for pen, paths in picture.strokes.items():
-        lines = LineCollection([_xy(path) for path in paths], colors=pen.color, linewidths=pen.width)
-        lines.set(linestyle=dash(pen), zorder=pen.layer, joinstyle="round")
-        lines.set_capstyle("butt" if pen.dash else "round")
-        found.append(lines)
-    for fill, outlines in picture.areas.items():
-        areas = PolyCollection([_xy(outline) for outline in outlines], facecolors=fill.face)
-        areas.set(edgecolor=fill.edge, linewidth=fill.width, zorder=fill.layer, joinstyle="round")
-        found.append(areas)
-    for mark, places in picture.marks.items():
-        z = np.array(places, dtype=np.complex128)
-        found.append(Line2D(z.real, z.imag, **mark_style(mark)))
+    for style, things in picture.ordered:
+        z = [thing for _, thing in things]
+        if isinstance(style, Mark):
+            found.append(Line2D(np.real(z), np.imag(z), **mark_style(style)))
+        elif isinstance(style, Pen):
+            lines = LineCollection(list(map(_xy, z)), colors=style.color, linewidths=style.width)
+            lines.set(linestyle=dash(style), zorder=style.layer, joinstyle="round")
+            lines.set_capstyle("butt" if style.dash else "round")
+            found.append(lines)
+        else:
+            areas = PolyCollection(list(map(_xy, z)), facecolors=style.face)
+            areas.set(edgecolor=style.edge, linewidth=style.width, zorder=style.layer, joinstyle="round")
+            found.append(areas)
     return found
 
 

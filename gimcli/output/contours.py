@@ -52,10 +52,10 @@ def contour_picture(across: Axis, up: Axis, name: Axis, x: FloatArray, y: FloatA
         x, y, np.ma.masked_invalid(values), corner_mask=True, fill_type="OuterOffset"
     )
     for k, (low, high) in enumerate(zip([-np.inf, *levels], [*levels, np.inf], strict=True)):
-        picture.area(_band(k, len(levels) + 1), *_outlines(found.filled(low, high)))
+        picture.draw(_band(k, len(levels) + 1), *_outlines(found.filled(low, high)))
     for level in levels:
         lines = [_complex(line) for line in found.lines(level)]
-        picture.stroke(LINE, *lines)
+        picture.draw(LINE, *lines)
         _write_value(picture, level, lines)
     _mark_alone(picture, x, y, values)
     return picture
@@ -68,7 +68,7 @@ def _mark_alone(picture: Picture, x: FloatArray, y: FloatArray, values: FloatArr
     inside = cells[:-1, :-1] | cells[1:, :-1] | cells[:-1, 1:] | cells[1:, 1:]
     rows, columns = np.nonzero(np.isfinite(values) & ~inside)
     places = _complex(np.column_stack([x[columns], y[rows]]))
-    picture.mark(ALONE, *places)
+    picture.draw(ALONE, *places)
     if len(places) <= MOST_WRITTEN and not inside.any():
         up = 0.04 * (picture.frame.high - picture.frame.low).imag
         for place, value in zip(places, values[rows, columns], strict=True):

@@ -3,29 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.output import style
-from gimcli.output.curves import drawn_runs
-from gimcli.output.labels import Labels
 from gimcli.output.picture import HIGHEST, LAYOUT, WIDEST, Frame, Picture, PictureLayout, composition
-from gimcli.output.pose import draw_ghost, draw_markers, draw_strong
-from gimcli.output.scene import Scene
-from gimcli.output.style import Mark, Pen, curve_pen
+from gimcli.output.pose import Drawing, solved
+from gimcli.output.style import Pen
 from gimcli.output.vectors import Arrows, Field
-from gimcli.table import labelled
-
-MOST_NAMES = 40
-"""With more nodes, no names are written."""
-
-MOST_KEYS = 18
-"""Largest number of curves in the legend."""
-
-NARROW, WIDE = 1.2, 4.2
-"""Widths of the last and of the first of curves that overlap [pt]."""
 
 REACH = 0.4
 """A measure's curve is shown up to this distance, in sizes of the drawing, beyond it: centrodes extend to infinity."""
@@ -43,29 +29,21 @@ def motion_picture(
     points that a fit has to pass.
     """
     scene = solved(mechanism, positions)
-    traced = [np.asarray(curve, dtype=np.complex128) for curve in curves.values()]
     light = light_poses(len(scene.poses), layout.ghosts) if scene else []
-    shown = [scene.extent([0, *light]), *traced] if scene else traced
-    more = {name: _within(curve, shown) for name, curve in (measured or {}).items()}
-    everything = [*shown, *more.values(), *(np.ravel(area) for area in areas), np.array(targets, dtype=np.complex128)]
-    picture = plot(mechanism, title, everything, layout)
+    traced = {name: np.asarray(curve, dtype=np.complex128) for name, curve in curves.items()}
+    shown = [*([scene.extent([0, *light])] if scene else []), *traced.values()]
+    traced |= {name: _within(curve, shown) for name, curve in (measured or {}).items()}
+    goals = np.array(targets, dtype=np.complex128)
+    drawing = Drawing.around(mechanism, scene, title, [*traced.values(), *areas, goals], layout, [0, *light])
     if areas:
-        with picture.named("area-swept"):
-            picture.area(style.SWEPT, *areas)
-        picture.legend.append(("area swept", Pen(7.0, style.SWEPT.face)))
-    if scene:
-        for number, pose in enumerate(light, start=1):
-            with picture.named(f"light-position:{number}"):
-                draw_ghost(picture, scene, pose, layout.members)
-        draw_strong(picture, scene)
-    _draw_curves(picture, dict(zip(curves, traced, strict=True)) | more, nested)
-    if len(targets):
-        with picture.named("targets"):
-            picture.mark(style.TARGET, *targets)
-        picture.legend.append(("targets", style.TARGET))
-    if scene:
-        _write_names(picture, scene, sorted(scene.used), {})
-    return picture
+        with drawing.picture.named("area-swept"):
+            drawing.picture.draw(style.SWEPT, *areas)
+        drawing.picture.legend.append(("area swept", Pen(7.0, style.SWEPT.face)))
+    drawing.poses(light, layout.members, crosses=False)
+    drawing.curves(traced, nested)
+    with drawing.picture.named("targets"):
+        drawing.picture.draw(style.TARGET, *targets, key="targets")
+    return drawing.write(sorted(scene.used) if scene else (), {})
 
 
 def _within(curve: ComplexArray, shown: Sequence[ComplexArray]) -> ComplexArray:
@@ -95,20 +73,16 @@ def position_picture(
     named = np.array(list(points.values()), dtype=np.complex128)
     shown = [np.ravel(position), named, *([scene.extent()] if scene else [])]
     field = Field(arrows, np.concatenate(shown))
-    picture = plot(mechanism, title, [*shown, field.extent()], layout)
+    drawing = Drawing.around(mechanism, scene, title, [*shown, field.extent()], layout)
     own = {point.name for point in mechanism.points} if scene else set()
     for name, z in points.items():
         if name not in own and np.isfinite(z):
-            with picture.named(f"point:{name}"):
-                picture.mark(style.TRACER, z)
-    if scene:
-        draw_strong(picture, scene)
-        draw_markers(picture, scene)
-    with picture.named("vectors"):
-        field.draw(picture)
-    if scene:
-        _write_names(picture, scene, range(len(mechanism.nodes)), points)
-    return picture
+            with drawing.picture.named(f"point:{name}"):
+                drawing.picture.draw(style.TRACER, z)
+    drawing.poses()
+    with drawing.picture.named("vectors"):
+        field.draw(drawing.picture)
+    return drawing.write(range(len(mechanism.nodes)), points) if scene else drawing.picture
 
 
 def history_picture(
@@ -120,8 +94,7 @@ def history_picture(
         curve = sweeps + 1j * np.log10(np.asarray(errors, dtype=np.float64))
     curve = curve[np.isfinite(curve)]
     picture = Picture(title, _window(curve), ("sweep", "relative error"), logarithmic=True)
-    picture.mark(style.DOT, *curve.tolist())
-    picture.legend.append(("error", style.DOT))
+    picture.draw(style.DOT, *curve.tolist(), key="error")
     c1, c2 = fit if fit is not None else (float("nan"), float("nan"))
     _draw_decay(picture, c1, c2, Pen(1.3, style.INK), f"fit {c1:.3g} exp(−{c2:.4g} n)")
     if np.isfinite(predicted) and predicted > 0 and len(curve):
@@ -129,58 +102,6 @@ def history_picture(
         pen = Pen(1.6, "#a50f15", (4.0, 2.5), layer=5)
         _draw_decay(picture, start, -np.log(predicted), pen, f"predicted slope, ρ = {predicted:.4g}")
     return picture
-
-
-def solved(mechanism: Mechanism, positions: ComplexArray) -> Scene | None:
-    """Return the poses without NaN, or None if there are none."""
-    poses = np.atleast_2d(np.asarray(positions, dtype=np.complex128))
-    poses = poses[np.all(np.isfinite(poses), axis=1)]
-    return Scene(mechanism, poses) if len(poses) else None
-
-
-def plot(mechanism: Mechanism, title: str, shown: Sequence[ComplexArray], layout: PictureLayout = LAYOUT) -> Picture:
-    """Return an empty picture with equal axes around the given points."""
-    frame = Frame.around(np.concatenate([*shown, np.zeros(0, dtype=np.complex128)]), layout)
-    return Picture(title, frame, length_labels(mechanism))
-
-
-def length_labels(mechanism: Mechanism) -> tuple[str, str]:
-    """Return the names of the axes, with the file's unit."""
-    return labelled("x", mechanism.length_unit), labelled("y", mechanism.length_unit)
-
-
-def _draw_curves(picture: Picture, curves: Mapping[str, ComplexArray], nested: bool) -> None:
-    for index, (name, curve) in enumerate(curves.items()):
-        pen, above = curve_pen(index), (len(curves) - 1 - index) / max(1, len(curves) - 1)
-        if nested:
-            pen = replace(pen, width=NARROW + above * (WIDE - NARROW))
-        runs = drawn_runs(curve, picture.frame.point)
-        with picture.named(f"curve:{name}"):
-            picture.stroke(pen, *(run for run in runs if len(run) > 1))
-            picture.mark(Mark("o", 2.0, pen.color, pen.color), *(run[0] for run in runs if len(run) == 1))
-        if index < MOST_KEYS:
-            picture.legend.append((name, pen))
-    if len(curves) > MOST_KEYS:
-        picture.legend.append((f"and {len(curves) - MOST_KEYS} more", Pen(0.0)))
-
-
-def _write_names(picture: Picture, scene: Scene, nodes: Sequence[int], points: Mapping[str, complex]) -> None:
-    labels = Labels(picture)
-    name_nodes(labels, scene, nodes, points)
-    labels.write()
-
-
-def name_nodes(labels: Labels, scene: Scene, nodes: Sequence[int], points: Mapping[str, complex]) -> None:
-    """Request the names of nodes and points beside them, unless there are too many."""
-    mechanism = scene.mechanism
-    if len(nodes) > MOST_NAMES:
-        return
-    own = {name: complex(scene.place(anchor, scene.poses[0])) for name, anchor in scene.tracers.items()}
-    for node in nodes:
-        labels.beside(complex(scene.poses[0][node]), mechanism.nodes[node])
-    for name, z in {**own, **points}.items():
-        if np.isfinite(z):
-            labels.beside(complex(z), name)
 
 
 def _window(curve: ComplexArray) -> Frame:
@@ -198,5 +119,4 @@ def _draw_decay(picture: Picture, start: float, rate: float, pen: Pen, name: str
         return
     low, high = picture.frame.low, picture.frame.high
     sweeps = np.linspace(low.real, high.real, 60)
-    picture.stroke(pen, sweeps + 1j * (np.log10(start) - rate * sweeps / np.log(10.0)))
-    picture.legend.append((name, pen))
+    picture.draw(pen, sweeps + 1j * (np.log10(start) - rate * sweeps / np.log(10.0)), key=name)

@@ -6,18 +6,16 @@ With one released input also potential and holding effort over it.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import replace
 
 import numpy as np
 
 from gimcli.dynamics.equilibria import BalanceHistory, Equilibria
 from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
-from gimcli.output.drawing import name_nodes, plot
 from gimcli.output.graph import Axis, Curve, CurveGraph
-from gimcli.output.labels import Labels
 from gimcli.output.panels import with_panels
 from gimcli.output.picture import LAYOUT, Content, Picture, PictureLayout, composition
-from gimcli.output.pose import draw_lines, draw_markers, draw_strong
+from gimcli.output.pose import Drawing, Shown
 from gimcli.output.scene import Scene
 from gimcli.output.style import GHOST_PIN, INK, Mark, Pen
 
@@ -36,40 +34,23 @@ MOST = 12
 """Largest number of positions that are drawn."""
 
 
-@dataclass(frozen=True)
-class ShownEquilibrium:
-    """An equilibrium in the file's units."""
-
-    number: int
-    stability: str
-    pose: ComplexArray = field(repr=False)  # (nodes,)
-
-
 @composition
 def equilibria_picture(
-    mechanism: Mechanism, shown: Sequence[ShownEquilibrium], title: str, *, layout: PictureLayout = LAYOUT
+    mechanism: Mechanism, shown: Sequence[Shown], title: str, *, layout: PictureLayout = LAYOUT
 ) -> Picture:
     """Return the mechanism in each equilibrium, the first stable one with all symbols; at least one is needed."""
-    strong = next((one for one in shown if one.stability == "stable"), shown[0])
+    strong = next((one for one in shown if one.kind == "stable"), shown[0])
     drawn = [strong, *(one for one in shown if one is not strong)][:MOST]
     scene = Scene(mechanism, np.array([one.pose for one in drawn]))
-    picture = plot(mechanism, title, [scene.extent(list(range(len(drawn))))], layout)
-    for pose, one in enumerate(drawn[1:], start=1):
-        with picture.named(f"equilibrium:{one.number}"):
-            draw_lines(picture, scene, scene.poses[pose], STABLE if one.stability == "stable" else OTHER)
-            picture.mark(GHOST_PIN, *scene.poses[pose][[n for n in scene.pins if n not in scene.fixed]].tolist())
-    draw_strong(picture, scene)
-    draw_markers(picture, scene)
-    labels, node = Labels(picture), _free_node(scene)
-    for kind, mark in MARKS.items():
-        own = [one for one in drawn if one.stability == kind]
-        if own:
-            picture.mark(mark, *(complex(one.pose[node]) for one in own))
-            picture.legend.append((kind, mark))
-    _write_numbers(labels, drawn, node, picture)
-    name_nodes(labels, scene, sorted(scene.used & scene.fixed), {})
-    labels.write()
-    return picture
+    drawing = Drawing.around(mechanism, scene, title, (), layout)
+    for one in drawn[1:]:
+        with drawing.picture.named(f"equilibrium:{one.number}"):
+            drawing.lines(scene, one.pose, STABLE if one.kind == "stable" else OTHER, GHOST_PIN)
+    drawing.poses()
+    node = _free_node(scene)
+    placed = [replace(one, at=(complex(one.pose[node]),)) for one in sorted(drawn, key=lambda one: one.number)]
+    drawing.numbered(placed, MARKS, size=10.0)
+    return drawing.write(sorted(scene.used & scene.fixed), {})
 
 
 def _free_node(scene: Scene) -> int:
@@ -77,20 +58,6 @@ def _free_node(scene: Scene) -> int:
     moving = [node for node in sorted(scene.used) if node not in scene.fixed] or [0]
     spread = [float(np.abs(scene.poses[:, node] - scene.poses[:, node].mean()).max()) for node in moving]
     return moving[int(np.argmax(spread))]
-
-
-def _write_numbers(labels: Labels, drawn: Sequence[ShownEquilibrium], node: int, picture: Picture) -> None:
-    """Write the numbers of the equilibria, those at the same place together."""
-    together: list[tuple[complex, list[int]]] = []
-    for one in sorted(drawn, key=lambda one: one.number):
-        at = complex(one.pose[node])
-        near = next((own for place, own in together if abs(place - at) < 4.0 * picture.frame.point), None)
-        if near is None:
-            together.append((at, [one.number]))
-        else:
-            near.append(one.number)
-    for place, numbers in together:
-        labels.beside(place, ", ".join(map(str, numbers)), size=10.0)
 
 
 OUTSIDE = 3.0
@@ -102,8 +69,8 @@ ORDER = ("unstable", "stable", "undecided")
 
 def equilibrium_picture(mechanism: Mechanism, found: Equilibria, title: str) -> Content:
     """Return the mechanism in all equilibria, or in the start position, with graphs if one input is released."""
-    shown = [ShownEquilibrium(k + 1, one.stability, mechanism.to_file(one.z)) for k, one in enumerate(found.found)] or [
-        ShownEquilibrium(0, "", mechanism.to_file(found.start))
+    shown = [Shown(k + 1, one.stability, mechanism.to_file(one.z)) for k, one in enumerate(found.found)] or [
+        Shown(0, "", mechanism.to_file(found.start))
     ]
     picture = equilibria_picture(mechanism, shown, title)
     return picture if found.history is None else with_panels(picture, _graphs(mechanism, found, found.history))

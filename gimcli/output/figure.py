@@ -11,10 +11,10 @@ from typing import Any
 
 from gimcli.output.atomic import written_bytes
 from gimcli.output.axes import dash, fill, mark_style, set_up, title_lines, write_title
-from gimcli.output.gallery import gallery_figure
+from gimcli.output.gallery import corners, gallery_size
 from gimcli.output.look import settings_of
 from gimcli.output.part_groups import PartNames
-from gimcli.output.picture import Content, Gallery, Key, Picture, Sheet
+from gimcli.output.picture import Content, Key, Picture, Sheet
 from gimcli.output.printed import Printed
 from gimcli.output.sizes import borders, cut, height_below, legend_shape, resolution, title_height, whole_height
 from gimcli.output.style import Mark
@@ -72,41 +72,61 @@ def figure_of(printed: Printed) -> Any:
 
     content = printed.content
     names = PartNames() if printed.grouped else None
-    if isinstance(content, Gallery):
-        return gallery_figure(content, printed.size, names)
-    pictures = content.pictures if isinstance(content, Sheet) else (content,)
-    width = printed.size[0] if printed.size else max(NARROWEST, *(_whole_width(picture) for picture in pictures))
-    font = pictures[0].frame.font
+    font = content.pictures[0].frame.font
+    if isinstance(content, Sheet) and content.columns:
+        return _gallery(content, Figure(printed.size or gallery_size(content)), names)
+    width = printed.size[0] if printed.size else max(NARROWEST, *(map(_whole_width, content.pictures)))
     heading = content.title if isinstance(content, Sheet) else ""
-    heights = [whole_height(picture, width) for picture in pictures]
+    heights = [whole_height(picture, width) for picture in content.pictures]
     bottom = sum(heights)
-    size = width, bottom + title_height(heading, width, font)
-    figure = Figure(size)
-    write_title(figure, title_lines(heading, width, font), 0.5, 1 - 0.12 / size[1])
-    for picture, own in zip(pictures, heights, strict=True):
+    figure = Figure((width, bottom + title_height(heading, width, font)))
+    _write_heading(figure, heading, font)
+    for picture, own in zip(content.pictures, heights, strict=True):
         bottom -= own
-        _add_picture(figure, picture, bottom, own, size, names)
+        _add_picture(figure, picture, bottom, own, names)
     return figure
+
+
+def _write_heading(figure: Any, title: str, font: float) -> None:
+    width, height = figure.get_size_inches()
+    write_title(figure, title_lines(title, width, font), 0.5, 1 - 0.12 / height)
 
 
 def _whole_width(picture: Picture) -> float:
     return sum(borders(picture.frame.font)) + picture.frame.width
 
 
-def _add_picture(
-    figure: Any, picture: Picture, base: float, own: float, size: tuple[float, float], names: PartNames | None
-) -> None:
-    """Add a picture whose lower edge is at `base` [in] of a figure."""
-    width, height = size
-    frame, font = picture.frame, picture.frame.font
-    left, right = borders(font)
-    left += (width - left - right - frame.width) / 2
-    bottom = base + height_below(picture, width)
+def _gallery(gallery: Sheet, figure: Any, names: PartNames | None) -> Any:
+    """Return the figure of a gallery; only the left and the lowest panels have numbers at their axes."""
+    width, height = figure.get_size_inches()
+    for k, (panel, (left, bottom)) in enumerate(zip(gallery.pictures, corners(gallery, width, height), strict=True)):
+        axes = _axes(figure, panel, left, bottom, names)
+        axes.set_title(panel.title, pad=3.0, parse_math=False)
+        if k % gallery.columns:
+            axes.set(ylabel="", yticklabels=[])
+        if k + gallery.columns < len(gallery.pictures):
+            axes.set(xlabel="", xticklabels=[])
+    _write_heading(figure, gallery.title, gallery.pictures[0].frame.font)
+    return figure
+
+
+def _axes(figure: Any, picture: Picture, left: float, bottom: float, names: PartNames | None) -> Any:
+    """Return the axes of a picture whose lower left corner is at a place [in] of a figure."""
+    (width, height), frame = figure.get_size_inches(), picture.frame
     axes = figure.add_axes((left / width, bottom / height, frame.width / width, frame.height / height))
     set_up(axes, picture)
     fill(axes, picture, names)
+    return axes
+
+
+def _add_picture(figure: Any, picture: Picture, base: float, own: float, names: PartNames | None) -> None:
+    """Add a picture whose lower edge is at `base` [in] of a figure, with its title and its legend."""
+    (width, height), frame = figure.get_size_inches(), picture.frame
+    left, right = borders(frame.font)
+    left += (width - left - right - frame.width) / 2
+    _axes(figure, picture, left, base + height_below(picture, width), names)
     middle = (left + frame.width / 2) / width
-    write_title(figure, title_lines(picture.title, width, font), middle, (base + own - 0.12) / height)
+    write_title(figure, title_lines(picture.title, width, frame.font), middle, (base + own - 0.12) / height)
     columns, rows = legend_shape(picture, width)
     if rows:
         _add_legend(figure, picture, columns, (middle, (base + 0.07) / height))

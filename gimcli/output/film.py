@@ -17,11 +17,10 @@ from gimcli.output import style
 from gimcli.output.animation import Animation, Clip
 from gimcli.output.atomic import written_bytes
 from gimcli.output.axes import fill
-from gimcli.output.drawing import plot
 from gimcli.output.figure import drawn
 from gimcli.output.look import dressed
 from gimcli.output.picture import LAYOUT, Picture, PictureLayout, Text, composition
-from gimcli.output.pose import draw_markers, draw_strong
+from gimcli.output.pose import Drawing
 from gimcli.output.printed import PictureOptions
 from gimcli.output.scene import Scene
 from gimcli.output.style import Pen, curve_pen
@@ -127,11 +126,11 @@ def film_background(
     scene: Scene, title: str, shown: Sequence[ComplexArray], names: Sequence[str], *, layout: PictureLayout = LAYOUT
 ) -> Picture:
     """Return what stands still in a film: the axes around all places, markers of the frame, and the names of curves."""
-    picture = plot(scene.mechanism, title, [scene.extent(), *shown], layout)
-    draw_markers(picture, scene)
+    drawing = Drawing.around(scene.mechanism, scene, title, shown, layout)
+    drawing.crosses(scene)
     if len(names) > 1:
-        picture.legend.extend((name, curve_pen(index)) for index, name in enumerate(names))
-    return picture
+        drawing.picture.legend += [(name, curve_pen(index)) for index, name in enumerate(names)]
+    return drawing.picture
 
 
 class Frames:
@@ -151,11 +150,11 @@ class Frames:
         """Return the moving part of one frame: mechanism and curves up to a row, or the reason why it is not solved."""
         picture = Picture("", cast(Picture, self.background.content).frame)
         for index, path in enumerate(self.paths[clip.name].values()):
-            picture.stroke(AHEAD, *pieces(path, clip.breaks))
-            picture.stroke(curve_pen(index), *pieces(path[: row + 1], clip.breaks))
+            picture.draw(AHEAD, *pieces(path, clip.breaks))
+            picture.draw(curve_pen(index), *pieces(path[: row + 1], clip.breaks))
         words = [clip.name] if len(self.animation.clips) > 1 else []
         if clip.good[row]:
-            draw_strong(picture, self.scene, clip.positions[row])
+            Drawing(picture, self.scene).strong(self.scene, clip.positions[row], {})
         else:
             words.append(clip.status[row])
         if words:

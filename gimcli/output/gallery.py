@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 import numpy as np
 
 from gimcli.mechanism import ComplexArray, Mechanism
-from gimcli.output.axes import fill, set_up, title_lines, write_title
 from gimcli.output.curves import drawn_runs
-from gimcli.output.drawing import length_labels
-from gimcli.output.labels import Labels
-from gimcli.output.part_groups import PartNames
-from gimcli.output.picture import LAYOUT, Frame, Gallery, Picture, PictureLayout, composition
-from gimcli.output.pose import draw_markers, draw_strong
+from gimcli.output.picture import LAYOUT, Frame, Picture, PictureLayout, Sheet, composition
+from gimcli.output.pose import Drawing, length_labels
 from gimcli.output.scene import Scene
 from gimcli.output.sizes import title_height
-from gimcli.output.style import LEFT, LINE, RIGHT, TOP, curve_pen
+from gimcli.output.style import LEFT, RIGHT, TOP, curve_pen
 
 NAMED = 9
 """Largest number of panels in which all nodes are named; with more, only the fixed pivots."""
@@ -45,32 +40,43 @@ FOOT = 0.5
 def gallery_picture(
     mechanism: Mechanism, positions: ComplexArray, titles: Sequence[str], title: str,
     paths: Sequence[ComplexArray] = (), *, layout: PictureLayout = LAYOUT,
-) -> Gallery:  # fmt: skip
+) -> Sheet:  # fmt: skip
     """Return the panels of positions (panels, nodes), each with its title, and its path if there are paths."""
+
+    def draw(drawing: Drawing, number: int) -> None:
+        for path in paths[number : number + 1]:
+            with drawing.picture.named("curve"):
+                runs = drawn_runs(path, drawing.picture.frame.point)
+                drawing.picture.draw(curve_pen(0), *(run for run in runs if len(run) > 1))
+
     scenes = [Scene(mechanism, z[None, :]) for z in positions]
-    columns = columns_of(len(scenes))
-    extents = [s.extent() for s in scenes] + [positions.ravel(), *paths]
-    frame = window_of(np.concatenate(extents), columns, layout)
-    labels = length_labels(mechanism)
+    return panels_of(scenes, titles, title, draw, layout, [positions.ravel(), *paths])
+
+
+def panels_of(
+    scenes: Sequence[Scene], titles: Sequence[str], title: str, draw: Callable[[Drawing, int], None],
+    layout: PictureLayout, shown: Sequence[ComplexArray] = (), colours: Mapping[str, str] | None = None,
+) -> Sheet:  # fmt: skip
+    """Return a gallery: the first pose of each scene over what `draw` draws in the panel of a number.
+
+    Args:
+        scenes: one for each panel.
+        titles: what stands above each panel.
+        title: what stands above all.
+        draw: draws what is below the pose.
+        layout: size of the window.
+        shown: further points in the window.
+        colours: replace black for members, blocks and cylinders, by name.
+    """
+    columns = next((c for c in range(1, 6) if len(scenes) <= c * c), 6)
+    frame = window_of(np.concatenate([*(scene.extent() for scene in scenes), *shown]), columns, layout)
     panels = []
-    for k, (scene, name) in enumerate(zip(scenes, titles, strict=True)):
-        panel = Picture(name, frame, labels)
-        for path in paths[k : k + 1]:
-            with panel.named("curve"):
-                panel.stroke(curve_pen(0), *(run for run in drawn_runs(path, frame.point) if len(run) > 1))
-        draw_strong(panel, scene)
-        draw_markers(panel, scene)
-        names = Labels(panel)
-        for node in sorted(scene.used if len(scenes) <= NAMED else scene.used & scene.fixed):
-            names.beside(complex(scene.poses[0][node]), mechanism.nodes[node])
-        names.write()
-        panels.append(panel)
-    return Gallery(title, tuple(panels), columns)
-
-
-def columns_of(count: int) -> int:
-    """Return the number of panels side by side."""
-    return next((c for c in range(1, 6) if count <= c * c), 6)
+    for number, (scene, name) in enumerate(zip(scenes, titles, strict=True)):
+        drawing = Drawing(Picture(name, frame, length_labels(scene.mechanism)), scene)
+        draw(drawing, number)
+        drawing.poses(colours=colours)
+        panels.append(drawing.write(sorted(scene.used if len(scenes) <= NAMED else scene.used & scene.fixed)))
+    return Sheet(title, tuple(panels), columns)
 
 
 def window_of(points: ComplexArray, columns: int, layout: PictureLayout) -> Frame:
@@ -88,36 +94,29 @@ def window_of(points: ComplexArray, columns: int, layout: PictureLayout) -> Fram
     return Frame(centre - half, centre + half, width, height, layout.font)
 
 
-def panel_size(gallery: Gallery, size: tuple[float, float], font: float) -> tuple[float, float]:
+def panel_size(gallery: Sheet, size: tuple[float, float], font: float) -> tuple[float, float]:
     """Return the width and height [in] of the panels' axes in a figure of a size [in]."""
-    rows = -(-len(gallery.panels) // gallery.columns)
     width = (size[0] - LEFT * font - RIGHT) / gallery.columns - GAP
     top = TOP + title_height(gallery.title, size[0], font)
-    return width, (size[1] - top - FOOT * font) / rows - HEAD * font
+    return width, (size[1] - top - FOOT * font) / _rows(gallery) - HEAD * font
 
 
-def gallery_figure(gallery: Gallery, size: tuple[float, float] | None = None, names: PartNames | None = None) -> Any:
-    """Return the matplotlib figure of a gallery; only the left and the lowest panels have numbers at their axes."""
-    from matplotlib.figure import Figure
+def gallery_size(gallery: Sheet) -> tuple[float, float]:
+    """Return the width and height [in] of the figure of a gallery with the sizes of its panels."""
+    frame = gallery.pictures[0].frame
+    width = LEFT * frame.font + gallery.columns * (frame.width + GAP) + RIGHT
+    top = TOP + title_height(gallery.title, width, frame.font)
+    return width, top + _rows(gallery) * (frame.height + HEAD * frame.font) + FOOT * frame.font
 
-    columns, frame = gallery.columns, gallery.panels[0].frame
-    rows, font = -(-len(gallery.panels) // columns), frame.font
-    width = size[0] if size else LEFT * font + columns * (frame.width + GAP) + RIGHT
-    lines = title_lines(gallery.title, width, font)
-    top = TOP + len(lines) * LINE * font
-    height = size[1] if size else top + rows * (frame.height + HEAD * font) + FOOT * font
-    figure = Figure((width, height))
-    for k, panel in enumerate(gallery.panels):
-        row, column = divmod(k, columns)
-        left = LEFT * font + column * (frame.width + GAP)
-        bottom = height - top - (row + 1) * (frame.height + HEAD * font)
-        axes = figure.add_axes((left / width, bottom / height, frame.width / width, frame.height / height))
-        set_up(axes, panel)
-        fill(axes, panel, names)
-        axes.set_title(panel.title, pad=3.0, parse_math=False)
-        if column:
-            axes.set(ylabel="", yticklabels=[])
-        if k + columns < len(gallery.panels):
-            axes.set(xlabel="", xticklabels=[])
-    write_title(figure, lines, 0.5, 1 - 0.12 / height)
-    return figure
+
+def corners(gallery: Sheet, width: float, height: float) -> Iterator[tuple[float, float]]:
+    """Yield the lower left corner [in] of each panel in a figure of a size [in]."""
+    frame = gallery.pictures[0].frame
+    top = TOP + title_height(gallery.title, width, frame.font)
+    for row, column in (divmod(k, gallery.columns) for k in range(len(gallery.pictures))):
+        left = LEFT * frame.font + column * (frame.width + GAP)
+        yield left, height - top - (row + 1) * (frame.height + HEAD * frame.font)
+
+
+def _rows(gallery: Sheet) -> int:
+    return -(-len(gallery.pictures) // gallery.columns)

@@ -8,10 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gimcli.mechanism import ComplexArray, Mechanism
-from gimcli.output.drawing import name_nodes, plot, solved
 from gimcli.output.labels import Labels
 from gimcli.output.picture import LAYOUT, Frame, Picture, PictureLayout, Text, composition
-from gimcli.output.pose import draw_markers, draw_strong
+from gimcli.output.pose import Drawing, solved
 from gimcli.output.scene import Scene
 from gimcli.output.style import ARROW, FONT, HEAD, INK, Fill, Pen, group_colour, tint
 
@@ -77,23 +76,22 @@ def coloured_picture(
 ) -> Picture:
     """Return the mechanism with each link in the colour of its group, and the number of the group at each link."""
     scene = solved(mechanism, position)
-    picture = plot(mechanism, title, [np.ravel(position), *([scene.extent()] if scene else [])], layout)
+    drawing = Drawing.around(mechanism, scene, title, [position], layout)
     groups = [box for box in boxes if box.number]
     numbers = {link: box.number for box in groups for link in box.links}
+    drawing.poses(colours={link: group_colour(number) for link, number in numbers.items()})
     if scene:
-        draw_strong(picture, scene, colours={link: group_colour(number) for link, number in numbers.items()})
-        draw_markers(picture, scene)
-        _number(picture, scene, numbers)
-    picture.legend += [(f"{box.number}: {box.name}", Pen(KEY, group_colour(box.number))) for box in groups]
-    return picture
+        _number(drawing.labels, scene, numbers)
+    drawing.picture.legend += [(f"{box.number}: {box.name}", Pen(KEY, group_colour(box.number))) for box in groups]
+    return drawing.write(range(len(mechanism.nodes)), {})
 
 
-def _number(picture: Picture, scene: Scene, numbers: Mapping[str, int]) -> None:
-    """Write the number of its group on each link, and the names of the nodes."""
-    labels, z = Labels(picture), scene.poses[0]
+def _number(labels: Labels, scene: Scene, numbers: Mapping[str, int]) -> None:
+    """Request the number of its group on each link."""
+    z = scene.poses[0]
     places = {
         **{scene.mechanism.members[b.member].name: [scene.place(a, z) for a in b.outline] for b in scene.bodies},
-        **{drive.name: list(z[list(drive.nodes)]) for drive in scene.drives if drive.kind == "cylinder"},
+        **{drive.name: list(z[list(drive.nodes)]) for drive in scene.cylinders},
     }
     along = np.array([0.5, 0.42, 0.58, 0.34, 0.66, 0.26, 0.74])
     for link, number in numbers.items():
@@ -104,8 +102,6 @@ def _number(picture: Picture, scene: Scene, numbers: Mapping[str, int]) -> None:
             middle = corners.mean()
             offers = np.append(middle, middle + 0.35 * (corners - middle))
             labels.at_best(offers, str(number), group_colour(number), NUMBER)
-    name_nodes(labels, scene, range(len(scene.mechanism.nodes)), {})
-    labels.write()
 
 
 @composition
@@ -116,7 +112,7 @@ def formation_picture(boxes: Sequence[Box], joints: Sequence[BoxJoint], *, layou
     for box, centre in zip(boxes, centres, strict=True):
         half = box.size / 2
         corners = [centre + complex(x * half.real, y * half.imag) for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
-        picture.area(box.fill, corners)
+        picture.draw(box.fill, corners)
         top = centre.imag + LINE * (len(box.lines) - 1) / 2
         picture.texts += [Text(complex(centre.real, top - LINE * k), line) for k, line in enumerate(box.lines)]
     lanes: dict[int, int] = {}
@@ -166,14 +162,14 @@ def _arrow(picture: Picture, boxes: Sequence[Box], centres: list[complex], joint
         start = to + 0.30j
         half = complex(LETTER * FONT * len(joint.tag) / 2 + 0.08, 0.10)
         corners = [complex(x * half.real, y * half.imag) for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
-        picture.area(upper.fill, [start + 0.10j + corner for corner in corners])
+        picture.draw(upper.fill, [start + 0.10j + corner for corner in corners])
         picture.texts.append(Text(start + 0.10j, joint.tag))
     else:
         start = centres[joint.upper] - 0.5j * upper.size.imag
         start += max(-0.4 * upper.size.real, min(0.4 * upper.size.real, to.real - start.real))
     turn = (to - start) / abs(to - start)
-    picture.stroke(ARROW, [start, to - 0.07 * turn])
-    picture.area(HEAD, [to, to + 0.09 * turn * (-1 + 0.4j), to + 0.09 * turn * (-1 - 0.4j)])
+    picture.draw(ARROW, [start, to - 0.07 * turn])
+    picture.draw(HEAD, [to, to + 0.09 * turn * (-1 + 0.4j), to + 0.09 * turn * (-1 - 0.4j)])
     beside = turn * 1j if (turn * 1j).real >= 0.0 else turn / 1j
     away = LETTER * FONT * len(joint.label) / 2 * beside.real + 0.08 * abs(beside.imag) + 0.05
     picture.texts.append(Text(to + 0.45 * (start - to) + away * beside, joint.label))

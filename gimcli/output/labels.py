@@ -10,7 +10,7 @@ import numpy as np
 from gimcli.canonical import first_least
 from gimcli.mechanism import BoolArray, ComplexArray, FloatArray
 from gimcli.output.picture import Picture, Text
-from gimcli.output.style import FONT, INK, LEADER, PAPER
+from gimcli.output.style import FONT, INK, LEADER, PAPER, Fill, Pen
 
 LETTERS = {"ijlI|'.,:; ": 0.33, "frtJ()[]-": 0.42, "mMW@%": 1.0, "wOQGHN": 0.82}
 """Widths of letters relative to their size."""
@@ -121,7 +121,7 @@ class Labels:
         )
         if abs(end) > 4.0 * pt:
             with self._picture.named("leaders"):
-                self._picture.stroke(LEADER, [place + 4.0 * pt * end / abs(end), place + end])
+                self._picture.draw(LEADER, [place + 4.0 * pt * end / abs(end), place + end])
 
 
 def extent(text: str, size: float) -> tuple[float, float]:
@@ -205,21 +205,22 @@ class _Ground:
 
 def _samples(picture: Picture) -> tuple[ComplexArray, FloatArray]:
     """Return points along all lines, outlines and marks of a picture, and their weights."""
-    pt = picture.frame.point
+    pt, ring = picture.frame.point, np.exp(2j * np.pi * np.arange(8) / 8)
     parts = []
-    for pen, paths in picture.strokes.items():
-        own = _weight(pen.color) * (TWICE if pen.width >= THICK else 1.0)
-        parts += [(_along(path, DENSITY * pt), own) for path in paths]
-    for fill, areas in picture.areas.items():
-        parts += [(_along(np.append(area, area[:1]), DENSITY * pt), _weight(fill.edge)) for area in areas]
-    ring = np.exp(2j * np.pi * np.arange(8) / 8)
-    for mark, places in picture.marks.items():
-        edge = np.add.outer(np.array(places, dtype=np.complex128), 0.5 * mark.size * pt * ring).ravel()
-        parts.append((edge, MARK * _weight(mark.edge)))
-    z = np.concatenate([*(part for part, _ in parts), np.zeros(0, dtype=np.complex128)])
+    for style, things in picture.ordered:
+        z = [thing for _, thing in things]
+        if isinstance(style, Pen):
+            own = _weight(style.color) * (TWICE if style.width >= THICK else 1.0)
+            parts += [(_along(path, DENSITY * pt), own) for path in z]
+        elif isinstance(style, Fill):
+            parts += [(_along(np.append(area, area[:1]), DENSITY * pt), _weight(style.edge)) for area in z]
+        else:
+            edge = np.add.outer(np.array(z), 0.5 * style.size * pt * ring).ravel()
+            parts.append((edge, MARK * _weight(style.edge)))
+    points = np.concatenate([*(part for part, _ in parts), np.zeros(0, dtype=np.complex128)])
     weight = np.concatenate([*(np.full(len(part), own) for part, own in parts), np.zeros(0)])
-    good = np.isfinite(z)
-    return z[good], weight[good]
+    good = np.isfinite(points)
+    return points[good], weight[good]
 
 
 def _weight(color: str) -> float:

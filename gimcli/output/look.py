@@ -11,8 +11,8 @@ from typing import Any
 
 from gimcli.errors import UsageError
 from gimcli.nearest import guess
-from gimcli.output.picture import Content, Gallery, Key, Picture, Sheet
-from gimcli.output.style import FONT, INK, PALETTE, PAPER, TINT, Fill, Mark, Pen, tint
+from gimcli.output.picture import Content, Picture, Style, changed
+from gimcli.output.style import FONT, INK, PALETTE, PAPER, TINT, Pen, tint
 
 IGNORED = (
     "backend", "backend_fallback", "figure.autolayout", "figure.constrained_layout.use", "interactive", "savefig.bbox",
@@ -126,14 +126,7 @@ def dressed(content: Content, look: Look) -> Content:
     Curves take the colours of `axes.prop_cycle` and widths in proportion to `lines.linewidth`. Greys are mixed from
     `text.color`, in place of black, and `axes.facecolor`, in place of white.
     """
-    if not look.settings:
-        return content
-    paint = _Paint(look)
-    if isinstance(content, Sheet):
-        return replace(content, pictures=tuple(paint.picture(one) for one in content.pictures))
-    if isinstance(content, Gallery):
-        return replace(content, panels=tuple(paint.picture(one) for one in content.panels))
-    return paint.picture(content)
+    return changed(content, _Paint(look).picture) if look.settings else content
 
 
 class _Paint:
@@ -167,47 +160,23 @@ class _Paint:
         mixed: Any = [min(1.0, max(0.0, a + part * (b - a))) for a, b in zip(self.ink, self.paper, strict=True)]
         return str(self._hex(tuple(mixed)))
 
-    def pen(self, pen: Pen) -> Pen:
-        """Return a pen with other colour and width."""
-        width = pen.width * self.width if pen.color in PALETTE else pen.width
-        return replace(pen, color=self.color(pen.color), width=width)
-
-    def area(self, fill: Fill) -> Fill:
-        """Return a fill with other colours."""
-        return replace(fill, face=self.color(fill.face), edge=self.color(fill.edge))
-
-    def mark(self, mark: Mark) -> Mark:
-        """Return a mark with other colours."""
-        return replace(mark, face=self.color(mark.face), edge=self.color(mark.edge))
-
-    def style(self, style: Pen | Fill | Mark) -> Pen | Fill | Mark:
-        """Return the style of a line, an area or a mark with other colours."""
-        if isinstance(style, Fill):
-            return self.area(style)
-        return self.mark(style) if isinstance(style, Mark) else self.pen(style)
-
-    def key(self, key: Key) -> Key:
-        """Return a key of the legend with other colours."""
-        if isinstance(key, tuple):
-            return self.pen(key[0]), self.mark(key[1])
-        return self.mark(key) if isinstance(key, Mark) else self.pen(key)
+    def style(self, style: Any) -> Any:
+        """Return the style of a line, an area or a mark, or a key of the legend, with other colours and widths."""
+        if isinstance(style, tuple):
+            return tuple(map(self.style, style))
+        if isinstance(style, Pen):
+            width = style.width * self.width if style.color in PALETTE else style.width
+            return replace(style, color=self.color(style.color), width=width)
+        return replace(style, face=self.color(style.face), edge=self.color(style.edge))
 
     def picture(self, picture: Picture) -> Picture:
         """Return a picture with other colours and widths."""
+        things: dict[Style, list[tuple[str, Any]]] = {}
+        for style, own in picture.things.items():
+            things.setdefault(self.style(style), []).extend(own)
         return replace(
             picture,
-            strokes=_joined((self.pen(pen), paths) for pen, paths in picture.strokes.items()),
-            areas=_joined((self.area(fill), areas) for fill, areas in picture.areas.items()),
-            marks=_joined((self.mark(mark), places) for mark, places in picture.marks.items()),
-            parts=_joined((self.style(style), parts) for style, parts in picture.parts.items()),
+            things=things,
             texts=[replace(text, color=self.color(text.color)) for text in picture.texts],
-            legend=[(name, self.key(key)) for name, key in picture.legend],
+            legend=[(name, self.style(key)) for name, key in picture.legend],
         )
-
-
-def _joined(pairs: Any) -> Any:
-    """Return a dict of lists; the lists of equal keys are joined."""
-    found: dict[Any, list[Any]] = {}
-    for key, values in pairs:
-        found.setdefault(key, []).extend(values)
-    return found

@@ -17,11 +17,9 @@ from gimcli.dynamics.small_motions import Linearised
 from gimcli.mechanism import ComplexArray, Mechanism
 from gimcli.output import style
 from gimcli.output.animation import Animation, Clip, Graph
-from gimcli.output.drawing import length_labels
-from gimcli.output.gallery import NAMED, columns_of, window_of
-from gimcli.output.labels import Labels
-from gimcli.output.picture import LAYOUT, Frame, Gallery, Picture, PictureLayout, composition
-from gimcli.output.pose import draw_ghost, draw_lines, draw_markers, draw_strong, part_names
+from gimcli.output.gallery import panels_of
+from gimcli.output.picture import LAYOUT, PictureLayout, Sheet, composition
+from gimcli.output.pose import Drawing, part_names
 from gimcli.output.scene import Scene
 from gimcli.output.style import Mark, Pen
 from gimcli.rounding import number
@@ -120,7 +118,7 @@ OTHER_PIN = Mark(size=3.6, face=style.PAPER, edge=style.PALETTE[1], width=0.9, l
 def extremes_gallery(
     mechanism: Mechanism, rest: ComplexArray, extremes: ComplexArray, titles: Sequence[str], title: str, *,
     layout: PictureLayout = LAYOUT,
-) -> Gallery:  # fmt: skip
+) -> Sheet:  # fmt: skip
     """Return one panel for each motion.
 
     Args:
@@ -132,30 +130,12 @@ def extremes_gallery(
         layout: size of the window.
     """
     scenes = [Scene(mechanism, np.array([one, rest, other])) for one, other in extremes]
-    columns = columns_of(len(scenes))
-    frame = window_of(np.concatenate([scene.extent() for scene in scenes]), columns, layout)
-    panels = [_panel(scene, frame, name, len(scenes) <= NAMED) for scene, name in zip(scenes, titles, strict=True)]
-    return Gallery(title, tuple(panels), columns)
 
+    def draw(drawing: Drawing, number: int) -> None:
+        with drawing.picture.named("at-rest"):
+            drawing.ghost(scenes[number], 1)
+        with drawing.picture.named("other-extreme"):
+            drawing.lines(scenes[number], scenes[number].poses[2], OTHER, OTHER_PIN)
 
-def _panel(scene: Scene, frame: Frame, title: str, all_names: bool) -> Picture:
-    mechanism = scene.mechanism
-    panel = Picture(title, frame, length_labels(mechanism))
-    with panel.named("at-rest"):
-        draw_ghost(panel, scene, 1)
-    with panel.named("other-extreme"):
-        _draw_other(panel, scene, scene.poses[2])
-    draw_strong(panel, scene, colours=dict.fromkeys(part_names(scene), style.PALETTE[0]))
-    draw_markers(panel, scene)
-    labels = Labels(panel)
-    for node in sorted(scene.used if all_names else scene.used & scene.fixed):
-        labels.beside(complex(scene.poses[0][node]), mechanism.nodes[node])
-    labels.write()
-    return panel
-
-
-def _draw_other(panel: Picture, scene: Scene, z: ComplexArray) -> None:
-    """Draw the members, cylinders and blocks at a position with dashed lines."""
-    draw_lines(panel, scene, z, OTHER)
-    blocks = {node for slider in scene.sliders for node in slider.nodes}
-    panel.mark(OTHER_PIN, *z[[n for n in {*scene.pins, *blocks} if n not in scene.fixed]].tolist())
+    colours = dict.fromkeys(part_names(Scene(mechanism, rest[None])), style.PALETTE[0])
+    return panels_of(scenes, titles, title, draw, layout, colours=colours)

@@ -63,10 +63,10 @@ def panel(graph: CurveGraph, width: float) -> Picture:
     left, right = _abscissa_limits(graph)
     picture = Picture("", Frame(complex(left, low), complex(right, high), width, HEIGHT), _labels(graph))
     if low < 0.0 < high:
-        picture.stroke(ZERO, [complex(left, 0.0), complex(right, 0.0)])
+        picture.draw(ZERO, [complex(left, 0.0), complex(right, 0.0)])
     for place, word in graph.verticals:
         if left <= place <= right:
-            picture.stroke(VERTICAL, [complex(place, low), complex(place, high)])
+            picture.draw(VERTICAL, [complex(place, low), complex(place, high)])
             picture.above.append((place, word))
     _draw_curves(picture, graph)
     return picture
@@ -83,13 +83,13 @@ def _equal_axes(graph: CurveGraph, *, layout: PictureLayout = LAYOUT) -> Picture
     low, high = picture.frame.low.imag, picture.frame.high.imag
     left, right = picture.frame.low.real, picture.frame.high.real
     if low < 0.0 < high:
-        picture.stroke(ZERO, [complex(left, 0.0), complex(right, 0.0)])
+        picture.draw(ZERO, [complex(left, 0.0), complex(right, 0.0)])
     if left < 0.0 < right:
-        picture.stroke(ZERO, [complex(0.0, low), complex(0.0, high)])
+        picture.draw(ZERO, [complex(0.0, low), complex(0.0, high)])
     starts = [z[np.isfinite(z)][:1] for z in (_places(c.x, c.y) for c in shown)]
     _draw_curves(picture, graph)
     _draw_marks(picture, graph.marks)
-    picture.mark(DOT, *(complex(z[0]) for z in starts if len(z)))
+    picture.draw(DOT, *(complex(z[0]) for z in starts if len(z)))
     picture.legend.append(("start", DOT))
     return picture
 
@@ -106,7 +106,7 @@ def _draw_marks(picture: Picture, marks: Sequence[PlaceMark]) -> None:
         outwards = normal if (normal.conjugate() * side).real >= 0.0 else -normal
         wide = 1.0 + 0.5 * abs(outwards.real) / abs(outwards)  # a text is wider than high
         picture.texts.append(Text(mark.place + wide * away * outwards / abs(outwards), mark.text, 7.0, halo=True))
-    picture.mark(PLACE, *(mark.place for mark in marks))
+    picture.draw(PLACE, *(mark.place for mark in marks))
 
 
 def _shown(graph: CurveGraph) -> Sequence[Curve]:
@@ -142,8 +142,8 @@ def _draw_curves(picture: Picture, graph: CurveGraph) -> None:
         pen = curve_pen(index)
         z = _places(curve.x, curve.y)
         runs = list(runs_of(z, frame))
-        picture.stroke(pen, *(run for run in runs if len(run) > 1))
-        picture.mark(Mark("o", 2.0, pen.color, pen.color), *(complex(run[0]) for run in runs if len(run) == 1))
+        picture.draw(pen, *(run for run in runs if len(run) > 1))
+        picture.draw(Mark("o", 2.0, pen.color, pen.color), *(complex(run[0]) for run in runs if len(run) == 1))
         if len(graph.curves) > 1:
             picture.legend.append((curve.name, pen))
         _mark_cut(picture, curve.name, z, graph)
@@ -151,7 +151,7 @@ def _draw_curves(picture: Picture, graph: CurveGraph) -> None:
         picture.legend.append((f"and {len(graph.curves) - MOST_CURVES} more: name the columns", Pen(0.0)))
     for index, (kind, places) in enumerate(graph.events.items()):
         if len(places):
-            picture.mark(event_mark(index), *places)
+            picture.draw(event_mark(index), *places)
             picture.legend.append((kind, event_mark(index)))
 
 
@@ -164,7 +164,7 @@ def _mark_cut(picture: Picture, name: str, z: ComplexArray, graph: CurveGraph) -
         return
     first = np.flatnonzero(beyond & ~np.append(False, beyond[:-1]))
     edge, above = 0.02 * (high - low), picture.frame.width / (picture.frame.high.real - picture.frame.low.real)
-    picture.mark(CUT, *(complex(z[k].real, high - edge if z[k].imag > high else low + edge) for k in first))
+    picture.draw(CUT, *(complex(z[k].real, high - edge if z[k].imag > high else low + edge) for k in first))
     for place in z.real[first]:
         if all(abs(place - other) * above > APART for other, _ in picture.above):
             picture.above.append((float(place), "pole"))
@@ -228,7 +228,7 @@ def polar_picture(graph: CurveGraph, *, layout: PictureLayout = LAYOUT) -> Pictu
         with np.errstate(invalid="ignore"):
             beyond = np.flatnonzero(radius > rim * (1.0 + 1e-9))
         z = np.where(radius <= rim * (1.0 + 1e-9), radius, np.nan) * np.exp(1j * curve.x)
-        picture.stroke(curve_pen(index), *(run for run in pieces(z) if len(run) > 1))
+        picture.draw(curve_pen(index), *(run for run in pieces(z) if len(run) > 1))
         if len(graph.curves) > 1:
             picture.legend.append((curve.name, curve_pen(index)))
         if len(beyond):
@@ -241,12 +241,12 @@ def polar_picture(graph: CurveGraph, *, layout: PictureLayout = LAYOUT) -> Pictu
 
 def _draw_grid(picture: Picture, circle: ComplexArray, step: float, rim: float, factor: float) -> None:
     radii = step * np.arange(1.0, round(rim / step) + 1.0)
-    picture.stroke(GRID, *(radius * circle for radius in radii[:-1]))
-    picture.stroke(RIM, rim * circle)
+    picture.draw(GRID, *(radius * circle for radius in radii[:-1]))
+    picture.draw(RIM, rim * circle)
     small = rim < SMALL * 72.0 * picture.frame.point * picture.frame.font
     for degrees in range(0, 360, RAYS):
         ray = complex(np.exp(1j * math.radians(degrees)))
-        picture.stroke(GRID, [0.0j, rim * ray])
+        picture.draw(GRID, [0.0j, rim * ray])
         if not small or degrees % 90 == 0:
             picture.texts.append(Text(1.07 * rim * ray, f"{degrees}°"))
     middle = complex(np.exp(1j * math.radians(0.5 * RAYS)))

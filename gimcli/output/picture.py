@@ -23,6 +23,7 @@ WIDEST, HIGHEST, LEAST = 5.9, 5.4, 2.7
 GHOSTS = 3
 """Number of light poses beside the first one."""
 
+Style = Pen | Fill | Mark
 Key = Pen | Mark | tuple[Pen, Mark]
 """The line or mark beside a name in the legend."""
 
@@ -100,83 +101,93 @@ class Picture:
     logarithmic: bool = False  # y are decimal logarithms
     logarithmic_x: bool = False  # x are decimal logarithms
     bare: bool = False  # no axes: a diagram
-    strokes: dict[Pen, list[ComplexArray]] = field(default_factory=dict)
-    areas: dict[Fill, list[ComplexArray]] = field(default_factory=dict)
-    marks: dict[Mark, list[complex]] = field(default_factory=dict)
+    things: dict[Style, list[tuple[str, Any]]] = field(default_factory=dict)  # in a style: part, and path or place
     texts: list[Text] = field(default_factory=list)
     legend: list[tuple[str, Key]] = field(default_factory=list)
-    parts: dict[Pen | Fill | Mark, list[str]] = field(default_factory=dict)  # of each stroke, area and mark
     above: list[tuple[float, str]] = field(default_factory=list)  # words above the axes, at their abscissae
     again: Callable[[PictureLayout], Picture] | None = field(default=None, repr=False, compare=False)
     """Compose the picture in another layout; None for graphs, whose frame may have any size."""
-    part: str = ""  # to which the next strokes, areas and marks belong, such as "member:crank"; "" for none
+    part: str = ""  # to which the next things belong, such as "member:crank"; "" for none
 
     @contextmanager
     def named(self, part: str) -> Iterator[None]:
-        """Let all strokes, areas and marks of the `with` block belong to a part."""
+        """Let all things that are drawn in the `with` block belong to a part."""
         before, self.part = self.part, part
         try:
             yield
         finally:
             self.part = before
 
-    def stroke(self, pen: Pen, *paths: ComplexArray | Iterable[complex]) -> None:
-        """Add open polylines."""
-        self.strokes.setdefault(pen, []).extend(_array(path) for path in paths)
-        self._own(pen, len(paths))
+    def draw(self, style: Style, *things: Any, key: str = "") -> None:
+        """Add open polylines in the style of a pen, closed polygons in that of a fill, or marks at places.
 
-    def area(self, fill: Fill, *outlines: ComplexArray | Iterable[complex]) -> None:
-        """Add closed polygons."""
-        self.areas.setdefault(fill, []).extend(_array(outline) for outline in outlines)
-        self._own(fill, len(outlines))
+        `key` is the name in the legend, if anything is added.
+        """
+        if things:
+            own = ((self.part, complex(one) if isinstance(style, Mark) else _array(one)) for one in things)
+            self.things.setdefault(style, []).extend(own)
+            self.legend += [(key, cast(Key, style))] if key else []
 
-    def mark(self, mark: Mark, *places: complex) -> None:
-        """Add marks."""
-        self.marks.setdefault(mark, []).extend(complex(place) for place in places)
-        self._own(mark, len(places))
+    @property
+    def ordered(self) -> list[tuple[Style, list[tuple[str, Any]]]]:
+        """The things of each style: lines, then areas, then marks."""
+        return sorted(self.things.items(), key=lambda item: (Pen, Fill, Mark).index(type(item[0])))
 
-    def draw(self, style: Pen | Fill | Mark, *things: Any) -> None:
-        """Add lines, areas or marks, as the style has it."""
-        add: Any = self.stroke if isinstance(style, Pen) else self.area if isinstance(style, Fill) else self.mark
-        add(style, *things)
+    @property
+    def strokes(self) -> dict[Pen, list[ComplexArray]]:
+        """The open polylines by style."""
+        return self._of(Pen)
 
-    def _own(self, style: Pen | Fill | Mark, count: int) -> None:
-        self.parts.setdefault(style, []).extend([self.part] * count)
+    @property
+    def areas(self) -> dict[Fill, list[ComplexArray]]:
+        """The closed polygons by style."""
+        return self._of(Fill)
+
+    @property
+    def marks(self) -> dict[Mark, list[complex]]:
+        """The places of marks by style."""
+        return self._of(Mark)
+
+    def _of(self, kind: type) -> dict[Any, list[Any]]:
+        return {style: [one for _, one in own] for style, own in self.things.items() if isinstance(style, kind)}
+
+    @property
+    def pictures(self) -> tuple[Picture, ...]:
+        """The picture, as a sheet has several."""
+        return (self,)
 
     def split(self) -> dict[str, Picture]:
-        """Return the strokes, areas and marks of each part, those without a part as the part ""."""
+        """Return the things of each part, those without a part as the part ""."""
         found: dict[str, Picture] = {}
-        styled: list[tuple[Any, Any]] = [*self.strokes.items(), *self.areas.items(), *self.marks.items()]
-        for style, things in styled:
-            for part, thing in zip(self.parts[style], things, strict=True):
+        for style, things in self.ordered:
+            for part, thing in things:
                 found.setdefault(part, Picture("", self.frame)).draw(style, thing)
         return found
 
 
 @dataclass(frozen=True)
 class Sheet:
-    """Pictures one above the other under one title."""
+    """Pictures one above the other under one title, or a gallery: panels with the same window in rows of `columns`."""
 
     title: str
     pictures: tuple[Picture, ...]
+    columns: int = 0
+    again: Callable[[PictureLayout], Sheet] | None = field(default=None, repr=False, compare=False)
 
 
-@dataclass(frozen=True)
-class Gallery:
-    """Panels in rows of `columns` panels."""
-
-    title: str
-    panels: tuple[Picture, ...]
-    columns: int
-    again: Callable[[PictureLayout], Gallery] | None = field(default=None, repr=False, compare=False)
-
-
-Content = Picture | Sheet | Gallery
+Content = Picture | Sheet
 """The content of a picture file."""
 
 
+def changed(content: Content, change: Callable[[Picture], Picture]) -> Content:
+    """Return a content with each of its pictures changed."""
+    if isinstance(content, Picture):
+        return change(content)
+    return replace(content, pictures=tuple(map(change, content.pictures)))
+
+
 Arguments = ParamSpec("Arguments")
-Composed = TypeVar("Composed", Picture, Gallery)
+Composed = TypeVar("Composed", Picture, Sheet)
 
 
 def composition(compose: Callable[Arguments, Composed]) -> Callable[Arguments, Composed]:

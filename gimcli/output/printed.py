@@ -9,7 +9,7 @@ from typing import Any
 from gimcli.errors import UsageError
 from gimcli.output.fitting import fitted, recomposed
 from gimcli.output.look import PLAIN, Look, dressed, read_look
-from gimcli.output.picture import GHOSTS, LAYOUT, Content, Sheet
+from gimcli.output.picture import GHOSTS, LAYOUT, Content, Sheet, changed
 
 UNITS = {"mm": 1 / 25.4, "cm": 1 / 2.54, "in": 1.0}
 """Units of the size [in]."""
@@ -84,10 +84,9 @@ class PictureOptions:
 
 
 def _titled(content: Content, title: str) -> Content:
-    """Return a content with another title; below the title of a sheet, pictures have none."""
-    if isinstance(content, Sheet):
-        return replace(content, title=title, pictures=tuple(replace(one, title="") for one in content.pictures))
-    return replace(content, title=title)
+    """Return a content with another title; below the title of pictures one above the other, these have none."""
+    above = isinstance(content, Sheet) and not content.columns
+    return replace(changed(content, lambda one: replace(one, title="")) if above else content, title=title)
 
 
 def _size(text: str | None) -> tuple[float, float] | None:

@@ -183,6 +183,11 @@ class Scene(Anchors):
         return tuple(self._drive(own) for k, own in enumerate(self.mechanism.actuators) if k not in geared)
 
     @cached_property
+    def cylinders(self) -> tuple[Drive, ...]:
+        """The actuators between two nodes."""
+        return tuple(drive for drive in self.drives if drive.kind == "cylinder")
+
+    @cached_property
     def gears(self) -> GearOutlines | None:
         """The gears, belts and racks, if there are any."""
         if not self.mechanism.gears:
@@ -199,9 +204,7 @@ class Scene(Anchors):
         named = [*springs, *((damper.name, "damper", damper.gauge) for damper in data.dampers)]
         placed = [(name, kind, *self._measured(self.mechanism.gauges[gauge])) for name, kind, gauge in named]
         beside: dict[object, list[str]] = {
-            (-1, frozenset(Anchor(node) for node in drive.nodes)): [drive.name]
-            for drive in self.drives
-            if drive.kind == "cylinder"
+            (-1, frozenset(map(Anchor, drive.nodes))): [drive.name] for drive in self.cylinders
         }
         for name, _, ends, pivot in placed:
             beside.setdefault((pivot, frozenset(ends)), []).append(name)

@@ -70,9 +70,9 @@ def _bars(title: str, lines: Sequence[BarLine]) -> Picture:
         picture.texts.append(Text(complex(0.0, middle), line.name, begins=True))
         end = left + (room * abs(line.value) / most if line.unit == common else 0.0)
         if end > left:
-            picture.area(POSITIVE if line.value > 0.0 else NEGATIVE, _box(left, end, middle))
+            picture.draw(POSITIVE if line.value > 0.0 else NEGATIVE, _box(left, end, middle))
         picture.texts.append(Text(complex(end + 0.08, middle), line.text, begins=True))
-    picture.stroke(Pen(0.8, INK), [complex(left, 0.0), complex(left, height)])
+    picture.draw(Pen(0.8, INK), [complex(left, 0.0), complex(left, height)])
     if len(lines) > len(shown):
         picture.legend.append((f"and {len(lines) - len(shown)} smaller ones", Pen(0.0)))
     return picture
@@ -97,7 +97,7 @@ def _panels(abscissa: Column, band: Band) -> list[Picture]:
         found.append(_deviation(across, x, band))
         for label, (_, fill) in BANDS.items():
             if label in band.spreads:
-                value.area(fill, *_outlines(x, band.values, band.spreads[label]))
+                value.draw(fill, *_outlines(x, band.values, band.spreads[label]))
     units = Counter(unit for unit, _ in band.slopes.values()).most_common()
     for unit, _ in units:
         own = {name: rows for name, (of, rows) in band.slopes.items() if of == unit and np.nanmax(np.abs(rows)) > 0.0}
@@ -119,7 +119,7 @@ def _deviation(across: Axis, x: FloatArray, band: Band) -> Picture:
     chart = panel(CurveGraph(across, Axis(f"tolerance of {band.name}", band.unit), curves), WIDEST)
     for label, (_, fill) in BANDS.items():
         if label in band.spreads:
-            chart.area(fill, *_outlines(x, np.zeros_like(x), band.spreads[label]))
+            chart.draw(fill, *_outlines(x, np.zeros_like(x), band.spreads[label]))
     return chart
 
 

@@ -10,11 +10,9 @@ import numpy as np
 
 from gimcli.mechanism import ComplexArray, Mechanism
 from gimcli.output import symbols
-from gimcli.output.drawing import name_nodes, plot, solved
-from gimcli.output.labels import Labels, extent
+from gimcli.output.labels import extent
 from gimcli.output.picture import LAYOUT, Frame, Picture, PictureLayout, Sheet, Text, composition
-from gimcli.output.pose import draw_markers, draw_strong
-from gimcli.output.scene import Scene
+from gimcli.output.pose import Drawing, part_names, solved
 from gimcli.output.style import SOFT, Fill, Mark, Pen, group_colour, tint
 
 DENSE = 12
@@ -62,37 +60,32 @@ def sequence_picture(
 ) -> Picture:  # fmt: skip
     """Return one pose in light colours; numbered arrows go from the nodes of a constraint to the node that it moves."""
     scene = solved(mechanism, position)
-    picture = plot(mechanism, title, [np.ravel(position), *([scene.extent()] if scene else [])], layout)
+    drawing = Drawing.around(mechanism, scene, title, [position], layout)
     if not scene:
-        return picture
-    names = [m.name for m in mechanism.members] + [s.name for s in scene.sliders] + [d.name for d in scene.drives]
-    draw_strong(picture, scene, colours=dict.fromkeys(names, SOFT))
-    draw_markers(picture, scene)
-    labels, drawn, first = Labels(picture), Counter[tuple[int, int]](), 1
+        return drawing.picture
+    drawing.poses(colours=dict.fromkeys(part_names(scene), SOFT))
+    arcs, first = Counter[tuple[int, int]](), 1
     for number, group in enumerate(groups, start=1):
-        _draw_group(picture, labels, scene, group, (number, first), drawn)
+        _draw_group(drawing, scene.poses[0], group, (number, first), arcs)
         first += len(group.moves)
-    name_nodes(labels, scene, range(len(mechanism.nodes)), {})
-    labels.write()
-    return picture
+    return drawing.write(range(len(mechanism.nodes)), {})
 
 
 def _draw_group(
-    picture: Picture, labels: Labels, scene: Scene, group: MoveGroup, numbers: tuple[int, int],
-    drawn: Counter[tuple[int, int]],
+    drawing: Drawing, z: ComplexArray, group: MoveGroup, numbers: tuple[int, int], arcs: Counter[tuple[int, int]]
 ) -> None:  # fmt: skip
     """Draw the nodes and moves of a group; `numbers` are its own and that of its first move."""
-    colour, z, dense = group_colour(numbers[0]), scene.poses[0], len(group.moves) > DENSE
+    colour, picture, labels = group_colour(numbers[0]), drawing.picture, drawing.labels
     moved = dict.fromkeys(move.node for move in group.moves)
-    picture.mark(Mark("o", 8.0, tint(colour), colour, 1.6, layer=9), *z[list(moved)].tolist())
+    picture.draw(Mark("o", 8.0, tint(colour), colour, 1.6, layer=9), *z[list(moved)].tolist())
     picture.legend.append((group.name, Pen(2.6, colour)))
-    if dense:
+    if len(group.moves) > DENSE:
         for node in moved:
             own = [str(k) for k, move in enumerate(group.moves, start=numbers[1]) if move.node == node]
             labels.beside(complex(z[node]), ", ".join(own), colour, NUMBER)
         return
     for k, move in enumerate(group.moves, start=numbers[1]):
-        offers = _draw_move(picture, z, move, drawn, colour, len(group.moves) <= ARMS)
+        offers = _draw_move(picture, z, move, arcs, colour, len(group.moves) <= ARMS)
         labels.at_best(offers, str(k), colour, NUMBER)
 
 
@@ -108,8 +101,8 @@ def _draw_move(
         if len(path):
             pen = Pen(0.8, colour, (1.0, 1.8), layer=7) if order else Pen(1.0, colour, layer=7)
             line, tip = symbols.arrow_lines(path, 5.0 * picture.frame.point)
-            picture.stroke(pen, line)
-            picture.area(head, tip)
+            picture.draw(pen, line)
+            picture.draw(head, tip)
         if len(path) and order == 0:
             ahead = np.array([0.72, 0.6, 0.5, 0.4, 0.3, 0.2, 0.8])
             offers.insert(0, path[(ahead * (len(path) - 1)).astype(int)])

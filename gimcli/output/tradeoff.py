@@ -42,8 +42,8 @@ def tradeoff_picture(curves: Mapping[str, FloatArray], front: FloatArray, label:
     picture = Picture("", _window(list(places.values())), labels, logarithmic=True, logarithmic_x=True)
     efficient = _place(front)
     efficient = efficient[np.argsort(efficient.real)]
-    picture.stroke(FRONT, efficient)
-    picture.mark(ON_FRONT, *efficient.tolist())
+    picture.draw(FRONT, efficient)
+    picture.draw(ON_FRONT, *efficient.tolist())
     for index, (name, points) in enumerate(curves.items()):
         _draw_method(picture, index, name, places[name], points[:, 2] == 1.0)
     picture.legend.append(("efficient front", (FRONT, ON_FRONT)))
@@ -55,9 +55,9 @@ def tradeoff_picture(curves: Mapping[str, FloatArray], front: FloatArray, label:
 def _draw_method(picture: Picture, index: int, name: str, places: ComplexArray, whole: np.ndarray) -> None:
     pen, shape = curve_pen(index), SHAPES[index % len(SHAPES)]
     full = Mark(shape, 5.0, pen.color, pen.color, 0.8)
-    picture.stroke(pen, places)
-    picture.mark(full, *places[whole].tolist())
-    picture.mark(Mark(shape, 5.0, PAPER, pen.color, 1.0), *places[~whole].tolist())
+    picture.draw(pen, places)
+    picture.draw(full, *places[whole].tolist())
+    picture.draw(Mark(shape, 5.0, PAPER, pen.color, 1.0), *places[~whole].tolist())
     picture.legend.append((name, (pen, full)))
 
 

@@ -94,8 +94,8 @@ def _arrow(picture: Picture, start: complex, vector: complex, pen: Pen, head: Fi
     path = np.array([start, start + vector])
     if length >= SHORT:
         path, tip = arrow_lines(path, min(HEAD, length) * picture.frame.point)
-        picture.area(head, tip)
-    picture.stroke(pen, path)
+        picture.draw(head, tip)
+    picture.draw(pen, path)
 
 
 def _round(value: float) -> float:

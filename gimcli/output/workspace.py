@@ -7,11 +7,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
-from gimcli.output.drawing import name_nodes, plot, solved
-from gimcli.output.labels import Labels
 from gimcli.output.picture import LAYOUT, Picture, PictureLayout, composition
-from gimcli.output.pose import draw_strong
-from gimcli.output.scene import Scene
+from gimcli.output.pose import Drawing, solved
 from gimcli.output.style import INK, PAPER, TRACER, Fill, Pen
 
 REGION = Fill("#ececec", "none", 0.0, layer=0)
@@ -43,14 +40,13 @@ def workspace_picture(
 
     `density` (rows,) are reached positions, drawn as cells; without it the region is filled.
     """
-    scene = None if pose is None else solved(mechanism, pose)
     shown = [
         *(z for group in curves.values() for z in group),
-        *([scene.extent()] if scene else []),
         *([density] if density is not None else []),
         *([np.array([point[1]])] if point[1] is not None else []),
     ]
-    picture = plot(mechanism, title, shown, layout)
+    drawing = Drawing.around(mechanism, solved(mechanism, pose), title, shown, layout)
+    picture = drawing.picture
     if density is not None:
         with picture.named("positions"):
             _draw_density(picture, density)
@@ -58,14 +54,10 @@ def workspace_picture(
         with picture.named("region"):
             _fill(picture, curves)
     for kind, pen in PENS.items():
-        group = curves.get(kind, ())
-        if group:
-            ends = () if kind == "inner" else (1,)
-            with picture.named(PARTS[kind]):
-                picture.stroke(pen, *(np.append(z, z[:1]) if ends else z for z in group))
-            picture.legend.append((NAMES[kind], pen))
-    _draw_pose(picture, scene, point)
-    return picture
+        ends = 0 if kind == "inner" else 1
+        with picture.named(PARTS[kind]):
+            picture.draw(pen, *(np.append(z, z[:ends]) for z in curves.get(kind, ())), key=NAMES[kind])
+    return _with_pose(drawing, mechanism, point)
 
 
 @composition
@@ -74,34 +66,24 @@ def path_picture(
     title: str, *, layout: PictureLayout = LAYOUT,
 ) -> Picture:  # fmt: skip
     """Return the paths of a point that one input moves, that of the drawn configuration first, and a pose (nodes,)."""
-    scene = None if pose is None else solved(mechanism, pose)
-    picture = plot(mechanism, title, [*paths, *([scene.extent()] if scene else [])], layout)
+    drawing = Drawing.around(mechanism, solved(mechanism, pose), title, paths, layout)
     for pen, name, group in (
         (PENS["outer"], "path of the initial configuration", paths[:1]),
         (OTHERS, "paths of other configurations", paths[1:]),
     ):
-        if group:
-            with picture.named(f"curve:{name}"):
-                picture.stroke(pen, *group)
-            picture.legend.append((name, pen))
-    _draw_pose(picture, scene, point)
-    return picture
+        with drawing.picture.named(f"curve:{name}"):
+            drawing.picture.draw(pen, *group, key=name)
+    return _with_pose(drawing, mechanism, point)
 
 
-def _draw_pose(picture: Picture, scene: Scene | None, point: tuple[str, complex | None]) -> None:
-    """Draw the mechanism with the names of its nodes, and its point with the name."""
-    if scene is not None:
-        draw_strong(picture, scene)
-    name, at = point
+def _with_pose(drawing: Drawing, mechanism: Mechanism, point: tuple[str, complex | None]) -> Picture:
+    """Draw the mechanism with the names of its nodes, and its point with the name; return the picture."""
+    scene, (name, at) = drawing.scene, point
+    drawing.poses(crosses=False)
     if at is not None and np.isfinite(at):
-        picture.mark(TRACER, at)
-    labels = Labels(picture)
-    if scene is not None:
-        named = {name: at} if at is not None and name not in scene.mechanism.nodes else {}
-        name_nodes(labels, scene, sorted(scene.used), named)
-    elif at is not None and np.isfinite(at):
-        labels.beside(at, name)
-    labels.write()
+        drawing.picture.draw(TRACER, at)
+    named = {} if at is None or (scene and name in mechanism.nodes) else {name: at}
+    return drawing.write(sorted(scene.used) if scene else (), named)
 
 
 def _fill(picture: Picture, curves: Mapping[str, Sequence[ComplexArray]]) -> None:
@@ -109,7 +91,7 @@ def _fill(picture: Picture, curves: Mapping[str, Sequence[ComplexArray]]) -> Non
     loops = [(z, REGION) for z in curves.get("outer", ())] + [(z, VOID) for z in curves.get("hole", ())]
     for layer, (z, fill) in enumerate(sorted(loops, key=lambda loop: -abs(_area(loop[0])))):
         level = -2.0 + layer / (len(loops) + 1.0)
-        picture.area(Fill(fill.face, fill.edge, fill.width, layer=level), z)
+        picture.draw(Fill(fill.face, fill.edge, fill.width, layer=level), z)
 
 
 def _area(z: ComplexArray) -> float:
@@ -134,7 +116,7 @@ def _draw_density(picture: Picture, places: ComplexArray) -> None:
         chosen = filled[level == k]
         corners = low + cell * (chosen % width + 1j * (chosen // width))
         boxes = corners[:, None] + cell * np.array([0.0, 1.0, 1.0 + 1.0j, 1.0j])
-        picture.area(Fill(grey, grey, 0.2, layer=1), *boxes)
+        picture.draw(Fill(grey, grey, 0.2, layer=1), *boxes)
     picture.legend.append(("few positions of the grid", Pen(6.0, GREYS[0], layer=1)))
     picture.legend.append(("many", Pen(6.0, GREYS[-1], layer=1)))
 

@@ -104,8 +104,8 @@ def test_panels_have_one_window_with_equal_axes(tmp_path):
     found = all_configurations(mechanism, mechanism.start_inputs)
     z = mechanism.to_file(found.z)
     gallery = gallery_picture(mechanism, z, [str(k) for k in range(len(found))], "all")
-    frames = {(p.frame.low, p.frame.high) for p in gallery.panels}
-    (low, high), frame = frames.pop(), gallery.panels[0].frame
+    frames = {(p.frame.low, p.frame.high) for p in gallery.pictures}
+    (low, high), frame = frames.pop(), gallery.pictures[0].frame
     assert not frames
     assert (high - low).real / frame.width == pytest.approx((high - low).imag / frame.height)
     inside = [low.real < z.real.min(), z.real.max() < high.real, low.imag < z.imag.min(), z.imag.max() < high.imag]

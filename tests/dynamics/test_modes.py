@@ -364,7 +364,7 @@ def test_positions_of_the_pictures_satisfy_the_constraints():
 
 def test_each_mode_has_a_panel_and_a_clip(tmp_path):
     found = gimcli.modes(gimcli.loads(chain(3)))
-    assert [panel.title[0] for panel in found.picture().panels] == ["1", "2", "3"]
+    assert [panel.title[0] for panel in found.picture().pictures] == ["1", "2", "3"]
     assert len(found.animation().clips) == 3
     found.save(tmp_path / "m.svg", tmp_path / "m.html", tmp_path / "m.csv")
     assert (tmp_path / "m.svg").stat().st_size > 10_000

@@ -79,7 +79,7 @@ def test_no_number_stands_apart_from_its_axis(scale, shift):
 def drawing_of(y):
     z = y + 1j * y
     picture = Picture("", Frame.around(z), ("x [deg/s]", "y [deg/s]"))
-    picture.stroke(curve_pen(0), z)
+    picture.draw(curve_pen(0), z)
     return picture
 
 

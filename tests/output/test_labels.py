@@ -100,8 +100,8 @@ def picture_of(width):
 def test_a_name_avoids_the_lines_that_leave_its_node():
     """A link to the right and one upwards: the name is to the left or below."""
     picture = picture_of(2.0)
-    picture.stroke(LINK, [1 + 1j, 2 + 1j], [1 + 1j, 1 + 2j], [1 + 1j, 2 + 2j])
-    picture.mark(PIN, 1 + 1j)
+    picture.draw(LINK, [1 + 1j, 2 + 1j], [1 + 1j, 1 + 2j], [1 + 1j, 2 + 2j])
+    picture.draw(PIN, 1 + 1j)
     labels = Labels(picture)
     labels.beside(1 + 1j, "A")
     labels.write()
@@ -113,7 +113,7 @@ def test_a_name_avoids_the_lines_that_leave_its_node():
 
 def test_names_of_many_nodes_at_one_place_are_joined_to_it_by_lines():
     picture = picture_of(4.0)
-    picture.mark(PIN, 2 + 2j)
+    picture.draw(PIN, 2 + 2j)
     labels = Labels(picture)
     for k in range(30):
         labels.beside(2 + 2j, f"long name {k}")
@@ -125,7 +125,7 @@ def test_names_of_many_nodes_at_one_place_are_joined_to_it_by_lines():
 def test_a_name_over_lines_has_a_light_edge():
     picture = picture_of(1.0)
     for y in np.linspace(0.02, 0.98, 40):
-        picture.stroke(LINK, [1j * y, 1 + 1j * y])
+        picture.draw(LINK, [1j * y, 1 + 1j * y])
     labels = Labels(picture)
     labels.beside(0.5 + 0.5j, "A")
     labels.write()

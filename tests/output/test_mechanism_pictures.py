@@ -12,7 +12,7 @@ from gimcli.output.circuits import _alike
 from gimcli.output.curves import overlap
 from gimcli.output.drawing import motion_picture
 from gimcli.output.force_symbols import CENTRE_RADIUS, COIL, LANE, LONGEST
-from gimcli.output.picture import Gallery, Sheet
+from gimcli.output.picture import Sheet
 from gimcli.output.style import CENTRE, GHOST, LOAD, PALETTE, SPRING, curve_pen, group_colour, tint
 
 
@@ -88,14 +88,15 @@ DOUBLE_CRANK = {
 def test_paths_that_are_the_same_on_all_circuits_are_not_drawn():
     """All nodes of a double crank have the same circles on both circuits: these are side by side, without paths."""
     content = gimcli.circuits(gimcli.load(DOUBLE_CRANK), values=8).picture()
-    assert isinstance(content, Gallery)
-    assert [panel.title for panel in content.panels] == ["circuit 1", "circuit 2"]
-    assert not any(curve_pen(0) in panel.strokes for panel in content.panels)
+    assert content.columns == 2
+    assert [panel.title for panel in content.pictures] == ["circuit 1", "circuit 2"]
+    assert not any(curve_pen(0) in panel.strokes for panel in content.pictures)
 
 
 def test_circuits_with_different_paths_are_in_one_picture():
     content = gimcli.circuits(load("crank_rocker"), values=8).picture()
     assert isinstance(content, Sheet)
+    assert not content.columns
     assert [name for name, _ in content.pictures[0].legend] == ["P, circuit 1", "P, circuit 2"]
 
 

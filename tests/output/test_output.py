@@ -18,12 +18,8 @@ from gimcli.mechanism import ANGLE, HEIGHT, SPAN, Input, Member, PairRow, Point
 from gimcli.output import CsvStream, write_csv, written_bytes, written_text
 from gimcli.output.axes import title_lines
 from gimcli.output.curves import drawn_runs, thinned
-from gimcli.output.drawing import (
-    MOST_KEYS,
-    history_picture,
-    motion_picture,
-    position_picture,
-)
+from gimcli.output.drawing import history_picture, motion_picture, position_picture
+from gimcli.output.pose import MOST_KEYS
 from gimcli.output.scene import FLAT, Scene
 from gimcli.output.sequence import DrawnMove, MoveGroup, sequence_picture
 from gimcli.output.style import HATCH, curve_pen
