@@ -14,11 +14,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gimcli.comparison.absolute import follow_bodies, jacobian
-from gimcli.comparison.pairs import Bodies, BodyPair, Stop
+from gimcli.comparison.absolute import BodyCoordinates
+from gimcli.comparison.pairs import BodyPair
 from gimcli.kernels import bodies as pairs
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
-from gimcli.positions.newton import Run
 from gimcli.structure.steps import NONE
 
 PARALLEL = 1e-12
@@ -60,33 +59,28 @@ class TreeJoint:
         return own + int(self.angle.variable)
 
 
-class JointCoordinates:
+class JointCoordinates(BodyCoordinates):
     """A mechanism in joint coordinates."""
 
     def __init__(self, mechanism: Mechanism, drivers: bool = True) -> None:
-        self.mechanism, self.bodies = mechanism, Bodies(mechanism, drivers)
-        self.joints = self._tree()
-        imposed = {number for joint in self.joints for number in joint.imposed}
-        self.cut = [p for k, p in enumerate(self.bodies.pairs) if k not in imposed]
-        self.unknowns = sum(j.variables for j in self.joints)
-        self.equations = sum(p.rows for p in self.cut)
+        super().__init__(mechanism, drivers)
+        self.layout = np.zeros((self.bodies.count, 2), dtype=np.int64)
+        self.tree = self._tree()
+        imposed = {number for joint in self.tree for number in joint.imposed}
+        self.equated = [p for k, p in enumerate(self.bodies.pairs) if k not in imposed]
+        self.unknowns, self.joints = sum(j.variables for j in self.tree), self._arrays()
 
     @property
     def names(self) -> list[tuple[str, bool]]:
         """The unknowns, and whether each is an angle."""
         names: list[tuple[str, bool]] = []
-        for joint in self.joints:
+        for joint in self.tree:
             at = " ".join(dict.fromkeys(self.bodies.pairs[k].name for k in joint.imposed))
             name = f"{self.bodies.name(joint.child)} at {at}" if at else self.bodies.name(joint.child)
             names += [(f"{name}.angle", True)] * joint.angle.variable
             shifts = joint.variables - joint.angle.variable
             names += [(f"{name}.{part}", False) for part in (("x", "y") if shifts == 2 else ("travel",) * shifts)]
         return names
-
-    def jacobian(self, z: ComplexArray) -> tuple[list[BodyPair], FloatArray]:
-        """Return the pairs that are equations, and their Jacobian at positions z (nodes,)."""
-        layout = np.zeros((self.bodies.count, 2), dtype=np.int64)
-        return self.cut, jacobian(self, z, layout, self.cut, self.arrays())
 
     # -- the tree ---------------------------------------------------------------------------
 
@@ -172,11 +166,11 @@ class JointCoordinates:
 
     # -- arrays -------------------------------------------------------------------------------
 
-    def arrays(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _arrays(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the joints as ji, jz and above of the kernel."""
         heads, parts, column = [], [], 0
         above = np.full(self.bodies.count, NONE, dtype=np.int64)
-        for number, j in enumerate(self.joints):
+        for number, j in enumerate(self.tree):
             angle = column if j.angle.variable else NONE
             travel = column + int(j.angle.variable) if j.travel.variable else NONE
             column += j.variables
@@ -192,7 +186,7 @@ class JointCoordinates:
     def weights(self, length: float) -> FloatArray:
         """Return the weights (unknowns,) of the corrections: 1 / `length` for travels, 1 for angles [rad]."""
         weights: list[float] = []
-        for joint in self.joints:
+        for joint in self.tree:
             weights += [1.0] * joint.angle.variable
             shifts = joint.variables - joint.angle.variable
             weights += [1.0 if joint.kind == pairs.RAM else 1.0 / length] * shifts
@@ -202,7 +196,7 @@ class JointCoordinates:
         """Return the variables at a position z (nodes,)."""
         origins, turns = self.bodies.poses(z)
         q: list[float] = []
-        for j in self.joints:
+        for j in self.tree:
             if j.angle.variable:
                 q.append(float(np.angle(turns[j.child] / turns[j.parent])))
             tip = (origins[j.child] + turns[j.child] * j.zb - origins[j.parent]) / turns[j.parent] - j.za
@@ -214,10 +208,3 @@ class JointCoordinates:
                 along = j.da if j.da != 0 else -j.db * turns[j.child] / turns[j.parent]
                 q.append(float((np.conj(along) * tip).real))
         return np.array(q, dtype=float)
-
-    def follow(
-        self, inputs: FloatArray, start: ComplexArray, stop: Stop, run: Run
-    ) -> tuple[ComplexArray, FloatArray, FloatArray]:
-        """Solve inputs (actuators, rows) from a position (nodes,); return z, iterations and 1 for converged rows."""
-        layout = np.zeros((self.bodies.count, 2), dtype=np.int64)
-        return follow_bodies(self, inputs, start, stop, run, layout, self.cut, self.arrays())

@@ -198,12 +198,12 @@ def coordinates_cost(system: object) -> Cost:
     assert isinstance(system, JointCoordinates | AbsoluteCoordinates | NaturalCoordinates)
     if isinstance(system, NaturalCoordinates):
         position, rows = 2.0 * len(system.mechanism.actuators), _natural_rows(system)
-    elif isinstance(system, JointCoordinates):
-        position = _tree(system)
-        rows = position + sum(_pair(p) for p in system.cut) + _chains(system)
     else:
-        position = 2.0 * sum(system.bodies.turns(b) for b in range(1, system.bodies.count))
-        rows = position + sum(_pair(p) for p in system.bodies.pairs)
+        if isinstance(system, JointCoordinates):
+            position, chains = _tree(system), _chains(system)
+        else:
+            position, chains = 2.0 * sum(map(system.bodies.turns, range(1, system.bodies.count))), 0
+        rows = position + sum(_pair(p) for p in system.equated) + chains
     n, m = system.unknowns, system.equations
     iteration = rows + elimination(m, n) + substitution(m, n) + 2.0 * n
     return Cost((n,), position, (iteration,), paper_iteration(system.mechanism))
@@ -218,7 +218,7 @@ def _pair(pair: BodyPair) -> int:
 def _tree(system: JointCoordinates) -> float:
     """Return the operations of `gimcli.kernels.bodies.place_tree`."""
     count = 0
-    for joint in system.joints:
+    for joint in system.tree:
         values = (joint.angle, joint.travel) if joint.kind == bodies.HINGE else (joint.angle,)
         count += sum(2 * (motion.actuator != NONE) + motion.variable for motion in values)
         count += {bodies.HINGE: 41, bodies.RAM: 31, bodies.FREE: 25}[joint.kind]
@@ -227,9 +227,9 @@ def _tree(system: JointCoordinates) -> float:
 
 def _chains(system: JointCoordinates) -> int:
     """Return the operations to sum the partial derivatives along the tree: 7 per rotation, 4 per translation."""
-    above = {joint.child: joint for joint in system.joints}
+    above = {joint.child: joint for joint in system.tree}
     count = 0
-    for pair in system.cut:
+    for pair in system.equated:
         for body in (pair.a, pair.b):
             while body != FRAME:
                 joint = above[body]

@@ -235,9 +235,9 @@ def jacobian_matrix(mechanism: Mechanism, coordinates: str = NATURAL) -> Jacobia
 
     kind = JointCoordinates if coordinates == "joint" else AbsoluteCoordinates
     system = kind(mechanism, drivers=False)
-    pairs, values = system.jacobian(z)
+    pairs = system.equated
     lengths = np.array([mechanism.scale if part != "angle" else 1.0 for pair in pairs for part in pair.parts])
     units = np.array([1.0 if angle else mechanism.scale for _, angle in system.names])
     columns = tuple((name, "rad" if angle else length) for name, angle in system.names)
-    values = values * lengths[:, None] / units
+    values = system.jacobian(z) * lengths[:, None] / units
     return JacobianMatrix(coordinates, tuple(system.bodies.equations(pairs)), columns, values, mechanism.scale)

@@ -211,9 +211,9 @@ def tables(system, name, q, values, z):
     g, gb = np.zeros((system.equations, 6)), np.zeros((system.equations, 2), dtype=np.int64)
     pose = frame_poses(1, system.bodies.count)[0]
     if name == "joint":
-        (ji, jz, above), v = system.arrays(), np.zeros((system.unknowns, 3))
+        (ji, jz, above), v = system.joints, np.zeros((system.unknowns, 3))
         bodies.place_tree(q, values, ji, jz, pose, v)
-        bodies.pair_rows(values, *system.bodies.arrays(system.cut), pose, f, g, gb)
+        bodies.pair_rows(values, *system.bodies.arrays(system.equated), pose, f, g, gb)
         bodies.joint_rows(g, gb, ji, above, pose, v, j)
     else:
         bodies.place_bodies(q, system.layout, pose)
