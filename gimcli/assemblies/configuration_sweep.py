@@ -13,10 +13,9 @@ import numpy as np
 from gimcli.assemblies.assemblies import ConfigurationFinder, Configurations
 from gimcli.assemblies.certificate import distances, prove
 from gimcli.assemblies.constants import SEARCH
-from gimcli.assemblies.generic import random_member
 from gimcli.assemblies.group_loops import LoopGroup
 from gimcli.assemblies.loops import Loops
-from gimcli.assemblies.root_paths import corrected, track
+from gimcli.assemblies.root_paths import corrected, random_member, track
 from gimcli.assemblies.roots import AGREED, REACHED, Roots
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.progress import Progress, no_progress, spend

@@ -161,7 +161,7 @@ def _pair(lists: tuple[list[int], list[int]]) -> tuple[IntArray, IntArray]:
 @cache
 def pencil_of(family: LoopFamily) -> Pencil | None:
     """Return a pencil that has full rank for a random member of the family, None if there is none."""
-    from gimcli.assemblies.generic import random_member
+    from gimcli.assemblies.root_paths import random_member
 
     if family.loops > SEARCH.pencil_loops or family.angles == 0:
         return None

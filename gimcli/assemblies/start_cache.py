@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from gimcli.assemblies.certificate import distinct, prove
 from gimcli.assemblies.constants import SEARCH
 from gimcli.assemblies.count import root_count
-from gimcli.assemblies.generic import Generic, generic_start
 from gimcli.assemblies.loops import LoopFamily
+from gimcli.assemblies.root_paths import Generic, generic_start
 from gimcli.kernels.jit import user_folder
 from gimcli.progress import Progress, no_progress, spend
 

@@ -50,7 +50,7 @@ def _axes(value: complex | float, size: float) -> tuple[str, str]:
 
 def print_friction(found: FrictionSummary) -> None:
     """Print efficiency, works, lost energies, self-locking intervals and rows at a standstill."""
-    from gimcli.dynamics.coulomb_status import FrictionStatus
+    from gimcli.dynamics.coulomb_solver import FrictionStatus
 
     _print_works(found)
     unit = (

@@ -11,7 +11,7 @@ from gimcli.canonical import first_greatest
 from gimcli.cli.arguments import INPUTS
 from gimcli.cli.console import note_doubtful_loading, print_table
 from gimcli.cli.from_verb import from_verb
-from gimcli.dynamics.flywheel import Flywheel
+from gimcli.dynamics.reduction import Flywheel
 from gimcli.library.reduce import ReduceResult, reduce
 from gimcli.rounding import greatest, input_value, number
 from gimcli.table import labelled

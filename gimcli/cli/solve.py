@@ -19,7 +19,7 @@ from gimcli.library.solve import SolveResult, solve
 from gimcli.rounding import greatest, length, number, titled
 
 if TYPE_CHECKING:
-    from gimcli.rates.instant import Instant
+    from gimcli.rates.derivatives import Instant
 
 SHOWN = 25
 HELP = (

@@ -1,22 +1,68 @@
 """Reactions with dry friction: x = known + sum of sense_k phi_k reach_k, where phi_k = max |w . x| of pair k.
 
 The friction forces phi are the unknowns of the iteration, one for each pair. Where T, the matrix of phi_j(reach_k), has
-a spectral radius below 1, the equations contract: they have exactly one solution for any directions of sliding. This
-is proved by v = (I - T)^-1 1 > 0 (a nonsingular M-matrix; Berman & Plemmons 1994, chapter 6). The iteration, a Newton
-step where it reduces the error and a step of the contraction otherwise, then converges. Elsewhere Newton's method runs
-from many starts, and the number of different solutions is the outcome: no proof that there are no others.
+a spectral radius below 1, the equations contract: they have exactly one solution for any directions of sliding. This is
+proved by v = (I - T)^-1 1 > 0 (a nonsingular M-matrix; Berman & Plemmons 1994, chapter 6). The iteration, a Newton step
+where it reduces the error and a step of the contraction otherwise, then converges. Elsewhere Newton's method runs from
+many starts, and the number of different solutions is the outcome: no proof that there are no others. The outcome of
+each row is a `FrictionStatus`, with the message that the user reads.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import IntEnum
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gimcli.connected import unlike
-from gimcli.dynamics.coulomb_status import FrictionStatus
 from gimcli.mechanism import BoolArray, ComplexArray, FloatArray, IntArray
+
+
+class FrictionStatus(IntEnum):
+    """What dry friction leaves of the forces in one row; a later one prevails."""
+
+    SLIDING = 0
+    STANDSTILL = 1
+    SEVERAL = 2
+    NO_SOLUTION = 3
+    NOT_CONVERGED = 4
+
+    @property
+    def word(self) -> str:
+        """The word in the status column."""
+        return _WORDS[self]
+
+    @property
+    def text(self) -> str:
+        """A message with the correction."""
+        return _TEXTS[self]
+
+
+SELF_LOCKING = "self-locking"
+"""Word in the column `friction.state` for a row in which friction holds the mechanism against its loads."""
+
+_WORDS = {
+    FrictionStatus.SLIDING: "sliding",
+    FrictionStatus.STANDSTILL: "standstill",
+    FrictionStatus.SEVERAL: "several-solutions",
+    FrictionStatus.NO_SOLUTION: "no-solution",
+    FrictionStatus.NOT_CONVERGED: "not-converged",
+}
+
+_TEXTS = {
+    FrictionStatus.SLIDING: "all pairs with dry friction slide",
+    FrictionStatus.STANDSTILL: "a pair with dry friction does not slide there, so its friction is not determined;"
+    " forces that depend on it are empty, INPUT.effort.least and .greatest are limits of the effort; with another"
+    " number of steps the rows are elsewhere",
+    FrictionStatus.SEVERAL: "jamming: dry friction allows several forces for the same motion; use a smaller mu, a"
+    " longer guide or smaller pins",
+    FrictionStatus.NO_SOLUTION: "jamming: no forces were found with which the mechanism slides in this direction,"
+    " however large the effort; use a smaller mu, a longer guide or smaller pins, or drive another member",
+    FrictionStatus.NOT_CONVERGED: "the iteration for dry friction did not converge: use another number of steps",
+}
+
 
 CLOSE = 1e-13
 """Error of the friction forces at the end of the iteration, relative to the largest."""

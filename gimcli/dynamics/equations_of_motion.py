@@ -4,6 +4,9 @@ The state consists of the independent variables s, their speeds, and the energie
 start. Near a dead point of the inputs M is unbounded; other variables are then chosen as independent. Source: Durango,
 Giraldo, Calle & Mesa 2014, eq. 1, for any number of degrees of freedom; Wehage & Haug 1982 for the change of
 independent variables.
+
+The speeds of a conservative mechanism are corrected so that it keeps its initial energy. Source: Hairer, Lubich &
+Wanner, Geometric Numerical Integration, 2006, algorithm IV.4.2, along the speeds.
 """
 
 from __future__ import annotations
@@ -15,7 +18,7 @@ import numpy as np
 from gimcli.dynamics.physical import require_masses
 from gimcli.dynamics.reducer import Reducer, free_inputs
 from gimcli.dynamics.simulation_types import SIMULATION
-from gimcli.kernels.reduction import DISSIPATED, SUPPLIED
+from gimcli.kernels.reduction import DISSIPATED, KINETIC, POTENTIAL, SUPPLIED
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.positions.newton import Run
 from gimcli.status import Status
@@ -23,6 +26,7 @@ from gimcli.structure.coordinate_partitioning import free_choice, input_choice
 
 if TYPE_CHECKING:
     from gimcli.dynamics.regularised_friction import RegularisedFriction
+
 
 NOTHING: FloatArray = np.zeros(0)
 """Accelerations of the inputs that follow laws, if there are no such inputs."""
@@ -157,3 +161,37 @@ class Equations:
             return Status.JAMMED
         regular = free_choice(reducer.terms, reducer.base.v, (), len(self.free) + len(reducer.given))
         return Status.LIMIT if reducer.given and regular is not None else Status.SINGULAR
+
+
+class Projection:
+    """Projects states to the initial energy."""
+
+    def __init__(self, reducer: Reducer, allowed: bool) -> None:
+        self.reducer = reducer
+        self.active = allowed and reducer.conservative
+        self.start: float | None = None  # initial energy, J
+        self.greatest_kinetic = 0.0  # greatest kinetic energy so far, J
+        self.total = 0.0  # sum of the absolute corrections, J
+
+    def begin(self) -> None:
+        """Store the energy of the reducer's last state as the initial energy."""
+        if self.start is None:
+            self.start = self._energies[0] + self._energies[1]
+
+    @property
+    def _energies(self) -> tuple[float, float]:
+        energy = self.reducer.out.energy
+        return float(energy[KINETIC]), float(energy[POTENTIAL])
+
+    def __call__(self, y: FloatArray) -> tuple[FloatArray, float]:
+        """Return the reducer's last state `y` with corrected speeds, and its excess of energy before [J]."""
+        if not self.active or self.start is None:
+            return y, 0.0
+        kinetic, potential = self._energies
+        self.greatest_kinetic = max(self.greatest_kinetic, kinetic)
+        if not kinetic > SIMULATION.moving * max(self.greatest_kinetic, abs(potential)):
+            return y, 0.0
+        excess, own = kinetic + potential - self.start, len(self.reducer.free)
+        y = y.copy()
+        y[own : 2 * own] *= 1.0 - 0.5 * excess / kinetic
+        return y, excess

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gimcli.dynamics.force_table import determined_rows, open_reactions
+from gimcli.dynamics.force_columns import determined_rows, open_reactions
 from gimcli.dynamics.forces import Forces, piece_forces
 from gimcli.dynamics.kinematic_history import Courses, Turns
 from gimcli.dynamics.statics import Statics, statics

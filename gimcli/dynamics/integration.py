@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 
 from gimcli.dynamics.dop853 import StrideSolver
-from gimcli.dynamics.energy_projection import Projection
-from gimcli.dynamics.equations_of_motion import Equations
+from gimcli.dynamics.equations_of_motion import Equations, Projection
 from gimcli.dynamics.event_search import EventSearch, StickEvents
 from gimcli.dynamics.integrators import CAREFUL, INTEGRATORS, USUAL, WITH_DRY_FRICTION, StepControl
 from gimcli.dynamics.reducer import ReducedState, release_of

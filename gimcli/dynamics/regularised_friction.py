@@ -6,18 +6,28 @@ rho: radius of the friction circle; R: pin force; N1, N2: the two contacts of a 
 slot); L: unit of length of the normal frame, about the size of the mechanism; e [rad/s]: the slip speed. What should
 stand creeps with less than e where the load is at most 76 % of the greatest friction, tanh(1). The reactions depend on
 the accelerations and on the friction itself: the kernel solves for both in each state.
+
+Reactions along a simulation are those to this friction, which acts on the bodies as known forces.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from gimcli.dynamics.body_balance import BodyBalance
-from gimcli.dynamics.reducer import Reducer
+from gimcli.dynamics.equilibrium_equations import directions, equilibrium
+from gimcli.dynamics.forces import Forces
+from gimcli.dynamics.kinematic_history import Course
+from gimcli.dynamics.physical import require_action
+from gimcli.dynamics.reducer import Reducer, free_inputs
 from gimcli.errors import StructureError
 from gimcli.kernels import body_balance as kernels
 from gimcli.kernels.reduction import DISSIPATED, SUPPLIED
-from gimcli.mechanism import FloatArray
+from gimcli.mechanism import FloatArray, Mechanism
+from gimcli.structure.steps import NONE
+from gimcli.table import Column
 
 SOFT = 1e-12
 """Singular values below this fraction of the greatest belong to redundant constraints."""
@@ -33,7 +43,7 @@ class RegularisedFriction:
         self.reducer, self.slip = reducer, slip
         self.balance = BodyBalance(reducer.mechanism, reducer.free)
         if reducer.mechanism.gears:
-            from gimcli.dynamics.gear_pivots import refuse_dry_friction  # imported late: few mechanisms have gears
+            from gimcli.dynamics.gear_reactions import refuse_dry_friction  # imported late: few mechanisms have gears
 
             refuse_dry_friction(self.balance.statics)
         columns, size, free = len(self.balance.statics.reactions), self.balance.equations, len(reducer.free)
@@ -147,3 +157,60 @@ class RegularisedFriction:
                 f"{self.reducer.mechanism.name}: redundant constraints leave the forces in {names} indeterminate, and"
                 " so the dry friction there: remove the redundant constraints (`gim mobility` names them), or `mu`"
             )
+
+
+def with_friction(forces: Forces, friction: FloatArray) -> Forces:
+    """Return reactions without dry friction plus those to the friction of a simulation (contacts, rows)."""
+    mechanism = forces.mechanism
+    balance = BodyBalance(mechanism, free_inputs(mechanism))
+    z, good = forces.course.nodes[0], np.flatnonzero(forces.good)
+    table = equilibrium(balance.statics, z[:, good])
+    right = np.einsum("rik,kr->ri", table[:, :, balance.columns], friction[:, good])
+    own = table[:, :, : len(forces.statics.reactions)]  # the other columns are gauges and moments in pins
+    unknowns = forces.unknowns.copy()
+    unknowns[:, good] += np.einsum("rci,ri->cr", np.linalg.pinv(own, rcond=SOFT), right)
+    unit = directions(balance.statics, z)
+    for k, column in enumerate(balance.columns):
+        if balance.pairs[k].slide != NONE and balance.statics.reactions[balance.contacts.place[k, 2]].on_pin:
+            node = int(balance.contacts.place[k, 4])
+            forces.loads.pins[node] = forces.loads.pins.get(node, 0.0) - friction[k] * unit[column]
+    forces.loads.power["friction"] = np.sum(_powers(balance, forces.course, friction), axis=0)
+    return replace(forces, unknowns=unknowns)
+
+
+def friction_columns(mechanism: Mechanism, course: Course, friction: FloatArray) -> list[Column]:
+    """Return the friction of each pair, on the member that turns or slides, and its power; friction (contacts, rows).
+
+    A moment [N m] in a pin, a force [N] along a guide, positive from its first node to its second.
+    """
+    balance, metre, columns = BodyBalance(mechanism, free_inputs(mechanism)), require_action(mechanism), list[Column]()
+    powers: dict[str, FloatArray] = {}
+    for k, (pair, power) in enumerate(zip(balance.pairs, _powers(balance, course, friction), strict=True)):
+        unit, factor = ("N m", metre) if pair.slide == NONE else ("N", 1.0)
+        columns.append(Column(f"{_names(balance)[k]}.friction", -factor * friction[k], unit))
+        powers[pair.name] = powers.get(pair.name, 0.0) + power
+    return [*columns, *(Column(f"friction.power.{name}", power, "W") for name, power in powers.items())]
+
+
+def friction_names(mechanism: Mechanism) -> list[str]:
+    """Return the names of the columns of friction; no simulation is needed for them."""
+    balance = BodyBalance(mechanism, free_inputs(mechanism))
+    pairs = dict.fromkeys(pair.name for pair in balance.pairs)
+    return [*(f"{name}.friction" for name in _names(balance)), *(f"friction.power.{name}" for name in pairs)]
+
+
+def _names(balance: BodyBalance) -> list[str]:
+    """Return the names of the contacts: of the pair, with the member where several turn on one pin."""
+    names, members = [pair.name for pair in balance.pairs], balance.mechanism.members
+    several = [names.count(name) > 1 for name in names]
+    return [
+        f"{pair.name}.{members[pair.member].name}" if more else pair.name
+        for pair, more in zip(balance.pairs, several, strict=True)
+    ]
+
+
+def _powers(balance: BodyBalance, course: Course, friction: FloatArray) -> FloatArray:
+    """Return the power of the friction [W] (contacts, rows)."""
+    speeds = [pair.rate(balance.mechanism, course) for pair in balance.pairs]
+    metre = require_action(balance.mechanism)
+    return np.asarray(-friction * np.array(speeds).reshape(friction.shape) * metre)

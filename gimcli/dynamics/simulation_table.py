@@ -48,7 +48,7 @@ def simulation_table(found: Simulation, times: FloatArray, forces: Forces | None
     else:
         columns += columns_of(forces, force_reactions(forces.statics))
         if found.friction is not None:
-            from gimcli.dynamics.simulated_friction import friction_columns
+            from gimcli.dynamics.regularised_friction import friction_columns
 
             columns += friction_columns(mechanism, forces.course, found.friction)
     reason = found.status if found.status is not Status.OK else Status.NOT_CONVERGED
@@ -84,7 +84,7 @@ def reactions(found: Simulation) -> Forces:
     forces = inverse_dynamics(statics(found.mechanism), found.course())
     if found.friction is None:
         return forces
-    from gimcli.dynamics.simulated_friction import with_friction
+    from gimcli.dynamics.regularised_friction import with_friction
 
     return with_friction(forces, found.friction)
 
@@ -94,6 +94,6 @@ def reaction_units(mechanism: Mechanism) -> dict[str, str]:
     units = {name: one.unit for one in force_reactions(statics(mechanism)) for name in one.names}
     if not any(friction.mu > 0.0 for friction in mechanism.dynamics.frictions):
         return units
-    from gimcli.dynamics.simulated_friction import friction_names
+    from gimcli.dynamics.regularised_friction import friction_names
 
     return {**units, **dict.fromkeys(friction_names(mechanism), "")}

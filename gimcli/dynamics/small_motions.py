@@ -6,6 +6,11 @@ with the first and second influence coefficients B_i = dp/ds_i and B_ij = d2p/ds
 and R_i of the quantities that springs and dampers measure. All are exact, not differences: the kernels return the bias
 a(s') = sum of B_ij s'_i s'_j, and B_ij = (a(e_i + e_j) - a(e_i) - a(e_j)) / 2. Source: Durango, Giraldo, Calle & Mesa
 2014, eqs 1-6, for the coefficients; Meirovitch, Fundamentals of Vibrations, 2001, chapter 7, for M, C and K.
+
+The equilibrium that a mechanism reaches when it moves slowly under its forces is found by steps of these. Each step
+solves K d = Q; where K is not positive definite, the magnitudes of its eigenvalues are used, so that the steps follow
+the forces towards a stable equilibrium. Source: Nocedal & Wright, Numerical Optimization, 2006, section 3.4 (modified
+Newton's method).
 """
 
 from __future__ import annotations
@@ -18,12 +23,12 @@ import numpy as np
 from gimcli.dynamic_data import DrivingEffort
 from gimcli.dynamics.equilibria_balance import GeneralisedForces, PositionJet, StaticBalance
 from gimcli.dynamics.physical import require_action
-from gimcli.dynamics.reduced_equations import ReducedEquations
-from gimcli.dynamics.reducer import release_of, with_released
+from gimcli.dynamics.reducer import ReducedEquations, release_of, with_released
 from gimcli.errors import StructureError
 from gimcli.kernels import influence, reduction
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.positions.dispatch import plain
+from gimcli.status import Status
 from gimcli.structure.coordinate_partitioning import Choice, free_choice, input_choice
 
 LEVER = 1e-3
@@ -239,3 +244,93 @@ def _resisting(acting: reduction.Acting, efforts: Sequence[DrivingEffort]) -> re
         gravity=np.zeros(2), springs=acting.springs[:0], spring=acting.spring[:0], motor=np.zeros_like(acting.motor),
         dampers=np.concatenate([acting.dampers, acting.motors]), damper=np.concatenate([acting.damper, own]),
     )  # fmt: skip
+
+
+STEPS, HALVINGS = 200, 40
+FARTHEST = 0.3
+"""Longest step of a coordinate: rad, or sizes of the mechanism."""
+
+BALANCED = 1e-13
+"""Remaining efforts, relative to the forces that act, at which the iteration ends."""
+
+ACCEPTED = 1e-10
+"""Remaining efforts that are an equilibrium if further steps do not reduce them."""
+
+OVERSHOOT = 0.5
+"""Greatest effort against a step at its end, relative to that along it at its start."""
+
+FLAT = 1e-9
+"""Least curvature of the potential that a step uses, relative to the scale of its contributions."""
+
+
+@dataclass(frozen=True)
+class Settled:
+    """The end of the iteration."""
+
+    status: Status  # OK, NOT_CONVERGED, or LIMIT: the next position is not reached
+    found: Linearised  # at the last position
+
+
+def settled(
+    mechanism: Mechanism, z: ComplexArray, inputs: FloatArray, released: tuple[int, ...], time: float = 0.0
+) -> Settled:
+    """Return the equilibrium that a position moves to under its forces; arguments as for `linearised`.
+
+    Raises ModelError and StructureError as `linearised`; also StructureError if the forces lead to a singular position.
+    """
+    equations = Linearisation(mechanism, released, time)
+    found, status = equations.at(z, inputs), Status.NOT_CONVERGED
+    for _ in range(STEPS):
+        before = float(np.max(found.unbalance))
+        if before <= BALANCED:
+            break
+        ahead, status = _next(equations, found)
+        if ahead is None or (before <= ACCEPTED and np.max(ahead.unbalance) >= before):
+            break
+        found = ahead
+    equations.require_regular()
+    return Settled(Status.OK if np.max(found.unbalance) <= ACCEPTED else status, found)
+
+
+def _next(equations: Linearisation, found: Linearised) -> tuple[Linearised | None, Status]:
+    """Return the linearised equations after a step, shortened where it goes too far, or None, and the status there."""
+    step, status = _step(found), Status.NOT_CONVERGED
+    for _ in range(HALVINGS):
+        place = equations.moved(step)
+        if place is None:
+            status = Status.LIMIT
+        else:
+            ahead = _at(equations, place)
+            if ahead is not None and _is_good(found, ahead, step):
+                return ahead, Status.NOT_CONVERGED
+            equations.at(found.z, found.inputs, found.gauges)
+        step = 0.5 * step
+    return None, status
+
+
+def _at(equations: Linearisation, place: tuple[ComplexArray, FloatArray, FloatArray]) -> Linearised | None:
+    try:
+        return equations.at(*place)
+    except StructureError:
+        return None
+
+
+def _is_good(found: Linearised, ahead: Linearised, step: FloatArray) -> bool:
+    """Return whether a step does not go far beyond the place where the effort along it is zero."""
+    if ahead.names != found.names or np.max(ahead.unbalance) <= ACCEPTED:
+        return True
+    return bool(ahead.effort @ step >= -OVERSHOOT * (found.effort @ step))
+
+
+def _step(found: Linearised) -> FloatArray:
+    """Return Newton's step where the potential is convex, else one down its slope; at most FARTHEST."""
+    metre = found.mechanism.dynamics.metre or 1.0
+    length = np.array([1.0 if unit == "rad" else found.mechanism.size * metre for unit in found.units])
+    stiffness, effort = found.stiffness * length[:, None] * length, found.effort * length
+    values, vectors = np.linalg.eigh(0.5 * (stiffness + stiffness.T))
+    least = FLAT * float(np.max(found.stiffness_scale * length[:, None] * length))
+    if values[0] > least:
+        step = np.linalg.solve(stiffness, effort)
+    else:
+        step = vectors @ ((vectors.T @ effort) / np.maximum(np.abs(values), max(least, np.finfo(float).tiny)))
+    return np.asarray(step * length * min(1.0, FARTHEST / max(float(np.max(np.abs(step))), 1e-300)))

@@ -23,8 +23,7 @@ from gimcli.progress import Notify
 from gimcli.rates.derivatives import ORDERS, Differentiator, parts
 from gimcli.rates.plan_rates import Differentiated
 from gimcli.rates.slots import POSITION, Slot
-from gimcli.rates.tape import Tape
-from gimcli.rates.tape_values import tape_values
+from gimcli.rates.tape import Tape, tape_values
 from gimcli.structure.plan import make_plan
 
 TOGETHER = 16

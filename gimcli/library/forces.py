@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gimcli.dynamics.force_columns import force_table
 from gimcli.dynamics.force_motion import ForceMotion
 from gimcli.dynamics.force_statistics import ForceAmount, ForceStatistics, ForceSummary, amounts
-from gimcli.dynamics.force_table import force_table
 from gimcli.dynamics.physical import require_action
 from gimcli.graphs.extras import Extras, texts
 from gimcli.graphs.force_plots import summary_report, usual_graphs, varying, with_marks
@@ -34,9 +34,8 @@ from gimcli.structure.drive_check import explained, require_consistent
 from gimcli.table import Column, Table
 
 if TYPE_CHECKING:
-    from gimcli.dynamics.bearing_loads import BearingLoad
     from gimcli.dynamics.force_statistics import Statistic
-    from gimcli.dynamics.work_balance import Work
+    from gimcli.dynamics.work_balance import BearingLoad, Work
     from gimcli.library.machine_forces import MachineForces
     from gimcli.output.graph import CurveGraph
     from gimcli.output.picture import Content

@@ -12,12 +12,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gimcli.assemblies import all_configurations
-from gimcli.dynamics.mode_shapes import ModeShape, mode_shape
-from gimcli.dynamics.modes import Mode, natural_modes
+from gimcli.dynamics.modes import Mode, ModeShape, mode_shape, natural_modes
 from gimcli.dynamics.physical import require_masses
 from gimcli.dynamics.reducer import release_of
-from gimcli.dynamics.settling import settled
-from gimcli.dynamics.small_motions import Linearised, linearised
+from gimcli.dynamics.small_motions import Linearised, linearised, settled
 from gimcli.errors import GimError, UsageError
 from gimcli.library.inputs import in_file_units, inputs_of
 from gimcli.library.machines import for_each_machine, released_inputs, released_machines

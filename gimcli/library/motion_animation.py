@@ -24,7 +24,7 @@ from gimcli.table import Column, Table, xy_columns
 if TYPE_CHECKING:
     from gimcli.dynamics.simulation_types import Event, Simulation
     from gimcli.graphs.extras import Extras
-    from gimcli.rates.instant import Instant
+    from gimcli.rates.derivatives import Instant
 
 
 SAME = 1e-6

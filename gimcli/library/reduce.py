@@ -8,9 +8,8 @@ from dataclasses import asdict
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from gimcli.dynamics.flywheel import Flywheel, flywheel
 from gimcli.dynamics.physical import require_masses
-from gimcli.dynamics.reduction import Reduction, chosen_input, reduce_to_input, reduction_table
+from gimcli.dynamics.reduction import Flywheel, Reduction, chosen_input, flywheel, reduce_to_input, reduction_table
 from gimcli.errors import UsageError
 from gimcli.library.inputs import Jit, Steps, refuse_unmoved
 from gimcli.library.machines import driven_machines, for_each_machine, loaded_machines

@@ -32,8 +32,7 @@ from gimcli.positions.options import Options
 from gimcli.progress import Notify, Phases, no_phases
 from gimcli.quantities.catalogue import catalogue
 from gimcli.quantities.quantity import Item
-from gimcli.rates.derivatives import ORDERS, law_rates
-from gimcli.rates.instant import law_state
+from gimcli.rates.derivatives import ORDERS, law_rates, law_state
 from gimcli.rates.member_angles import full_turn
 from gimcli.structure.drive_check import explained, require_consistent
 from gimcli.structure.plan import make_plan

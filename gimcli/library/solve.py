@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from gimcli.output.model import ModelText
     from gimcli.output.picture import Content
     from gimcli.quantities.state import SeparateState
-    from gimcli.rates.instant import Instant
+    from gimcli.rates.derivatives import Instant
 
 
 STARTS = ("drawn", "random")
@@ -101,7 +101,7 @@ def solve(
 
         law = fit_history(position)
     if velocities and position.status.solved:
-        from gimcli.rates.instant import instant
+        from gimcli.rates.derivatives import instant
 
         moving = instant(mechanism, position.inputs, position.z)
     return SolveResult(position, law, moving, extras)

@@ -49,7 +49,7 @@ def positions_state(
 
     The time is that of the first input.
     """
-    from gimcli.rates.instant import law_state
+    from gimcli.rates.derivatives import law_state
 
     each = [law_state(mechanism, *row) for row in zip(inputs.T, z.T, strict=True)]
     times = np.array([np.append(time, 0.0)[0] for time, _ in each])

@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gimcli.dynamics.mode_shapes import Swing, swing
-from gimcli.dynamics.modes import DECAY, RIGID, VIBRATION, Mode
+from gimcli.dynamics.modes import DECAY, RIGID, VIBRATION, Mode, Swing, swing
 from gimcli.dynamics.small_motions import Linearised
 from gimcli.mechanism import ComplexArray, Mechanism
 from gimcli.output import style

@@ -52,7 +52,7 @@ def force_quantities(mechanism: Mechanism) -> Iterator[ForceQuantity]:
     """Yield the quantities of the forces of a mechanism; none without masses, loads, springs, or a physical unit."""
     if mechanism.dynamics.empty or mechanism.dynamics.metre is None or len(mechanism.machines) > 1:
         return
-    from gimcli.dynamics.coulomb_table import friction_formulas  # imported late: few ask
+    from gimcli.dynamics.efficiency import friction_formulas  # imported late: few ask
     from gimcli.dynamics.force_columns import reactions, rotors, seen_from_members, springs, totals
     from gimcli.dynamics.statics import statics
 

@@ -10,9 +10,8 @@ from gimcli.assemblies import certificate, constants, pencil, roots, start_cache
 from gimcli.assemblies.assemblies import ConfigurationFinder
 from gimcli.assemblies.count import Matroid, rank_modulo, root_count
 from gimcli.assemblies.dyads import dyad_roots
-from gimcli.assemblies.generic import generic_member, generic_start, random_member
 from gimcli.assemblies.loops import LoopFamily, Loops, values, values_and_jacobian
-from gimcli.assemblies.root_paths import corrected, track
+from gimcli.assemblies.root_paths import corrected, generic_member, generic_start, random_member, track
 
 
 def family_of(rows, rail=()):

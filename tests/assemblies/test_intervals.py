@@ -16,12 +16,10 @@ from other_searches import (
 )
 
 from gimcli import load
-from gimcli.assemblies.contraction import contract
-from gimcli.assemblies.cosine_rows import RowConstants, cosine_rows
-from gimcli.assemblies.intervals import CONSTANTS, IntervalConstants, real_roots
+from gimcli.assemblies.cosine_rows import RowConstants, contract, cosine_rows
+from gimcli.assemblies.intervals import CONSTANTS, IntervalConstants, proved_reach, real_roots
 from gimcli.assemblies.krawczyk import image, local, narrow
 from gimcli.assemblies.loops import Coefficients
-from gimcli.assemblies.slide_bounds import proved_reach
 
 TURN = 2 * np.pi
 

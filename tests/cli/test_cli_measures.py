@@ -23,7 +23,7 @@ from gimcli.output.vectors import PENS, Arrows, Field
 from gimcli.positions.options import Options
 from gimcli.quantities.graphs import abscissa
 from gimcli.quantities.kinds import KINDS
-from gimcli.rates.instant import instant, law_time
+from gimcli.rates.derivatives import instant, law_time
 from gimcli.table import Column, Table
 
 FOUR_BAR = MODELS / "crank_rocker.yaml"

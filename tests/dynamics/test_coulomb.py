@@ -15,8 +15,7 @@ from in_process import gim
 
 import gimcli
 from gimcli import ModelError
-from gimcli.dynamics.coulomb_solver import FrictionSystem, solve_friction
-from gimcli.dynamics.coulomb_status import FrictionStatus
+from gimcli.dynamics.coulomb_solver import FrictionStatus, FrictionSystem, solve_friction
 from gimcli.dynamics.efficiency import row_efficiency, self_locking
 from gimcli.dynamics.force_motion import ForceMotion
 from gimcli.dynamics.forces import motion_forces

@@ -13,9 +13,8 @@ from heavy_models import released
 from modular_reduction import STILL, LinkVelocity, modular_reduction, prp, rotating_driver, rpp, rpr, rrp, rrr
 
 from gimcli import StructureError, UsageError, load
-from gimcli.dynamics.flywheel import flywheel
 from gimcli.dynamics.forces import motion_forces
-from gimcli.dynamics.reduction import chosen_input, reduce_to_input
+from gimcli.dynamics.reduction import chosen_input, flywheel, reduce_to_input
 from gimcli.kernels.jit import compiled
 from gimcli.motion.motion import trace
 from gimcli.positions.options import Options

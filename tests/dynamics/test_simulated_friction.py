@@ -15,7 +15,7 @@ from scipy.optimize import brentq
 import gimcli
 from gimcli.dynamic_data import Friction
 from gimcli.dynamics.coulomb import sliding_forces
-from gimcli.dynamics.coulomb_status import FrictionStatus
+from gimcli.dynamics.coulomb_solver import FrictionStatus
 from gimcli.dynamics.integration import Integration
 from gimcli.dynamics.simulation import Settings, simulate
 from gimcli.dynamics.simulation_table import reaction_units, reactions, simulation_table
