@@ -1,7 +1,4 @@
-"""Forces, moments, powers and energies of a motion by name: each is a formula of `Forces`, with its unit.
-
-The table of forces has them as columns.
-"""
+"""Forces, moments, powers and energies of a motion by name: each is a formula of `Forces`, with its unit."""
 
 from __future__ import annotations
 
@@ -21,11 +18,8 @@ from gimcli.dynamics.loading import POWERS
 from gimcli.dynamics.physical import require_action
 from gimcli.dynamics.statics import Pin, Statics
 from gimcli.dynamics.work_balance import reaction_name
-from gimcli.mechanism import FRAME, BoolArray, ComplexArray, FloatArray, Mechanism
-from gimcli.motion.motion import Motion
-from gimcli.motion.summary import first_columns, status_column
-from gimcli.status import Status
-from gimcli.table import Column, Table, xy_columns
+from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
+from gimcli.table import Column, xy_columns
 
 SHARED = "unique"
 """Part of the column name for the component of a reaction that is still determined if the whole reaction is not."""
@@ -197,7 +191,7 @@ def _of_gear(gear: GearPair, unknown: int) -> Iterator[ForceColumn]:
         return forces.unknown(unknown) * require_action(forces.mechanism)
 
     def force(forces: Forces) -> ComplexArray:  # on the second member: of the teeth, or of the strand under tension
-        from gimcli.dynamics.gear_reactions import across  # imported late: only for models with gears
+        from gimcli.dynamics.gear_pivots import across  # imported late: only for models with gears
 
         value, own = forces.unknown(unknown), forces.statics
         part = 0.0 if own.reactions[unknown].vector.u < 0 and gear.slide < 0 else forces.direction(unknown)
@@ -213,33 +207,3 @@ def _of_gear(gear: GearPair, unknown: int) -> Iterator[ForceColumn]:
 
 def _only(forces: Forces, values: FloatArray) -> FloatArray:
     return np.where(forces.good, values, np.nan)
-
-
-def force_table(motion: Motion, forces: Forces, first: int = 0) -> Table:
-    """Return one row per step: time, inputs, efforts, reactions, shaking force, power, energy, rotors, status."""
-    columns = columns_of(forces, [*reactions(forces.statics), *totals(forces.statics)])
-    singular = motion.good & ~forces.good  # velocities or reactions are not determined
-    status = status_column(np.where(singular, int(Status.SINGULAR), motion.codes))
-    if forces.dry is not None:
-        from gimcli.dynamics.efficiency import friction_columns, with_friction_words
-
-        columns += friction_columns(forces, forces.dry)
-        status = with_friction_words(status, forces.dry)
-    columns += columns_of(forces, rotors(forces.statics))
-    return Table((*first_columns(motion, first), *columns, Column("residual", motion.residual), status))
-
-
-def determined_rows(motion: Motion, forces: Forces) -> BoolArray:
-    """Return for every row whether its forces are determined, or at a standstill given by their limits."""
-    given = forces.good if forces.dry is None else forces.good | forces.dry.standstill
-    return np.asarray(motion.good & given)
-
-
-def open_reactions(forces: Forces) -> list[str]:
-    """Return the names of the reactions that are indeterminate in every row because of redundant constraints."""
-    good = forces.good
-    if not forces.statics.surplus or not good.any():
-        return []
-    own = columns_of(forces, reactions(forces.statics))
-    names = [column.name.rsplit(".", 1)[0] for column in own if np.all(np.isnan(column.values[good]))]
-    return [name for name in dict.fromkeys(names) if not name.endswith(f".{SHARED}")]

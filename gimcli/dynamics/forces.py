@@ -208,7 +208,7 @@ def inverse_dynamics(
             free = np.zeros((0, *found.shape))
     found = np.where(np.isfinite(found), found, np.nan)
     if statics.mechanism.gears:
-        from gimcli.dynamics.gear_reactions import add_across  # imported late: only for models with gears
+        from gimcli.dynamics.gear_pivots import add_across  # imported late: only for models with gears
 
         add_across(statics, z, found, free)
     return Forces(statics, course, loads, found, free * (not every), weakest)
@@ -245,14 +245,14 @@ def piece_forces(
     from gimcli.dynamics.coulomb import sliding_forces  # imported late: only for models with dry friction
 
     if statics.mechanism.gears:
-        from gimcli.dynamics.gear_reactions import refuse_dry_friction
+        from gimcli.dynamics.gear_pivots import refuse_dry_friction
 
         refuse_dry_friction(statics)
     course, single = courses(motion), len(statics.mechanism.drivers) == 1 and statics.mechanism.complete is None
     found = sliding_forces(statics, course, run, turns, (lambda: courses.at_unit_speed(motion)) if single else None)
     stresses = np.zeros((0, *found.unknowns.shape))
     if statics.mechanism.gears:
-        from gimcli.dynamics.gear_reactions import add_across
+        from gimcli.dynamics.gear_pivots import add_across
 
         add_across(statics, course.nodes[0], found.unknowns, stresses)
     return Forces(statics, course, found.loads, found.unknowns, stresses, found.weakest, found.dry)

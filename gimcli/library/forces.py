@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gimcli.dynamics.force_columns import force_table
-from gimcli.dynamics.force_motion import ForceMotion
+from gimcli.dynamics.force_motion import ForceMotion, force_table
 from gimcli.dynamics.force_statistics import ForceAmount, ForceStatistics, ForceSummary, amounts
 from gimcli.dynamics.physical import require_action
 from gimcli.graphs.extras import Extras, texts

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gimcli.dynamics.force_columns import force_table, open_reactions
-from gimcli.dynamics.force_motion import UNDETERMINED
+from gimcli.dynamics.force_motion import UNDETERMINED, force_table, open_reactions
 from gimcli.dynamics.force_statistics import UNITS
 from gimcli.dynamics.forces import Forces
 from gimcli.dynamics.physical import require_action

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gimcli.dynamics.force_columns import open_reactions
+from gimcli.dynamics.force_motion import open_reactions
 from gimcli.dynamics.forces import Forces
 from gimcli.dynamics.integrators import CAREFUL, INTEGRATORS, STEPPED, WITH_DRY_FRICTION
 from gimcli.dynamics.kinematic_history import turning

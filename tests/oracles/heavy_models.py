@@ -7,7 +7,7 @@ from bundled import MODELS, changed
 
 from gimcli.dynamics.equilibrium_equations import directions
 from gimcli.dynamics.forces import motion_forces
-from gimcli.dynamics.gear_reactions import across
+from gimcli.dynamics.gear_pivots import across
 from gimcli.kernels.equilibrium import COUPLE
 from gimcli.mechanism import FRAME
 from gimcli.motion.motion import trace
