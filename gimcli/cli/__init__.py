@@ -111,9 +111,14 @@ class _Commands(TyperGroup):
         """Return a command by its name; None where there is none."""
         if cmd_name not in COMMANDS:
             return None
+        alone = typer.Typer(**SETTINGS, add_completion=False)
+        if ctx is not None and ctx.resilient_parsing:  # a shell completes the options
+            from gimcli.cli.completion import completed
+
+            alone.command(cmd_name, cls=Command)(completed(cmd_name))
+            return typer.main.get_command(alone)
         module = import_module(f"gimcli.cli.{cmd_name}")
         text = f"{COMMANDS[cmd_name]}\n\n{module.HELP}"
-        alone = typer.Typer(**SETTINGS, add_completion=False)
         alone.command(cmd_name, help=text, short_help=COMMANDS[cmd_name], cls=Command)(module.command)
         found: Any = typer.main.get_command(alone)
         found.name, found.examples, found.kind = cmd_name, module.EXAMPLES, getattr(module.command, "kind", None)
@@ -144,8 +149,10 @@ app = typer.Typer(
     **SETTINGS,
     cls=_Commands,
     no_args_is_help=True,
-    help="Analyse planar mechanisms that are described in text files.\n\n"
-    "Example: gim trace crank_rocker --steps 360\n\n"
+    help="Analyse planar mechanisms that are described in text files.\n"
+    "\n"
+    "Example: gim trace crank_rocker --steps 360\n"
+    "\n"
     "Each command has --help with examples; `gim manual` has all pages.",
 )
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -30,8 +29,11 @@ NONE: list[str] = []
 Set = Annotated[
     list[str],
     typer.Option(
-        "--set", metavar="NAME=VALUE", help="Another value of a parameter or dimension; repeatable.",
-        rich_help_panel=INPUTS,
+        "--set", metavar="NAME=VALUE", rich_help_panel=INPUTS,
+        help="Another value of a parameter or dimension; repeatable.\n"
+        "Of any [dimension](model-file.md#dimensions) of the file, such as `--set a=40 --set crank.length=42"
+        " --set B.x=90`. This is the same as an edit of the file, which is"
+        ' not changed. VALUE may be a formula, such as `"2*b + 3"`.',
     ),
 ]  # fmt: skip
 
@@ -48,10 +50,14 @@ Assembly = Annotated[
     str,
     typer.Option(
         "--assembly", metavar="K", rich_help_panel=INPUTS, callback=_given,
-        help="Number or signs of `gim solve --all`, or MACHINE=K,...",
+        help="Number or signs of `gim solve --all`, or MACHINE=K,...\n"
+        "The command starts from this configuration, see [choosing the assembly](#choosing-the-assembly).",
     ),
 ]  # fmt: skip
-Json = Annotated[bool, typer.Option("--json", help="Print the report as one JSON object.", rich_help_panel=OUTPUT)]
+Json = Annotated[
+    bool,
+    typer.Option("--json", help="Print the report as one JSON object.\nSee [JSON](#json).", rich_help_panel=OUTPUT),
+]
 Out = Annotated[
     list[str],
     typer.Option(
@@ -70,32 +76,45 @@ CsvFile = Annotated[Path | None, typer.Option("--csv", hidden=True)]
 
 SHARED = {
     "at": typer.Option(
-        "--at", metavar="ACTUATOR=VALUE", help="Input value in the file's unit; repeatable.", rich_help_panel=INPUTS
+        "--at", metavar="ACTUATOR=VALUE", rich_help_panel=INPUTS,
+        help="Input value in the file's unit; repeatable.\n"
+        "The other inputs have the start of their laws.",
     ),
     "steps": typer.Option(
-        "--steps", "-n", metavar="N", min=1, max=10_000_000, help="Steps of the motion: N + 1 rows.",
-        rich_help_panel=INPUTS,
+        "--steps", "-n", metavar="N", rich_help_panel=INPUTS,
+        help="Steps of the motion: N + 1 rows.\n"
+        "The first row is at the start of the law, the last at its end.",
     ),
     "method": typer.Option(
         "--method", metavar="METHOD", rich_help_panel=METHOD, show_default=False,
-        help="auto (default), gim (geometric iteration) or newton.",
+        help="auto (default), gim (geometric iteration) or newton.\n"
+        "`auto`: closed forms for dyads, Newton-Raphson for strongly coupled groups. `gim`: sweeps alone, as in"
+        " the paper. `newton`: Newton-Raphson without closed forms.",
     ),
     "strategy": typer.Option(
         "--strategy", metavar="STRATEGY", rich_help_panel=METHOD, show_default=False,
-        help="For gim: spectral (default) or classic (the paper).",
+        help="For gim: spectral (default) or classic (the paper).\n"
+        "The sequence is the admissible one with the least spectral radius, or that by the rules of the paper.",
     ),
     "sequence": typer.Option(
         "--sequence", metavar="TEXT", rich_help_panel=METHOD,
-        help='Steps for --method gim, such as "A>B D>C C^B>E".',
+        help='Steps for --method gim, such as "A>B D>C C^B>E".\n'
+        'Your own sequence, moves in order: FROM>TO imposes a'
+        " distance, ARM^VERTEX>TO an angle, see [gim sequence](#gim-sequence). By default the best one is"
+        " searched.",
     ),
     "tolerance": typer.Option(
-        "--tolerance", metavar="T", help="Allowed error, relative to the size.", rich_help_panel=METHOD
+        "--tolerance", metavar="T", rich_help_panel=METHOD,
+        help="Allowed error, relative to the size.\n"
+        "The error of a constraint, angles in rad; from 1e-14 to below 1.",
     ),
     "seconds": typer.Option(
         "--seconds", metavar="S", min=0.0, help="End after this time with what was found.", rich_help_panel=METHOD
     ),
     "jit": typer.Option(
-        "--jit", metavar="WHEN", help="Compile the kernels: auto, on or off.", rich_help_panel=METHOD
+        "--jit", metavar="WHEN", rich_help_panel=METHOD,
+        help="Compile the kernels: auto, on or off.\n"
+        "`auto`: where this saves time. The numbers are the same.",
     ),
 }  # fmt: skip
 """Options that have the same form in all commands, by the names of the arguments of verbs."""
@@ -144,14 +163,25 @@ Drawing = Mapping[str, Any]
 NO_OPTIONS: Drawing = {}
 
 
-def _options(
-    *,
-    size: Annotated[str | None, typer.Option("--size", metavar="WxH", rich_help_panel=PICTURE)] = None,
-    dpi: Annotated[int | None, typer.Option("--dpi", metavar="N", rich_help_panel=PICTURE)] = None,
-    title: Annotated[str | None, typer.Option("--title", metavar="TEXT", rich_help_panel=PICTURE)] = None,
-    ghosts: Annotated[str | None, typer.Option("--ghosts", metavar="N", rich_help_panel=PICTURE)] = None,
-    style: Annotated[str | None, typer.Option("--style", metavar="FILE", rich_help_panel=PICTURE)] = None,
-) -> None: ...
-
-
-OPTIONS = list(inspect.signature(_options, eval_str=True).parameters.values())
+DRAWN = {
+    "size": typer.Option(
+        "--size", metavar="WxH", rich_help_panel=PICTURE,
+        help="Width and height of the whole picture with a unit (mm, cm, in), such as `160x90mm`.\n"
+        "Texts and symbols keep their size.",
+    ),
+    "dpi": typer.Option(
+        "--dpi", metavar="N", rich_help_panel=PICTURE,
+        help="Dots per inch of a PNG picture.\nDefault: 150, or more so that the picture is 1000 pixels wide.",
+    ),
+    "title": typer.Option("--title", metavar="TEXT", help='Title; `""` for none.', rich_help_panel=PICTURE),
+    "ghosts": typer.Option(
+        "--ghosts", metavar="N", rich_help_panel=PICTURE,
+        help="At most N light poses beside the first one, or none; default: 3.\n"
+        "`--ghosts 4:coupler,rocker` shows only these members in them.",
+    ),
+    "style": typer.Option(
+        "--style", metavar="FILE", rich_help_panel=PICTURE,
+        help="A matplotlib style file, or the name of a style of matplotlib, such as `grayscale`.",
+    ),
+}  # fmt: skip
+"""Options of pictures by name; the number of dots is a number, the others are texts."""

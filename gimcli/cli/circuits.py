@@ -26,7 +26,5 @@ def _print(result: CircuitsResult) -> None:
         typer.echo(hint)
 
 
-SAMPLES = typer.Option(
-    "--samples", metavar="N", rich_help_panel=METHOD, help="Input values at which all configurations are found."
-)
+SAMPLES = typer.Option("--samples", metavar="N", rich_help_panel=METHOD)
 command = from_verb(circuits, CircuitsResult, _print, {"values": SAMPLES})

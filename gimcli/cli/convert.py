@@ -31,32 +31,27 @@ def command(
         str,
         typer.Option(
             "--to", metavar="FORMAT", rich_help_panel=OUTPUT,
-            help="yaml (model file), pmks (PMKS text), pmks+ (an address), pmks+file; default: that of -o, else yaml.",
+            help="yaml (model file), pmks (PMKS text), pmks+ (an address), pmks+file; default: that of -o, else yaml.\n"
+            "The address opens the mechanism in PMKS+, and so does the file.",
         ),
     ] = "",
     out: Annotated[
         Path | None,
-        typer.Option("--out", "-o", metavar="FILE", help="File: .yaml, .txt or .pmks.", rich_help_panel=OUTPUT),
+        typer.Option("--out", "-o", metavar="FILE", rich_help_panel=OUTPUT,
+            help="File: .yaml, .txt or .pmks.\nAlso .yml; .txt is PMKS text, .pmks a file of PMKS+.",
+        ),
     ] = None,
     as_json: Json = False,
 ) -> None:  # fmt: skip
     """Convert a mechanism."""
     from gimcli.cli.arguments import changed
-    from gimcli.cli.outputs import read
+    from gimcli.cli.outputs import read, started
     from gimcli.library.convert import MODEL_FILE, convert, filed, target_of
-    from gimcli.library.load import decided
 
     chosen = to or (MODEL_FILE if out is None else target_of(out))
     if out is not None:
         chosen = filed(chosen, out)
-    mechanism = changed(read(model), changes)
-    if assembly:
-        from gimcli.library.assembled import assembled
-
-        mechanism = assembled(mechanism, assembly)
-    else:
-        mechanism = decided(mechanism)
-    found = convert(mechanism, chosen)
+    found = convert(started(changed(read(model), changes), assembly), chosen)
     if out is not None:
         found.save(out)
     _print(found, out, as_json)
@@ -64,7 +59,9 @@ def command(
 
 def _print(found: Conversion, out: Path | None, as_json: bool) -> None:
     from gimcli.cli.console import note, print_json, print_written, printable
+    from gimcli.cli.progress import end_bars
 
+    end_bars()
     if as_json:
         text = {} if out else {"text": found.text}
         print_json({

@@ -71,7 +71,9 @@ def remarks(result: EquilibriumResult) -> list[str]:
 
 OPTIONS = {
     "free": typer.Option(
-        "--free", metavar="ACTUATOR", help="Input that is released; repeatable, or with commas.", rich_help_panel=INPUTS
+        "--free", metavar="ACTUATOR", rich_help_panel=INPUTS,
+        help="Input that is released; repeatable, or with commas.\n"
+        "Besides those with `free: true`; a single input needs no name.",
     ),
     "time": typer.Option("--time", metavar="T", rich_help_panel=INPUTS),
     "starts": typer.Option(

@@ -78,35 +78,43 @@ def _print(result: FitResult) -> None:
 
 
 VARY = typer.Option(
-    "--vary", metavar="NAME=LOW:HIGH", help="Dimension to fit and its bounds; repeatable.", rich_help_panel=INPUTS
-)
-THROUGH = typer.Option("--through", metavar="FILE", help="CSV file of targets.", rich_help_panel=TARGETS)
+    "--vary", metavar="NAME=LOW:HIGH", rich_help_panel=INPUTS,
+    help="Dimension to fit and its bounds; repeatable.\n"
+    "A [dimension](model-file.md#dimensions) of the file, in its units.",
+)  # fmt: skip
+THROUGH = typer.Option(
+    "--through", metavar="FILE", rich_help_panel=TARGETS,
+    help="CSV file of targets.\n"
+    "The names in its first row say what they are, see [targets](fit.md#targets).",
+)  # fmt: skip
 TIMING = typer.Option(
     "--timing", metavar="WORD", rich_help_panel=TARGETS,
-    help="Inputs of the targets: free (unknown), given, or step (their differences are given).",
+    help="Inputs of the targets: free (unknown), given, or step (their differences are given).\n"
+    "Default: `given` if there is a column `input`, else `free`.",
 )  # fmt: skip
 OPTIONS = {
     "vary": Annotated[list[str], VARY],
     "through": Annotated[Path | None, THROUGH],
     "timing": Annotated[TargetTiming | None, TIMING],
     "point": typer.Option(
-        "--point", "-p", metavar="NAME", help="Node or point; default: the first of `trace`.", rich_help_panel=TARGETS
+        "--point", "-p", metavar="NAME", rich_help_panel=TARGETS
     ),
     "output": typer.Option(
-        "--output", metavar="NAME", help="Output of a function: rocker.angle, P.x.", rich_help_panel=TARGETS
+        "--output", metavar="NAME", rich_help_panel=TARGETS
     ),
     "goal": typer.Option(
-        "--goal", metavar="TEXT", help="Quantity that is least, instead of targets: -range(P.y).",
-        rich_help_panel=TARGETS,
+        "--goal", metavar="TEXT", rich_help_panel=TARGETS
     ),
     "where": typer.Option(
-        "--where", metavar="TEXT", help="Condition: range(P.y) > 40; repeatable.", rich_help_panel=TARGETS
+        "--where", metavar="TEXT", rich_help_panel=TARGETS,
+        help="Condition: range(P.y) > 40; repeatable.\n"
+        "In the form of `gim sweep`, also `type == 'crank-rocker'`. Inequalities can be active.",
     ),
     "any_order": typer.Option(
-        "--any-order", help="The targets may follow in any order.", rich_help_panel=TARGETS
+        "--any-order", rich_help_panel=TARGETS
     ),
-    "starts": typer.Option("--starts", metavar="N", help="Number of random designs.", rich_help_panel=METHOD),
-    "seed": typer.Option("--seed", metavar="N", help="Seed of the random designs.", rich_help_panel=METHOD),
+    "starts": typer.Option("--starts", metavar="N", rich_help_panel=METHOD),
+    "seed": typer.Option("--seed", metavar="N", rich_help_panel=METHOD),
 }  # fmt: skip
 command = from_verb(
     fit, FitResult, _print, OPTIONS, writes=True, run=_run, read={"vary": VARIED, "timing": lambda word: word or ""}

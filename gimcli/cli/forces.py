@@ -76,8 +76,10 @@ TIME = typer.Option(
     help="With --at: time of loads with a table over time [s]; default 0.",
 )  # fmt: skip
 FULL = typer.Option(
-    "--full", help="Print least and greatest values, work and mean bearing loads, too.", rich_help_panel=OUTPUT
-)
+    "--full", rich_help_panel=OUTPUT,
+    help="Print least and greatest values, work and mean bearing loads, too.\n"
+    "The work is that of actuators and of every kind of force.",
+)  # fmt: skip
 EXTRA = {
     "at": Annotated[list[str], SHARED["at"]], "time": Annotated[float | None, TIME], "full": Annotated[bool, FULL],
 }  # fmt: skip

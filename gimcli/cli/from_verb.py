@@ -1,7 +1,8 @@
 """Commands that are made from the verbs of the library.
 
 The signature of a verb gives the options of its command: names, types, bounds and defaults. The `Args:` of its
-docstring give the help of the options for which the command has no text of its own.
+docstring give the text of an option: the first part is its help, all of it stands in the manual. A command may have a
+text of its own: alone if it has a second line, which is for the manual, else in place of the first part.
 """
 
 from __future__ import annotations
@@ -19,9 +20,9 @@ from typing import TYPE_CHECKING, Annotated, Any, cast, get_args, get_origin
 from typer.models import OptionInfo
 
 from gimcli.cli.arguments import (
+    DRAWN,
     MODEL,
     NONE,
-    OPTIONS,
     SHARED,
     Assembly,
     CsvFile,
@@ -46,6 +47,8 @@ if TYPE_CHECKING:
 
 REPORTERS = {"notify": note, "progress": progress_bar}
 OUTPUTS = ("out", "csv", "png", "as_json")
+COMMON = (("model", ModelPath, MODEL), ("changes", Set, NONE))
+"""Name, annotation and default of the options of every command that reads a model file."""
 EMPTY = {bool: False, str: "", list[str]: NONE}
 """Defaults of options of the terminal by their types; of others it is None."""
 
@@ -137,16 +140,17 @@ def from_verb(
     own = own_options(unwrap(verb), options or {})
     names = [name for name, _, _ in own]
     own += [(name, form, EMPTY.get(get_args(form)[0])) for name, form in (extra or {}).items()]
-    common = [("model", ModelPath, MODEL), ("changes", Set, NONE)]
-    common += [("assembly", Assembly, "")] if assembled else []
+    common = [*COMMON, ("assembly", Assembly, "")] if assembled else [*COMMON]
     last: list[tuple[str, Any, Any]] = [("out", Out, NONE)]
     last += [("csv", CsvFile, None)] if "csv" in files else []
     last += [("png", Png, True) if writes else ("png", PngFile, None)] if "png" in files else []
+    numbers = {"dpi": int}
+    drawn = [(name, Annotated[numbers.get(name, str) | None, form], None) for name, form in DRAWN.items()]
     every = [*common, *own, *last, ("as_json", Json, False)]
-    flags = {name: (form.__metadata__[0].default, usual) for name, form, usual in [*common[2:], *own]}
+    flags = {name: (flag_of(form), usual) for name, form, usual in [*common[2:], *own]}
 
     def command(**given: Any) -> None:
-        drawing = {one.name: given.pop(one.name) for one in OPTIONS if one.name in given}
+        drawing = {name: given.pop(name) for name in DRAWN if name in given}
         chosen = {key: given.pop(key) for key in OUTPUTS if key in given}
         if writes:
             chosen["picture"] = chosen.pop("png")
@@ -164,10 +168,16 @@ def from_verb(
             raise UsageError(f"{flags[name][0]}{colon}{what}") if name in flags else error from None
         own_run.outputs.show(result, partial(own_run.show, **own_run.switches))
 
-    listed = [Parameter(key, Parameter.KEYWORD_ONLY, annotation=form, default=value) for key, form, value in every]
-    command.__signature__ = Signature([*listed, *OPTIONS * ("png" in files)])  # type: ignore[attr-defined]  # read by typer
+    every += drawn if "png" in files else []
     command.kind = kind  # type: ignore[attr-defined]  # read by the help
-    return command
+    return declared(command, *every)
+
+
+def declared(function: Callable[..., None], *options: tuple[str, Any, Any]) -> Callable[..., None]:
+    """Return a function with the signature that typer reads: name, annotation and default of each option."""
+    listed = [Parameter(name, Parameter.KEYWORD_ONLY, annotation=form, default=value) for name, form, value in options]
+    function.__signature__ = Signature(listed)  # type: ignore[attr-defined]
+    return function
 
 
 def plain(value: Any) -> Any:
@@ -177,13 +187,13 @@ def plain(value: Any) -> Any:
 
 def own_options(verb: Callable[..., Any], options: Mapping[str, Any]) -> list[tuple[str, Any, Any]]:
     """Return name, annotation and default of the options of a verb, in its order; reports and inputs are none."""
-    helps, hints, found = argument_helps(verb), hints_of(verb), []
-    forms = {**SHARED, "measure": MEASURES, **options}
+    forms, hints, found = {**SHARED, "measure": MEASURES, **options}, hints_of(verb), []
+    texts = argument_texts(verb, {name: flag_of(form) for name, form in forms.items() if name in hints})
     for name, parameter in signature(verb).parameters.items():
         form = forms.get(name)
         if form is None:
             continue
-        kind = option_kind(name, hints[name], copy(form), helps) if isinstance(form, OptionInfo) else form
+        kind = option_kind(name, hints[name], copy(form), texts) if isinstance(form, OptionInfo) else form
         own, value = get_args(kind)[0], parameter.default
         if own == list[str]:
             value = NONE
@@ -195,10 +205,12 @@ def own_options(verb: Callable[..., Any], options: Mapping[str, Any]) -> list[tu
     return found
 
 
-def option_kind(name: str, hint: Any, form: OptionInfo, helps: Mapping[str, str]) -> Any:
+def option_kind(name: str, hint: Any, form: OptionInfo, texts: Mapping[str, tuple[str, str]]) -> Any:
     """Return the annotation of an option: the type, bounds and words of the argument, and the form of the option."""
     kind, *limits = get_args(hint) if get_origin(hint) is Annotated else (hint,)
-    form.help = form.help or helps[name]
+    first, further = texts[name]
+    if "\n" not in (form.help or ""):
+        form.help = f"{form.help or first}\n{further}"
     for limit in limits:
         if isinstance(limit, Range):
             form.min, form.max = limit.least, limit.most
@@ -209,9 +221,23 @@ def option_kind(name: str, hint: Any, form: OptionInfo, helps: Mapping[str, str]
     return Annotated[kind, form]
 
 
-def argument_helps(verb: Callable[..., Any]) -> dict[str, str]:
-    """Return the first sentence of each argument in the docstring of a verb."""
+def flag_of(form: Any) -> str:
+    """Return the flag of an option, of an annotation or of its form."""
+    return str(getattr(form, "__metadata__", (form,))[0].default)
+
+
+def argument_texts(verb: Callable[..., Any], flags: Mapping[str, str]) -> dict[str, tuple[str, str]]:
+    """Return the text of each argument in the docstring of a verb: up to the first semicolon or full stop, the rest.
+
+    Names of arguments in the text are replaced by `flags`.
+    """
     text = (getdoc(verb) or "").partition("Args:\n")[2].partition("\n\n")[0]
+    text = re.sub(r"`(\w+)`", lambda word: f"`{flags.get(word[1], word[1])}`", text)
     each = re.findall(r"^    (\w+): (.*(?:\n     .*)*)", text, re.MULTILINE)
-    first = {name: re.split(r"[;.](?= |$)", " ".join(words.split()))[0] for name, words in each}
-    return {name: words[0].upper() + words[1:] + "." for name, words in first.items()}
+    parts = {name: re.match(r"(.*?)[;.](?: (.*))?$", " ".join(words.split())) for name, words in each}
+    return {name: (sentence(part[1]), sentence(part[2])) for name, part in parts.items() if part}
+
+
+def sentence(words: str | None) -> str:
+    """Return words as a sentence."""
+    return f"{words[0].upper()}{words[1:].removesuffix('.')}." if words else ""

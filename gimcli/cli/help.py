@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from typing import Any
 
@@ -55,13 +56,18 @@ def grouped(params: Iterable[Any], ctx: Any) -> dict[str, list[tuple[str, str]]]
                 form.append(param.opts[0])
             else:
                 head = param.metavar if param.param_type_name == "argument" else record[0]
-                text = _without_range(record[1])
+                text = _without_range(brief(record[1]))
                 if SUFFIXES in text:
                     text = text.replace(SUFFIXES, " ".join(ctx.command.kind.suffixes()))
                 groups.setdefault(title, []).append((head, text))
     if form:
         groups[OUTPUT].append((f"Picture: {' '.join(form)} (see gim manual commands)", ""))
     return groups
+
+
+def brief(text: str) -> str:
+    """Return the help of an option, with its default, from a text whose further lines are for the manual."""
+    return re.sub(r"\n.*?(?=  \[|$)", "", text)
 
 
 def _without_range(text: str) -> str:

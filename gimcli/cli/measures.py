@@ -20,7 +20,12 @@ POINTS = 12
 """Greatest number of points whose ranges are printed."""
 
 MEASURES = typer.Option(
-    "--measure", "-m", metavar="QUANTITY", rich_help_panel=OUTPUT, help="Add a quantity, such as |A.f|; repeatable."
+    "--measure",
+    "-m",
+    metavar="QUANTITY",
+    rich_help_panel=OUTPUT,
+    help="Add a quantity, such as |A.f|; repeatable.\n"
+    "A kind of `-m help`, a column or a formula, see [measures](#measures).",
 )
 PLOT = typer.Option(
     "--plot",

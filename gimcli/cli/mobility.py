@@ -83,6 +83,10 @@ def _number(value: float) -> str:
 
 
 JACOBIAN = typer.Option("--jacobian", help="Print the Jacobian of the constraints.")
-COORDINATES = typer.Option("--coordinates", metavar="NAME", help="The Jacobian in joint, absolute or natural ones.")
+COORDINATES = typer.Option(
+    "--coordinates", metavar="NAME",
+    help="The Jacobian in joint, absolute or natural ones.\n"
+    "Default: natural. It implies `--jacobian`.",
+)  # fmt: skip
 EXTRA = {"jacobian": Annotated[bool, JACOBIAN], "coordinates": Annotated[str, COORDINATES]}
 command = from_verb(mobility, MobilityResult, _print, files="", extra=EXTRA, run=_run)

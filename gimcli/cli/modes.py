@@ -67,9 +67,13 @@ def _participation(value: complex) -> str:
 
 OPTIONS = {
     "free": typer.Option(
-        "--free", metavar="ACTUATOR", help="Input that is released; repeatable, or with commas.", rich_help_panel=INPUTS
+        "--free",
+        metavar="ACTUATOR",
+        rich_help_panel=INPUTS,
+        help="Input that is released; repeatable, or with commas.\n"
+        "Besides those with `free: true`; a single input needs no name.",
     ),
     "time": typer.Option("--time", metavar="T", rich_help_panel=INPUTS),
-    "settle": typer.Option("--settle", help="Follow the forces to an equilibrium first.", rich_help_panel=INPUTS),
+    "settle": typer.Option("--settle", rich_help_panel=INPUTS),
 }
 command = from_verb(modes, ModesResult, _print, OPTIONS, files="csv png", loaded=(note_doubtful_loading,))

@@ -25,7 +25,8 @@ def command(
         str, typer.Argument(metavar="NAME", help="A shipped model.", show_default=False, rich_help_panel=INPUTS)
     ] = "",
     listed: Annotated[
-        bool, typer.Option("--list", help="List the shipped models by themes.", rich_help_panel=INPUTS)
+        bool,
+        typer.Option("--list", help="List the shipped models by themes.\nAs without a name.", rich_help_panel=INPUTS),
     ] = False,
     out: Annotated[
         str,

@@ -54,6 +54,19 @@ def read(model: str) -> Mechanism:
     return mechanism
 
 
+def started(
+    mechanism: Mechanism, assembly: str, at: Mapping[str, str] | None = None, tolerance: float = 1e-10
+) -> Mechanism:
+    """Return a mechanism in the configuration of --assembly; without it, refuse one with a node whose side is open."""
+    if not assembly:
+        from gimcli.library.load import decided
+
+        return decided(mechanism)
+    from gimcli.library.assembled import assembled
+
+    return assembled(mechanism, assembly, at, tolerance=tolerance, progress=progress_bar)
+
+
 class Outputs:
     """The files of one command, and its report.
 
@@ -107,13 +120,7 @@ class Outputs:
         mechanism = read(self.model)
         self._refuse(mechanism.files)
         mechanism = changed(mechanism, changes)
-        if not assembly:
-            from gimcli.library.load import decided
-
-            return mechanism if every else decided(mechanism)
-        from gimcli.library.assembled import assembled
-
-        return assembled(mechanism, assembly, at, tolerance=tolerance, progress=progress_bar)
+        return mechanism if every and not assembly else started(mechanism, assembly, at, tolerance)
 
     def _refuse(self, read: Iterable[Path]) -> None:
         """Refuse files that cannot be written; where the user chose no folder, name the option."""

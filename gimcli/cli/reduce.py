@@ -67,11 +67,12 @@ def _print_wheel(wheel: Flywheel) -> None:
 
 OPTIONS = {
     "actuator": typer.Option(
-        "--input", metavar="ACTUATOR", help="Input that remains; default: the first.", rich_help_panel=INPUTS
+        "--input",
+        metavar="ACTUATOR",
+        rich_help_panel=INPUTS,
+        help="Input that remains; default: the first.\nThe others keep their values at the start of their laws.",
     ),
-    "fluctuation": typer.Option(
-        "--fluctuation", metavar="C", help="Coefficient of speed fluctuation.", rich_help_panel=FLYWHEEL
-    ),
-    "rpm": typer.Option("--rpm", metavar="N", help="Mean speed [1/min].", rich_help_panel=FLYWHEEL),
+    "fluctuation": typer.Option("--fluctuation", metavar="C", rich_help_panel=FLYWHEEL),
+    "rpm": typer.Option("--rpm", metavar="N", rich_help_panel=FLYWHEEL),
 }
 command = from_verb(reduce, ReduceResult, _print, OPTIONS, writes=True, loaded=(note_doubtful_loading,))

@@ -121,20 +121,27 @@ OPTIONS = {
     "of": typer.Option(
         "--of", metavar="QUANTITY", rich_help_panel=INPUTS,
         help='P, P.x, member, transmission, angle:A/B; of a motion also numbers as in `gim sweep --keep`, such as'
-        ' "max(P.y)"; repeatable. Default: the traced points.',
+        ' "max(P.y)"; repeatable; default: the traced points.\n'
+        '`P`: x and y of a node or point; a member: its direction;'
+        " `transmission:B`: at a node; also velocities, accelerations and jerks, such as `P.vx` or"
+        " `rocker.alpha`.",
     ),
     "by": typer.Option(
         "--by", metavar="NAME,NAME", rich_help_panel=INPUTS,
-        help="Dimensions or actuators; repeatable. Default: all numbers of the file that move a node.",
+        help="Dimensions or actuators; repeatable; default: all numbers of the file that move a node.\n"
+        "Of those the ones that are not given by a formula, and all inputs. An actuator stands for its input.",
     ),
     "samples": typer.Option(
         "--samples", metavar="N", rich_help_panel=TOLERANCES,
-        help="Random designs within the tolerances (default 10000; 0: none).",
+        help="Random designs within the tolerances (default 10000; 0: none).\n"
+        "Only if the model has `tolerances`.",
     ),
     "seed": typer.Option("--seed", metavar="N", rich_help_panel=TOLERANCES),
     "distribution": typer.Option(
         "--distribution", metavar="NAME", rich_help_panel=TOLERANCES, show_default=False,
-        help="normal (default; the tolerance is 3 standard deviations) or uniform.",
+        help="normal (default; the tolerance is 3 standard deviations) or uniform.\n"
+        "Of each dimension within its tolerance, independent of the others; uniform: the tolerance is half the"
+        " width.",
     ),
 }  # fmt: skip
 command = from_verb(sensitivity, SensitivityResult, _print, OPTIONS, writes=True)

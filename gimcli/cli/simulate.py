@@ -94,27 +94,33 @@ def _run(run: Run) -> Result:
 
 
 OPTIONS = {
-    "duration": typer.Option("--time", "-t", metavar="S", help="Seconds of motion.", rich_help_panel=INPUTS),
+    "duration": typer.Option("--time", "-t", metavar="S", rich_help_panel=INPUTS),
     "standstills": typer.Option(
         "--standstills", metavar="K", rich_help_panel=INPUTS,
-        help="Stop at the K-th standstill of a free input; 0: never.",
+        help="Stop at the K-th standstill of a free input; 0: never.\n",
     ),
     "integrator": typer.Option(
         "--integrator", metavar="NAME", callback=_registered, rich_help_panel=INTEGRATION,
-        help=f"{', '.join(INTEGRATORS)}; default: {USUAL}, with dry friction {WITH_DRY_FRICTION}.",
+        help=f"{', '.join(INTEGRATORS)}; default: {USUAL}, with dry friction {WITH_DRY_FRICTION}.\n"
+        "`dop853`, `rk45`, `radau` (the default where damping is stiff) and `lsoda` choose their steps by `--rtol`;"
+        " `rk4` has equal steps of time, `euler` and `euler-exact` (with the exact dJ/dq) of the only free input.",
     ),
     "rtol": typer.Option(
-        "--rtol", metavar="T", help="Relative tolerance of inputs and speeds.", rich_help_panel=INTEGRATION
+        "--rtol", metavar="T", rich_help_panel=INTEGRATION
     ),
     "step": typer.Option(
-        "--step", metavar="S", help=f"Step of {STEPPED}; default: 0.001.", rich_help_panel=INTEGRATION
+        "--step", metavar="S", rich_help_panel=INTEGRATION,
+        help=f"Step of {STEPPED}; default: 0.001.\n"
+        "For a length 0.001 of about the size of the mechanism.",
     ),
     "slip": typer.Option(
         "--slip", metavar="V", rich_help_panel=INTEGRATION,
-        help="Slip speed below which dry friction grows smoothly [rad/s]; default: 1e-6 rad / --time.",
+        help="Slip speed below which dry friction grows smoothly [rad/s]; default: 1e-6 rad / --time.\n"
+        "In guides times about the size of the mechanism, see [dry"
+        " friction](dynamics.md#dry-friction-in-a-simulation).",
     ),
     "dt": typer.Option(
-        "--dt", metavar="S", help="Seconds between rows; default: --time / 200.", rich_help_panel=OUTPUT
+        "--dt", metavar="S", rich_help_panel=OUTPUT
     ),
     "reactions": typer.Option("--reactions", rich_help_panel=OUTPUT),
     "plot": PLOTS_ONLY,

@@ -166,16 +166,22 @@ def _cells(v: complex, size: float) -> tuple[str, str, str]:
 
 
 OPTIONS = {
-    "velocities": typer.Option("--velocities", help="Add velocities and accelerations.", rich_help_panel=RESULTS),
+    "velocities": typer.Option("--velocities", rich_help_panel=RESULTS),
     "history": typer.Option(
-        "--history", help="Add the error after every sweep (--method gim).", rich_help_panel=RESULTS
+        "--history", rich_help_panel=RESULTS,
+        help="Add the error after every sweep (--method gim).\n"
+        "Also the fitted law E = C1 exp(-C2 n).",
     ),
     "start": typer.Option(
         "--start", metavar="drawn|random", help="Start from the initial (drawn) or from random coordinates.",
         rich_help_panel=START,
     ),
-    "seed": typer.Option("--seed", metavar="N", help="Seed of a random start.", rich_help_panel=START),
+    "seed": typer.Option("--seed", metavar="N", rich_help_panel=START),
 }  # fmt: skip
-ALL = typer.Option("--all", help="Find all configurations; report if that is proved.", rich_help_panel=RESULTS)
+ALL = typer.Option(
+    "--all", rich_help_panel=RESULTS,
+    help="Find all configurations; report if that is proved.\n"
+    "See [below](#gim-solve---all); `--seconds` ends the search.",
+)  # fmt: skip
 EXTRA = {"all": Annotated[bool, ALL], "seconds": Annotated[float | None, SHARED["seconds"]]}
 command = from_verb(solve, SolveResult, _print, OPTIONS, files="csv png", extra=EXTRA, run=_run)

@@ -73,42 +73,43 @@ def _print(found: SweepResult) -> None:
 
 VARY = typer.Option(
     "--vary", metavar="NAME=VALUES", rich_help_panel=DESIGNS,
-    help="FIRST:LAST:COUNT, a list, uniform(LOW,HIGH) or normal(MEAN,SD); repeatable.",
+    help="FIRST:LAST:COUNT, a list, uniform(LOW,HIGH) or normal(MEAN,SD); repeatable.\n"
+    "Values of a dimension, such as `10:20:21` (21 values from 10 to 20), `3,4,5`, `uniform(10,20)` or"
+    " `normal(40,0.05)` (mean and standard deviation). Of listed values all combinations are solved.",
 )  # fmt: skip
 OPTIONS = {
     "vary": Annotated[list[str], VARY],
     "samples": typer.Option(
-        "--samples", metavar="N", help="Designs drawn from distributions.", rich_help_panel=DESIGNS
+        "--samples", metavar="N", rich_help_panel=DESIGNS
     ),
     "points": typer.Option(
-        "--points", metavar="KIND", help="random (default), latin or sobol.", rich_help_panel=DESIGNS,
-        show_default=False,
+        "--points", metavar="KIND", rich_help_panel=DESIGNS
     ),
-    "seed": typer.Option("--seed", metavar="S", help="Seed of the sample.", rich_help_panel=DESIGNS),
-    "steps": typer.Option("--steps", "-n", metavar="N", help="Steps of each motion.", rich_help_panel=INPUTS),
+    "seed": typer.Option("--seed", metavar="S", rich_help_panel=DESIGNS),
+    "steps": typer.Option("--steps", "-n", metavar="N", rich_help_panel=INPUTS),
     "keep": typer.Option(
         "--keep", metavar="QUANTITY", rich_help_panel=KEPT,
-        help='Such as "range(P.y)", "min(transmission)", type; repeatable.',
+        help='Such as "range(P.y)", "min(transmission)", type; repeatable.\n'
+        'Or with commas. By default the ranges of the'
+        " traced points, and `solved`.",
     ),
-    "where": typer.Option("--where", metavar="CONDITION", help='Such as "range(P.y) > 40".', rich_help_panel=KEPT),
-    "goal": typer.Option("--goal", metavar="QUANTITY", help="Least in the best designs.", rich_help_panel=KEPT),
-    "best": typer.Option(
-        "--best", metavar="N", help="Keep the N best by the goal; 0: all.", rich_help_panel=KEPT
-    ),
+    "where": typer.Option("--where", metavar="CONDITION", rich_help_panel=KEPT),
+    "goal": typer.Option("--goal", metavar="QUANTITY", rich_help_panel=KEPT),
+    "best": typer.Option("--best", metavar="N", rich_help_panel=KEPT),
     "rows": typer.Option(
         "--rows", help="Keep whole columns, such as P.x: a row for each step.", rich_help_panel=KEPT
     ),
-    "workers": typer.Option(
-        "--workers", metavar="N", help="Processes on this machine.", rich_help_panel=METHOD
+    "workers": typer.Option("--workers", metavar="N", rich_help_panel=METHOD),
+    "scheduler": typer.Option("--scheduler", metavar="ADDRESS", rich_help_panel=METHOD),
+    "resume": typer.Option(
+        "--resume", help="Resume an interrupted sweep.\nWith the same model and options.", rich_help_panel=METHOD
     ),
-    "scheduler": typer.Option(
-        "--scheduler", metavar="ADDRESS", help="Dask scheduler of a cluster.", rich_help_panel=METHOD
-    ),
-    "resume": typer.Option("--resume", help="Resume an interrupted sweep.", rich_help_panel=METHOD),
 }  # fmt: skip
 LISTED = typer.Option(
-    "--designs", metavar="CSV", help="Designs in their order: a column for each dimension.", rich_help_panel=DESIGNS
-)
+    "--designs", metavar="CSV", rich_help_panel=DESIGNS,
+    help="Designs in their order: a column for each dimension.\n"
+    "Instead of `--vary`; the first row of the file has names.",
+)  # fmt: skip
 command = from_verb(
     sweep, SweepResult, _print, OPTIONS, writes=True, extra={"designs": Annotated[Path | None, LISTED]}, run=_run,
     read={"vary": partial(pairs, option="--vary", form="NAME=VALUES, such as crank.length=30:50:21")},

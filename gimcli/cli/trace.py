@@ -139,12 +139,12 @@ def _print_reach(motion: Motion, reached: dict[str, list[list[float]]]) -> None:
 
 OPTIONS = {
     "derivatives": typer.Option(
-        "--derivatives", "-d", metavar="K", rich_help_panel=QUANTITIES,
-        help="1: velocities; 2: also accelerations; 3: also jerks.",
+        "--derivatives", "-d", metavar="K", rich_help_panel=QUANTITIES
     ),
     "measure": typer.Option(
         "--measure", "-m", metavar="QUANTITY", rich_help_panel=QUANTITIES,
-        help="Add a quantity, such as |A.f|; repeatable; `-m help` lists kinds.",
+        help="Add a quantity, such as |A.f|; repeatable; `-m help` lists kinds.\n"
+        "Its columns, its range, its curve in the picture, see [measures](#measures).",
     ),
     "plot": PLOT,
     "at_limit": typer.Option(
@@ -152,13 +152,13 @@ OPTIONS = {
         help="At the limit of an input: stop (default), skip, reverse.",
     ),
     "circuit": typer.Option(
-        "--circuit", help="Follow the circuit of the start, not the law.", rich_help_panel=LIMITS
+        "--circuit", rich_help_panel=LIMITS
     ),
     "branch": typer.Option(
-        "--branch", metavar="K", help="Branch taken at a change point.", rich_help_panel=LIMITS
+        "--branch", metavar="K", rich_help_panel=LIMITS
     ),
     "all_branches": typer.Option(
-        "--all-branches", help="Follow every circuit that crosses it.", rich_help_panel=LIMITS
+        "--all-branches", rich_help_panel=LIMITS
     ),
 }  # fmt: skip
 command = from_verb(trace, MotionTraceResult, _shown, OPTIONS, writes=True)

@@ -56,11 +56,14 @@ def _print(result: TradeoffResult) -> None:
 
 OPTIONS = {
     "tolerances": typer.Option(
-        "--tolerances", metavar="T,T,...", help="Default: 1e-2, 1e-4 ... 1e-14.", rich_help_panel=METHOD
+        "--tolerances", metavar="T,T,...", rich_help_panel=METHOD,
+        help="Default: 1e-2, 1e-4 ... 1e-14.\n"
+        "From 1e-14 to below 1.",
     ),
     "seconds": typer.Option(
-        "--seconds", metavar="S", min=1.0, help="Processor time for all; slow methods get fewer runs.",
-        rich_help_panel=METHOD,
+        "--seconds", metavar="S", min=1.0, rich_help_panel=METHOD,
+        help="Processor time for all; slow methods get fewer runs.\n"
+        "Slow methods are not run at finer tolerances.",
     ),
 }  # fmt: skip
 command = from_verb(tradeoff, TradeoffResult, _print, OPTIONS, writes=True, read={"tolerances": _tolerances})

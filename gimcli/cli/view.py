@@ -4,16 +4,20 @@ from __future__ import annotations
 
 import signal
 import sys
+from inspect import unwrap
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
-from gimcli.cli.arguments import MODEL, NONE, SHARED, Assembly, ModelPath, Set, assignments
+from gimcli.cli.arguments import Assembly, assignments
 from gimcli.cli.console import note, printable
-from gimcli.cli.measures import PLOT, QUANTITIES, measures_of
+from gimcli.cli.from_verb import COMMON, declared, own_options
+from gimcli.cli.measures import measures_of
 from gimcli.cli.progress import end_bars, progress_bar
+from gimcli.cli.trace import OPTIONS
 from gimcli.errors import UsageError
+from gimcli.library.trace import trace
 
 SERVER = "Server"
 
@@ -29,41 +33,17 @@ EXAMPLES = (
 )
 
 
-def command(
-    model: ModelPath = MODEL,
-    changes: Set = NONE,
-    steps: Annotated[int, SHARED["steps"]] = 360,
-    assembly: Assembly = "",
-    derivatives: Annotated[
-        int,
-        typer.Option(
-            "--derivatives", "-d", metavar="K", min=0, max=3, rich_help_panel=QUANTITIES,
-            help="1: velocities; 2: also accelerations; 3: also jerks.",
-        ),
-    ] = 0,
-    measure: Annotated[
-        list[str],
-        typer.Option(
-            "--measure", "-m", metavar="QUANTITY", rich_help_panel=QUANTITIES,
-            help="Add a quantity, such as |A.f|; repeatable.",
-        ),
-    ] = NONE,
-    plot: Annotated[list[str], PLOT] = NONE,
-    port: Annotated[
-        int | None,
-        typer.Option(
-            "--port", metavar="N", min=0, max=65535, rich_help_panel=SERVER,
-            help="Port; by default 8642, or a free one.",
-        ),
-    ] = None,
-    browser: Annotated[
-        bool, typer.Option("--browser/--no-browser", help="Open the page in the browser.", rich_help_panel=SERVER)
-    ] = True,
+TRACED = ("steps", "derivatives", "measure", "plot")
+"""The options of `gim trace` that the page takes."""
+
+
+def _view(
+    model: str, changes: list[str], assembly: str, port: int | None, browser: bool, measure: list[str], plot: list[str],
+    **traced: Any,
 ) -> None:  # fmt: skip
     """Show a motion in the browser while its file is edited."""
-    measures_of(measure)
+    settings = {"measure": measures_of(measure), "plot": ",".join(plot), **traced}
     signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell may have switched it off for a background job
-    settings = {"steps": steps, "derivatives": derivatives, "measure": measure, "plot": ",".join(plot)}
     try:
         _serve(model, changes, assembly, port, settings, browser)
     except KeyboardInterrupt:
@@ -102,3 +82,21 @@ def _open(url: str) -> None:
         return
     if type(found) is not webbrowser.GenericBrowser:
         found.open(url)
+
+
+PORT = typer.Option(
+    "--port", metavar="N", min=0, max=65535, rich_help_panel=SERVER,
+    help="Port; by default 8642, or a free one.\n0: any free one.",
+)  # fmt: skip
+BROWSER = typer.Option(
+    "--browser/--no-browser", help="Open the page in the browser.\nElse only its address is printed.",
+    rich_help_panel=SERVER,
+)  # fmt: skip
+command = declared(
+    _view,
+    *COMMON,
+    ("assembly", Assembly, ""),
+    *(one for one in own_options(unwrap(trace), OPTIONS) if one[0] in TRACED),
+    ("port", Annotated[int | None, PORT], None),
+    ("browser", Annotated[bool, BROWSER], True),
+)

@@ -144,16 +144,20 @@ def _left_out(mechanism: Mechanism, found: dict[str, Any]) -> str:
 
 OPTIONS = {
     "point": typer.Option(
-        "--point", "-p", metavar="NAME", help="Node or point; default: the first of `trace`.", rich_help_panel=INPUTS
+        "--point", "-p", metavar="NAME", rich_help_panel=INPUTS
     ),
     "orientation": typer.Option(
-        "--orientation", metavar="MEMBER=ANGLE", help="Keep a member's direction; repeatable.", rich_help_panel=INPUTS
+        "--orientation", metavar="MEMBER=ANGLE", rich_help_panel=INPUTS,
+        help="Keep a member's direction; repeatable.\n"
+        "From its first to its second node, such as `platform=0`, in the file's unit of angles.",
     ),
-    "every": typer.Option("--all", help="One input: the paths of all assemblies.", rich_help_panel=INPUTS),
+    "every": typer.Option("--all", rich_help_panel=INPUTS),
     "grid": typer.Option(
         "--grid", metavar="N", rich_help_panel=GRID,
         help="Also solve N values of every input in all combinations, for an .npz file.",
     ),
-    "resume": typer.Option("--resume", help="Resume an interrupted --grid.", rich_help_panel=GRID),
+    "resume": typer.Option(
+        "--resume", help="Resume an interrupted --grid.\nWith the same model and options.", rich_help_panel=GRID
+    ),
 }  # fmt: skip
 command = from_verb(workspace, WorkspaceResult, _print, OPTIONS, writes=True, read={"orientation": HELD}, run=_run)

@@ -44,9 +44,9 @@ def circuits(
 
     Args:
         mechanism: from `load` or `loads`.
-        values: number of values of the input, 4 to 100 000.
+        values: number of values of the input, 4 to 100 000, at which all configurations are found.
         progress: function of the name of a phase; returns a function of (done, all), for a progress bar.
-        seconds: the search ends after this time with what was found; by default it has a bound in positions only.
+        seconds: the search ends after this time with what was found; by default there is a bound in positions only.
 
     Returns:
         A CircuitsResult: `.count`, `.complete`, and one row for each branch with the interval of every input in the

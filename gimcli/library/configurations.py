@@ -44,7 +44,7 @@ def configurations(
         at: dict of inputs by name, for names that are not Python names or are names of arguments.
         tolerance: largest accepted error of a constraint, relative to the mechanism's size; from 1e-14 to below 1.
         progress: function of the name of a phase; returns a function of (done, all), for a progress bar.
-        seconds: the search ends after this time with what was found; by default it has a bound on its work only.
+        seconds: the search ends after this time with what was found; by default there is a bound on its work only.
         inputs: inputs by name, in the file's units. Inputs that are not given have the value at the start of their law.
 
     Returns:

@@ -74,7 +74,7 @@ def equilibrium(
         seed: seed of the random starts.
         tolerance: largest accepted error of a constraint, relative to the mechanism's size; from 1e-14 to below 1.
         progress: function of the name of a phase; returns a function of (done, all), for a progress bar.
-        seconds: the search ends after this time with what was found (status "work-limit"); by default it has a bound
+        seconds: the search ends after this time with what was found (status "work-limit"); by default there is a bound
             in positions only, which is the same on every machine.
         inputs: inputs by name, in the file's units, at which the others are held and the search begins. Inputs that
             are not given have the value at the start of their law.

@@ -81,12 +81,12 @@ def fit(
         timing: "free": each target has an unknown input, and the targets follow each other in order; "given": the
             inputs are those of the file; "step": only their differences are. By default "given" if there is a column
             `input`, otherwise "free".
-        point: the node or point for places and poses; by default the first of `trace`.
-        output: the angle or coordinate for a function, such as "rocker.angle" or "P.x".
-        goal: instead of targets: a quantity that is least, in the form of `sweep`, such as "-range(P.y)".
+        point: node or point for places and poses, by default the first of `trace`.
+        output: angle or coordinate for a function, such as "rocker.angle" or "P.x".
+        goal: quantity that is least, instead of targets, such as "-range(P.y)"; in the form of `sweep`.
         where: conditions on the fitted design, in the form of `sweep`, such as "range(P.y) > 40" or
             "type == 'crank-rocker'"; one text or a list. Inequalities can be active.
-        any_order: with timing "free": the targets may follow each other in any order.
+        any_order: with `timing` "free": the targets may follow each other in any order.
         starts: number of random designs.
         seed: seed of the random designs; the same seed gives the same result.
         notify: function of a text; called with notices, such as the start of a compilation.

@@ -62,7 +62,7 @@ def modes(
         at: dict of inputs by name, for names that are not Python names or are names of arguments.
         free: names of inputs that are released besides those with `free: true`; a single input needs no name.
         time: time of tables over the time [s].
-        settle: first follow the forces from this position to an equilibrium.
+        settle: follow the forces from this position to an equilibrium first.
         tolerance: largest accepted error of a constraint, relative to the mechanism's size; from 1e-14 to below 1.
         inputs: inputs by name, in the file's units. Inputs that are not given have the value of `start`, or that at the
             start of their law.

@@ -39,7 +39,8 @@ def reduce(
         mechanism: from `load` or `loads`; it needs masses.
         actuator: name of the actuator; by default the first one of each machine.
         steps: number of steps over the law of that input, 1 to 10 000 000; the result has steps + 1 rows.
-        fluctuation: coefficient of speed fluctuation for a flywheel, (largest - smallest) / mean speed; with `rpm`.
+        fluctuation: coefficient of speed fluctuation for a flywheel, (largest - smallest) / mean speed, below 2; with
+            `rpm`.
         rpm: mean speed of the flywheel [rev/min]; with `fluctuation`.
         jit: "auto" compiles the kernels where this saves time; "on", "off". The numbers are the same.
         notify: function of a text; called with notices, such as the start of a compilation.

@@ -101,12 +101,12 @@ def simulate(
 
     Args:
         mechanism: from `load` or `loads`; it needs masses and at least one free input.
-        duration: of the motion [s].
-        dt: time between two rows [s]; by default duration / 200.
+        duration: seconds of motion.
+        dt: seconds between two rows, by default `duration` / 200.
         integrator: "dop853", "rk45", "radau", "lsoda" (steps from `rtol`), "rk4" (equal steps of time), "euler"
             (equal steps of the only free input) or "euler-exact" (the same with the exact dJ/dq); by default "dop853",
             with dry friction "lsoda", and "radau" where damping is stiff.
-        rtol: relative tolerance of the integrators with adaptive steps, from 1e-14 to 1e-2.
+        rtol: relative tolerance of inputs and speeds; of the integrators with adaptive steps, from 1e-14 to 1e-2.
         step: step of "rk4" [s], of "euler" and "euler-exact" [rad, or the file's unit of length]; by default 0.001
             (for a length, of about the size of the mechanism).
         slip: slip speed of dry friction [rad/s] below which it grows smoothly with the speed, in guides times the unit

@@ -56,9 +56,9 @@ def solve(
         strategy: the sequence of method "gim", "spectral" or "classic"; see `sequence`.
         tolerance: largest accepted error of a constraint, relative to the mechanism's size; from 1e-14 to below 1.
         start: where the iteration starts: "drawn" (the coordinates of the file) or "random".
-        seed: seed of the random start.
+        seed: seed of a random start.
         history: keep the error after every sweep (only with method "gim").
-        velocities: also find velocities and accelerations, at the input rates of the laws.
+        velocities: add velocities and accelerations; of members the angular ones, all at the input rates of the laws.
         measure: quantities of the report, of arrays in the columns; a text or a list, such as "rod.omega" or "|A.f|".
         jit: "auto" compiles the kernels where this saves time; "on", "off". The numbers are the same.
         sequence: with method "gim": the moves of one sweep, such as "A>B O4>B": FROM>TO imposes a distance,

@@ -70,17 +70,17 @@ def sweep(
             solved in their order: a list of dicts, a DataFrame, or a CSV file with a column for each dimension.
         steps: number of steps of each motion, 1 to 10 000 000.
         samples: number of designs that are drawn from the distributions.
-        points: how they are drawn: "random", "latin" (hypercube) or "sobol".
-        seed: of the sample; the same seed gives the same designs.
+        points: how samples are drawn: "random", "latin" (hypercube) or "sobol".
+        seed: seed of the sample; the same seed gives the same designs.
         keep: one text or a list, such as "range(P.y)", "min(transmission)", "at(P.y, motor=30)", "type"; by default the
             ranges of the traced points and the number of solved rows.
         where: condition that kept designs satisfy, such as "range(P.y) > 40".
         goal: quantity that is least in the best designs, such as "-range(P.y)".
-        best: number of best designs that are kept; 0: all designs.
+        best: number of best designs that are kept, the best first (0: all designs).
         rows: keep whole columns, such as "P.x", with one row for each step of each design; by default the coordinates
-            of the traced points. `.curves[name]` is an array (designs, rows).
+            of the traced points.
         tolerance: largest accepted error of a constraint, relative to the mechanism's size; from 1e-14 to below 1.
-        workers: number of processes; 1: this process, with threads. A script needs `if __name__ == "__main__":`.
+        workers: number of processes on this machine; 1: this process, with threads.
         scheduler: address of a Dask scheduler, whose workers compute the chunks.
         folder: keeps the parts that are done, so that an interrupted sweep can be resumed.
         resume: use the parts in `folder` of an interrupted sweep with the same model and options.
@@ -88,7 +88,9 @@ def sweep(
         progress: function of the name of a phase; returns a function of (designs done, all), for a progress bar.
 
     Returns:
-        A SweepResult: one row for each design with its number, its dimensions, what is kept, and its status.
+        A SweepResult: one row for each design with its number, its dimensions, what is kept, and its status. With
+        `rows`, `.curves[name]` is an array (designs, rows). A script that gives `workers` needs
+        `if __name__ == "__main__":`.
 
     Raises:
         UsageError: an unknown name, an invalid argument, or arguments that exclude each other.

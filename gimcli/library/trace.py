@@ -50,8 +50,8 @@ def trace(
     Args:
         mechanism: from `load` or `loads`.
         steps: number of steps, 1 to 10 000 000; the result has steps + 1 rows.
-        derivatives: 1 adds velocities to the columns, 2 also accelerations, 3 also jerks, with respect to the real time
-            (the `duration` of the model, or 1 s).
+        derivatives: 1: velocities, 2: also accelerations, 3: also jerks; they are columns, with respect to the real
+            time (the `duration` of the model, or 1 s).
         measure: one text or a list, such as "transmission" or ["centre:rod/rocker", "curvature:P"]; adds columns.
         plot: graphs below the drawing in `picture()` and in saved pictures, a text or a list: columns such as
             "P.vx,rocker.angle", "velocity", "omega", measures, "hodograph:P" (see `gim manual graphs`); also adds the
@@ -59,10 +59,11 @@ def trace(
         at_limit: what happens where the law exceeds a limit of the input. "stop": the rows after it have no position.
             "skip": rows have no position while the law is out of reach, and are then solved again on the same arc.
             "reverse": the input turns back.
-        circuit: follow the closed circuit of the initial position instead of the law.
-        branch: the branch to take at the first change point; with `circuit` the circuit to follow, as `singularities`
-            numbers them.
-        all_branches: follow the circuit and all circuits that meet it; adds the column "branch".
+        circuit: follow the circuit of the start, not the law; the rows are at even distances along the closed circuit
+            of the initial position.
+        branch: branch taken at the first change point; 1: the motion keeps its curve. With `circuit` the circuit to
+            follow, as `singularities` numbers them.
+        all_branches: follow the circuit and all circuits that cross it; one after another, with the column "branch".
         method: "auto", "newton" or "gim" (geometric iteration only).
         strategy: the sequence of method "gim", "spectral" or "classic"; see `sequence`.
         tolerance: largest accepted error of a constraint, relative to the mechanism's size; from 1e-14 to below 1.

@@ -43,16 +43,16 @@ def workspace(
 
     Args:
         mechanism: from `load` or `loads`.
-        point: name of the node or point; by default the first traced one.
+        point: node or point, by default the first of `trace` in the file.
         orientation: dict of members with a fixed direction, in the file's angle unit, such as {"platform": 0}.
-        every: with one input: the paths of all assemblies.
+        every: with one input: the paths of all assemblies; a region is always that of all.
         grid: also solve all combinations of this number of values of each input; 0: no grid.
         jit: "auto" compiles the kernels where this saves time; "on", "off". The numbers are the same.
         folder: for the parts of the grid, so that an interrupted run can be resumed.
         resume: use the parts in `folder` of an interrupted run with the same model and options.
         notify: function of a text; called with notices, such as the start of a compilation.
         progress: function of the name of a phase; returns a function of (done, all), for a progress bar.
-        seconds: the search ends after this time with what was found; by default it has a bound in positions only.
+        seconds: the search ends after this time with what was found; by default there is a bound in positions only.
 
     Returns:
         A WorkspaceResult: one row for each point of the curves, in the file's units; `report()` has the area.

@@ -12,6 +12,9 @@ FOLDER = Path(__file__).parent
 INDEX, COMMANDS = "index", "commands"
 """The page that links all others in the order of reading, and the page with one section for each command."""
 
+OPTIONS_HEAD = "| option | values | default | meaning |\n|---|---|---|---|\n"
+"""The head of the table of options in the section of a command."""
+
 
 def page_names() -> list[str]:
     """Return the names of all pages: the index, the pages in its order, then any other page."""
@@ -43,6 +46,21 @@ def manual_text(name: str) -> str:
         hint = near(name.lower().removesuffix(".md"), known) or f"; pages: {', '.join(page_names())}"
         raise UsageError(f"manual {name}: there is no such page{hint}")
     return "\n".join(text for text in found if text)
+
+
+def option_rows(name: str) -> list[list[str]]:
+    """Return the cells of the options of a command: its forms, its values, its default and its meaning."""
+    own, (common, _, _) = _sections()[name], _text(COMMANDS).partition("\n## gim ")
+    also = re.search(r"(?m)^Also: (?:.+\n)+", own)
+    others = {re.findall(r"`([^` ]+)", row[0])[-1]: row for row in _rows(common)}
+    return [*_rows(own), *(others[flag] for flag in re.findall(r"`(.+?)`", also[0] if also else ""))]
+
+
+def _rows(text: str) -> list[list[str]]:
+    """Return the cells of the tables of options in a text."""
+    tables = "\n".join(part.partition("\n\n")[0] for part in text.split(OPTIONS_HEAD)[1:])
+    cells = (re.split(r" ?(?<!\\)\| ?", line[2:-2]) for line in tables.splitlines() if line)
+    return [[cell.replace(r"\|", "|") for cell in row] for row in cells]
 
 
 def _text(name: str) -> str:

@@ -4,7 +4,9 @@ import csv
 import json
 import re
 from contextlib import chdir
+from types import SimpleNamespace
 
+import option_tables
 import pytest
 import yaml
 from bundled import MODELS, ROOT
@@ -206,14 +208,36 @@ def test_every_key_is_described(run):
     assert not missing
 
 
+def test_the_tables_of_options_are_those_of_the_commands():
+    """`python tests/oracles/option_tables.py` writes them; each section has one, if the command has options."""
+    assert option_tables.written(TEXT) == TEXT
+    assert [name for name in COMMANDS if option_tables.HEAD not in manual_text(name)] == ["schema"]
+
+
 @pytest.mark.parametrize("command", COMMANDS)
-def test_options_are_those_of_the_command(command):
-    """The tables of a section name no other option; each option is in the section, or among the common ones."""
-    options = {o for p in get_command(app).get_command(None, command).params for o in [*p.opts, *p.secondary_opts]}
-    named = {word.split()[0] for word in described(command, "option")}
-    assert {word for word in named if word.startswith("-")} <= options
-    text = TEXT[: TEXT.index("## gim solve")] + manual_text(command)
-    assert {option for option in options if option.startswith("-") and f"`{option}" not in text} == set()
+def test_a_shell_completes_the_options_of_a_command(command):
+    """The options, their help and their words are those of the command, which is not imported for it."""
+    group, shell = get_command(app), SimpleNamespace(resilient_parsing=True)
+    own, read = group.get_command(None, command), group.get_command(shell, command)
+
+    def offered(one):
+        return {item.value: item.help for item in one.shell_complete(one.context_class(one), "-")}
+
+    helps = {
+        name: option_tables.shown((text or "").partition("\n")[0], own.kind) for name, text in offered(own).items()
+    }
+    found = {name: (text or "").replace("|", r"\|") for name, text in offered(read).items()}
+    assert helps == found
+    words = {flag: option_tables.values(p, own) for p in own.params for flag in p.opts}
+    for param in (p for p in read.params if p.param_type_name == "option"):
+        known = words[param.opts[0]]
+        assert option_tables.values(param, read) == (known if known.startswith("`") or known == "repeatable" else "")
+
+
+def test_the_first_line_of_an_option_is_one_sentence_without_links():
+    group = get_command(app)
+    lines = [(p.help or "").split("\n")[0] for c in COMMANDS for p in group.get_command(None, c).params]
+    assert [line for line in lines if "](" in line or re.search(r"[^.]\. ", line)] == []
 
 
 def test_all_words_are_on_the_page():
