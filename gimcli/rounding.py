@@ -37,6 +37,18 @@ def number(value: float, size: float = 0.0) -> str:
     return f"{value:.{digits}g}"
 
 
+def round_below(value: float) -> float:
+    """Return the largest of 1, 2 and 5 times a power of ten that is not above a positive value."""
+    power = 10.0 ** math.floor(math.log10(value))
+    return max(factor * power for factor in (1.0, 2.0, 5.0) if factor * power <= value * (1.0 + 1e-9))
+
+
+def round_above(value: float) -> float:
+    """Return the least of 1, 2, 2.5 and 5 times a power of ten that is not below a positive value, else 1."""
+    power = 10.0 ** math.floor(math.log10(value)) if value > 0.0 else 1.0
+    return next(factor * power for factor in (1.0, 2.0, 2.5, 5.0, 10.0) if not factor * power < value * (1.0 - 1e-9))
+
+
 def greatest(values: Iterable[float]) -> float:
     """Return the largest magnitude of the finite values; 0 if there are none."""
     return max((abs(value) for value in values if math.isfinite(value)), default=0.0)

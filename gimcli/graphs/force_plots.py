@@ -16,6 +16,7 @@ from gimcli.dynamics.force_statistics import Extremum, ForceSummary
 from gimcli.graphs.plots import PlannedCurve, PlannedGraph, plotted
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.output.graph import EQUAL, ORDINARY, Curve, CurveGraph, PlaceMark
+from gimcli.rounding import round_above
 from gimcli.table import Column
 
 
@@ -82,8 +83,7 @@ def _value(column: Column) -> str:
 
 
 DEGREES = (1.0, 2.0, 5.0, 10.0, 15.0, 30.0, 45.0, 60.0, 90.0, 180.0)
-NICE = (1.0, 2.0, 2.5, 5.0, 10.0)
-"""Distances of the marks: of angles in degrees, or times a power of ten."""
+"""Distances of the marks of angles in degrees."""
 
 MOST = 12
 """Most marks of a curve."""
@@ -125,8 +125,7 @@ def _step(span: float, degrees: bool) -> float:
     least = span / MOST * (1.0 - 1e-9)
     if degrees and DEGREES[0] <= least <= DEGREES[-1]:
         return next(step for step in DEGREES if step >= least)
-    power = 10.0 ** math.floor(math.log10(least)) if least > 0.0 else 1.0
-    return next(power * own for own in NICE if power * own >= least * (1.0 - 1e-9))
+    return round_above(least)
 
 
 def _text(value: float, unit: str) -> str:

@@ -29,7 +29,8 @@ class PlottedQuantity(NamedTuple):
     @property
     def column(self) -> str:
         """The name of the column; "" for an expression."""
-        return name_of(self.expression)
+        code = self.expression.code
+        return code[0] if len(code) == 1 and isinstance(code[0], str) else ""
 
     @property
     def name(self) -> str:
@@ -98,11 +99,6 @@ class PlannedGraph:
         return {name for c in self.curves for q in c if q is not None for name in q.columns}
 
 
-def name_of(given: Expression) -> str:
-    """Return the name that is the whole expression; "" for others."""
-    return given.code[0] if len(given.code) == 1 and isinstance(given.code[0], str) else ""
-
-
 def only_angle(mechanism: Mechanism) -> str:
     """Return the default angle of polar diagrams: the only rotary input; "" if there is none."""
     rotary = [a.name for a in mechanism.actuators if a.rotary]
@@ -117,7 +113,6 @@ def drawn(
 
     `events` are words, such as "limit", with the values there of columns that may be an abscissa.
     """
-    across = abscissa
     curves, units, overs = [], [], []
     for curve in plan.curves:
         rows, x = len(abscissa.values), curve.x
@@ -186,24 +181,11 @@ def _radians(column: Column) -> FloatArray:
 HODOGRAPH, POLAR_WORD = "hodograph", "polar"
 
 
-@dataclass(frozen=True)
-class CurveText:
-    """A quantity, over another one or over the default abscissa."""
+def graphs_of(text: str, names: KnownNames) -> list[PlannedGraph]:
+    """Return the graphs of a text as it is written: their form is "", "hodograph" or "polar", their title "".
 
-    y: Expression
-    x: Expression | None = None
-
-
-@dataclass(frozen=True)
-class GraphText:
-    """A graph as it is written."""
-
-    form: str  # "", "hodograph" or "polar"
-    curves: tuple[CurveText, ...]
-
-
-def graphs_of(text: str, names: KnownNames) -> list[GraphText]:
-    """Return the graphs of a text; raise UsageError where it is not of the form above."""
+    A quantity may be a name that stands for several ones. Raises UsageError where the text cannot be read.
+    """
     if not text.strip(" \t\n,"):
         raise UsageError(f"plot: expected a column or a quantity, got '{text}'")
     try:
@@ -215,32 +197,35 @@ def graphs_of(text: str, names: KnownNames) -> list[GraphText]:
 class _PlotReader(ExpressionReader):
     """Reads the text from left to right."""
 
-    def graphs(self) -> list[GraphText]:
+    def graphs(self) -> list[PlannedGraph]:
         found = []
         while self.rest():
             if not self.takes(","):
                 found.append(self._graph())
         return found
 
-    def _graph(self) -> GraphText:
+    def _graph(self) -> PlannedGraph:
         known = self.names.longest(self.rest())
         form = "" if known else next((word for word in (HODOGRAPH, POLAR_WORD) if self.takes(f"{word}:")), "")
         curves = [self._curve()]
         while self.takes("+"):
             curves.append(self._curve())
-        return GraphText(form, _over_common(curves))
+        return PlannedGraph(form, "", _over_common(curves))
 
-    def _curve(self) -> CurveText:
-        y = self.operand()
-        return CurveText(y, self.operand() if self.takes("/") else None)
+    def _curve(self) -> PlannedCurve:
+        return PlannedCurve(self._quantity(), self._quantity() if self.takes("/") else None)
+
+    def _quantity(self) -> PlottedQuantity:
+        own = self.operand()
+        return PlottedQuantity(own.text, own)
 
 
-def _over_common(curves: list[CurveText]) -> tuple[CurveText, ...]:
+def _over_common(curves: Sequence[PlannedCurve]) -> Sequence[PlannedCurve]:
     """Return the curves of one graph: an abscissa also holds for the curves before it that have none."""
-    found: list[CurveText] = []
+    found: list[PlannedCurve] = []
     for curve in reversed(curves):
         over = curve.x or (found[-1].x if found else None)
         if found and over is not None and found[-1].x is None:
-            raise UsageError(f"plot: '{found[-1].y.text}' has no abscissa, but a curve before it has: add /COLUMN")
-        found.append(CurveText(curve.y, over))
+            raise UsageError(f"plot: '{found[-1].y.name}' has no abscissa, but a curve before it has: add /COLUMN")
+        found.append(PlannedCurve(curve.y, over))
     return tuple(reversed(found))

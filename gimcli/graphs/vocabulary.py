@@ -10,15 +10,12 @@ from gimcli.errors import UsageError
 from gimcli.graphs.plots import (
     HODOGRAPH,
     POLAR_WORD,
-    CurveText,
-    GraphText,
     Group,
     PlannedCurve,
     PlannedGraph,
     PlottedQuantity,
     amount,
     graphs_of,
-    name_of,
     plotted,
 )
 from gimcli.language.expression import Expression, PartKind
@@ -60,11 +57,11 @@ class Vocabulary(KnownNames):
     def _word(self, word: str) -> Group:
         """Return the group of a word: columns of the command, else of the motion; without quantities if unknown."""
         names = {**self.columns, **self._forces} if word in (*ENDS, *BEGINS, REACTIONS) else {}
-        if word in ENDS and (own := [name for name in names if name.endswith(f".{word}")]):
-            return Group(word, tuple(plotted(name, names[name], name[: -len(word) - 1]) for name in own))
-        if word in BEGINS:
-            own = [name for name in names if name.startswith(f"{word}.")]
-            return Group(word, tuple(plotted(name, names[name], name[len(word) + 1 :]) for name in own))
+        start, end = (f"{word}.", "") if word in BEGINS else ("", f".{word}")
+        own = [name for name in names if name.startswith(start) and name.endswith(end)]
+        if own and word != REACTIONS:
+            labels = ((name, name[len(start) : len(name) - len(end)]) for name in own)
+            return Group(word, tuple(plotted(name, names[name], label) for name, label in labels))
         if word == REACTIONS:
             pins = [name[:-3] for name in names if name.endswith(".fx") and "@" not in name and name != "shaking.fx"]
             normal = [name for name in names if name.endswith(".normal")]
@@ -144,67 +141,60 @@ class Vocabulary(KnownNames):
         """Return the graphs of a text; `angle` is the default angle of polar diagrams."""
         return [plan for one in graphs_of(text, self) for plan in self._plans(one, angle)]
 
-    def _plans(self, graph: GraphText, angle: str) -> list[PlannedGraph]:
+    def _plans(self, graph: PlannedGraph, angle: str) -> list[PlannedGraph]:
         if graph.form == HODOGRAPH:
             return [PlannedGraph(EQUAL, "", tuple(map(self._hodograph, graph.curves)))]
         if graph.form == POLAR_WORD:
             return [self._polar(graph, angle)]
-        first, name = graph.curves[0], name_of(graph.curves[0].y)
-        if len(graph.curves) == 1 and name and self.unit(name) is None:
-            over = self._abscissa(first)
-            groups = self.groups(name)
-            if groups:
-                return [
-                    PlannedGraph(ORDINARY, g.title, tuple(PlannedCurve(q, over) for q in g.quantities)) for g in groups
-                ]
+        first, name = graph.curves[0], graph.curves[0].y.column
+        if len(graph.curves) == 1 and name and self.unit(name) is None and (groups := self.groups(name)):
+            every = ((g.title, tuple(PlannedCurve(q, self._abscissa(first)) for q in g.quantities)) for g in groups)
+            return [PlannedGraph(ORDINARY, title, curves) for title, curves in every]
         curves = tuple(PlannedCurve(q, self._abscissa(c)) for c in graph.curves for q in self._quantities(c.y))
         return [PlannedGraph(EQUAL if all(map(_is_path, curves)) else ORDINARY, "", curves)]
 
-    def _abscissa(self, curve: CurveText) -> PlottedQuantity | None:
+    def _abscissa(self, curve: PlannedCurve) -> PlottedQuantity | None:
         if curve.x is None:
             return None
         found = self._quantities(curve.x)
         if len(found) != 1:
-            raise UsageError(f"plot: '{curve.x.text}' has several columns; name one as the abscissa")
+            raise UsageError(f"plot: '{curve.x.name}' has several columns; name one as the abscissa")
         return found[0]
 
-    def _quantities(self, given: Expression) -> list[PlottedQuantity]:
+    def _quantities(self, given: PlottedQuantity) -> list[PlottedQuantity]:
         """Return the quantities of a text: a column, the components of a vector, the members of a group, or one."""
-        name = name_of(given)
-        if name:
-            parts = self.parts(name)
-            own = [plotted(column, self.unit(column) or "") for column in parts]
-            return own or [q for group in self.groups(name) for q in group.quantities]
-        code: list[Any] = []
-        for item in given.code:
+        if given.column:
+            own = [plotted(column, self.unit(column) or "") for column in self.parts(given.column)]
+            return own or [q for group in self.groups(given.column) for q in group.quantities]
+        written, code = given.expression, list[Any]()
+        for item in written.code:
             if isinstance(item, str):
                 code += self.parts(item)
             else:
                 code.append(("hypot", 2) if item == ("hypot of columns", 1) else item)
-        if given.kind.columns > 1:
-            raise UsageError(f"plot: '{given.text}' has several columns; name one of them")
-        return [PlottedQuantity(given.text, Expression(given.text, tuple(code), given.kind))]
+        if written.kind.columns > 1:
+            raise UsageError(f"plot: '{given.name}' has several columns; name one of them")
+        return [PlottedQuantity(given.name, Expression(given.name, tuple(code), written.kind))]
 
-    def _hodograph(self, curve: CurveText) -> PlannedCurve:
+    def _hodograph(self, curve: PlannedCurve) -> PlannedCurve:
         """Return the curve of the tip of a vector; that of a point is its velocity, or its reaction."""
-        name = name_of(curve.y)
-        columns = self.parts(name, ".v", ".f") if name else ()
+        columns = self.parts(curve.y.column, ".v", ".f") if curve.y.column else ()
         if not columns or curve.x is not None:
             raise UsageError(
-                f"plot 'hodograph:{curve.y.text}': expected a point, or a vector with the columns x and y, such as P.v"
+                f"plot 'hodograph:{curve.y.name}': expected a point, or a vector with the columns x and y, such as P.v"
             )
         x, y = (plotted(column, self.unit(column) or "") for column in columns)
         return PlannedCurve(y, x)
 
-    def _polar(self, graph: GraphText, angle: str) -> PlannedGraph:
+    def _polar(self, graph: PlannedGraph, angle: str) -> PlannedGraph:
         curves = []
         for one in graph.curves:
             over = self._abscissa(one) or (plotted(angle, self.unit(angle) or "") if angle else None)
             if over is None:
                 raise UsageError("plot: a polar diagram needs an angle: write polar:COLUMN/ANGLE")
-            parts = self.parts(name_of(one.y)) if name_of(one.y) else ()
+            parts = self.parts(one.y.column) if one.y.column else ()
             if parts:
-                curves.append(PlannedCurve(amount(f"|{one.y.text}|", parts, self.unit(parts[0]) or ""), over))
+                curves.append(PlannedCurve(amount(f"|{one.y.name}|", parts, self.unit(parts[0]) or ""), over))
             else:
                 curves += [PlannedCurve(q.magnitude(), over) for q in self._quantities(one.y)]
         return PlannedGraph(POLAR, "", tuple(curves))

@@ -14,6 +14,7 @@ from gimcli.output.picture import LAYOUT, WIDEST, Frame, Picture, PictureLayout,
 from gimcli.output.style import CUT, DOT, PAPER, SOFT, VERTICAL, Mark, Pen, curve_pen, event_mark
 from gimcli.output.ticks import fitted, short, tick_texts
 from gimcli.output.value_window import value_window
+from gimcli.rounding import round_above
 from gimcli.table import labelled
 
 HEIGHT, LEAST_WIDTH = 1.55, 4.4
@@ -29,9 +30,6 @@ ZERO = Pen(0.6, SOFT, layer=1)
 PLACE = Mark(size=2.2, face=PAPER, width=0.6)
 
 GRID, RIM = Pen(0.5, SOFT, layer=1), Pen(0.9, SOFT, layer=1)
-
-STEPS = (1.0, 2.0, 2.5, 5.0, 10.0)
-"""Distances of the circles, times a power of ten."""
 
 MOST_CIRCLES = 5
 
@@ -215,7 +213,7 @@ def polar_picture(graph: CurveGraph, *, layout: PictureLayout = LAYOUT) -> Pictu
     """Return the polar diagram of a graph, with circles at round radii and a ray every 30 degrees."""
     curves = graph.curves[:MOST_CURVES]
     _, greatest = value_window(np.abs(curve.y) for curve in curves)
-    step = _step(greatest)
+    step = round_above(greatest / MOST_CIRCLES)
     rim = step * math.ceil(greatest / step * (1.0 - 1e-9))
     circle = np.asarray(np.exp(1j * np.radians(np.arange(0, 361, 2))))
     picture = Picture("", Frame.around(np.asarray(1.12 * rim * circle), layout), bare=True)
@@ -253,11 +251,3 @@ def _draw_grid(picture: Picture, circle: ComplexArray, step: float, rim: float, 
     texts = tick_texts(radii * factor)
     for radius, text in list(zip(radii, texts, strict=True))[-1 if small else 0 :]:
         picture.texts.append(Text((radius - 0.04 * rim) * middle, text))
-
-
-def _step(greatest: float) -> float:
-    """Return the round distance of the circles."""
-    if not greatest > 0.0:
-        return 1.0
-    power = 10.0 ** math.floor(math.log10(greatest / MOST_CIRCLES))
-    return next(power * own for own in STEPS if greatest <= MOST_CIRCLES * power * own * (1.0 + 1e-9))

@@ -16,6 +16,7 @@ import numpy as np
 from gimcli.mechanism import FloatArray
 from gimcli.output.picture import Picture
 from gimcli.output.style import FONT, LETTER
+from gimcli.rounding import round_below
 
 SMALL, LARGE = 1e-2, 1e4
 """Greatest values on an axis from SMALL to below LARGE keep the unit."""
@@ -117,13 +118,8 @@ def _places(axis: Any, low: float, high: float, unit: str) -> FloatArray:
             places = step * np.arange(math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9) + 1.0)
     slack = 1e-9 * (high - low)
     places = places[(places >= low - slack) & (places <= high + slack)]
-    return places if len(places) >= LEAST else np.arange(math.ceil(low / (s := _finer(high - low))), high / s) * s
-
-
-def _finer(span: float) -> float:
-    """Return the largest step of 1, 2 or 5 times a power of ten with at least LEAST ticks in a span."""
-    decade = 10.0 ** math.floor(math.log10(span / LEAST))
-    return decade * max(own for own in (1.0, 2.0, 5.0) if own * decade <= span / LEAST)
+    finer = round_below((high - low) / LEAST)
+    return places if len(places) >= LEAST else np.arange(math.ceil(low / finer), high / finer) * finer
 
 
 def tick_texts(values: FloatArray) -> list[str]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -13,6 +12,7 @@ from gimcli.output.labels import extent
 from gimcli.output.picture import Picture, Text
 from gimcli.output.style import FONT, LONGEST_VECTOR, Fill, Pen
 from gimcli.output.symbols import arrow_lines
+from gimcli.rounding import round_below
 
 NOTHING = 1e-9
 """Vectors below this part of the largest one, or of the drawing's longer side per second, are not drawn."""
@@ -64,7 +64,7 @@ class Field:
 
     def _bar(self, row: int, kind: Arrows) -> tuple[tuple[complex, complex], float]:
         """Return the ends of a scale bar and the round value of its length."""
-        value = _round(kind.greatest)
+        value = round_below(kind.greatest)
         start = self.corner - 1j * BAR * self.side * (row + 1)
         return (start, start + self.scale(kind) * value), value
 
@@ -96,9 +96,3 @@ def _arrow(picture: Picture, start: complex, vector: complex, pen: Pen, head: Fi
         path, tip = arrow_lines(path, min(HEAD, length) * picture.frame.point)
         picture.draw(head, tip)
     picture.draw(pen, path)
-
-
-def _round(value: float) -> float:
-    """Return the largest of 1, 2, 5 times a power of ten that is not above a value."""
-    decade = 10.0 ** math.floor(math.log10(value))
-    return max(m * decade for m in (1.0, 2.0, 5.0) if m * decade <= value * (1.0 + 1e-9) or m == 1.0)

@@ -25,7 +25,7 @@ from gimcli.positions.inputs import law_inputs, law_times
 from gimcli.quantities.catalogue import catalogue
 from gimcli.quantities.state import ApartError
 from gimcli.rates.member_angles import full_turn
-from gimcli.rounding import at_inputs
+from gimcli.rounding import at_inputs, round_below
 from gimcli.status import Status
 from gimcli.table import Table
 from gimcli.view.live_model import LiveContent, LiveModel
@@ -51,13 +51,8 @@ def sliders(result: MotionTraceResult) -> list[dict[str, Any]]:
             ends = between_limits(result, *ends)
         low, high = mechanism.value_to_file(k, np.array(ends)).tolist()
         unit = mechanism.unit_of(actuator)
-        found.append(
-            {
-                "name": actuator.name, "unit": "" if unit == "unit" else unit, "step": step_of(high - low),
-                "low": _rounded(low), "high": _rounded(high),
-                "value": _rounded(float(mechanism.value_to_file(k, result.motions[0].inputs[k, :1])[0])),
-            }
-        )  # fmt: skip
+        value = float(mechanism.value_to_file(k, result.motions[0].inputs[k, :1])[0])
+        found.append(_slider(actuator.name, "" if unit == "unit" else unit, low, high, value=value))
     return found
 
 
@@ -70,13 +65,14 @@ def parameter_sliders(given: Mapping[str, float], mechanism: Mechanism) -> list[
     for name, value in given.items():
         low, high = sorted((0.5 * value, 2.0 * value)) if value else (-size, size)
         now = mechanism.written.dimension(name).value
-        found.append(
-            {
-                "name": name, "unit": "", "step": step_of(high - low), "low": _rounded(low), "high": _rounded(high),
-                "value": _rounded(now), "given": _rounded(value),
-            }
-        )  # fmt: skip
+        found.append(_slider(name, "", low, high, value=now, given=value))
     return found
+
+
+def _slider(name: str, unit: str, low: float, high: float, **values: float) -> dict[str, Any]:
+    """Return a slider with a range and values, without the rounding errors of their conversion to the file's unit."""
+    numbers = {key: float(f"{value:.12g}") for key, value in {"low": low, "high": high, **values}.items()}
+    return {"name": name, "unit": unit, "step": round_below((high - low) / PARTS), **numbers}
 
 
 def law_range(mechanism: Mechanism, k: int) -> tuple[tuple[float, float], bool]:
@@ -109,18 +105,6 @@ def starts(result: MotionTraceResult, time: float = 0.0) -> Iterator[tuple[Float
         far = np.abs(motion.time[good] * result.mechanism.duration - time)
         for k in good[np.argsort(far, kind="stable")].tolist():
             yield motion.inputs[:, k], motion.z[:, k]
-
-
-def step_of(span: float) -> float:
-    """Return the step of a slider: 1, 2 or 5 times a power of ten."""
-    least = span / PARTS
-    power = 10.0 ** math.floor(math.log10(least))
-    return max(factor * power for factor in (1.0, 2.0, 5.0) if factor * power <= least * (1.0 + 1e-9))
-
-
-def _rounded(value: float) -> float:
-    """Return a value without the rounding errors of its conversion to the file's unit."""
-    return float(f"{value:.12g}")
 
 
 def _whole(mechanism: Mechanism, k: int) -> float:
