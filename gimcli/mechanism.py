@@ -15,7 +15,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,13 +23,14 @@ from numpy.typing import NDArray
 from gimcli.calculus.numbers import nominal, scalar
 from gimcli.canonical import first_greatest
 from gimcli.errors import UsageError
+from gimcli.input_laws import ConstantLaw, InputLaw
 
 if TYPE_CHECKING:
     from gimcli.coupling_data import GearPair
     from gimcli.dynamic_data import AppliedLoad, DampingForce, Friction, Inertia, Release, RotorInertia, SpringForce
 
-FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
+FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
@@ -38,31 +39,6 @@ FRAME = 0
 
 MOST_TURNS = 1e4
 """Greatest input of a law, in turns or in sizes of the mechanism: a motion passes through all turns one by one."""
-
-
-class InputLaw(Protocol):
-    """The input of an actuator as a function of the normalised time 0..1 (rad, or length in the normal frame)."""
-
-    def __call__(self, time: FloatArray, order: int = 0) -> FloatArray:
-        """Return the value (`order` 0) or its derivative of that order with respect to the normalised time."""
-
-    def stops(self) -> FloatArray:
-        """Return the times at which the law may stop or reverse; it is monotonic between them."""
-
-
-@dataclass(frozen=True)
-class ConstantLaw:
-    """The law of a constant input; gauges, which have no law of their own, also use it."""
-
-    value: float = 0.0
-
-    def __call__(self, time: FloatArray, order: int = 0) -> FloatArray:
-        """Return the value, or zeros."""
-        return np.full(np.shape(time), 0.0 if order else self.value)
-
-    def stops(self) -> FloatArray:
-        """Return an empty array: the law never changes."""
-        return np.empty(0)
 
 
 @dataclass(frozen=True, eq=False)

@@ -26,7 +26,8 @@ from gimcli.dynamics.equilibria_balance import StaticBalance
 from gimcli.dynamics.equilibria_curve import BALANCE, BalanceCurve, BalancePoint, CurveStop, joined
 from gimcli.dynamics.equilibria_freedoms import released_inputs_line
 from gimcli.dynamics.equilibria_roots import CurveRoot, curve_roots
-from gimcli.mechanism import ConstantLaw, FloatArray, Mechanism
+from gimcli.input_laws import ConstantLaw
+from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.positions.inputs import InputLine
 from gimcli.progress import Progress, no_progress
 from gimcli.status import Status

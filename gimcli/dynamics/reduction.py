@@ -25,8 +25,9 @@ import numpy as np
 from gimcli.dynamic_data import TIME, DrivingEffort
 from gimcli.dynamics.reducer import Reducer, release_of, with_released
 from gimcli.errors import UsageError
+from gimcli.input_laws import ConstantLaw, InputLaw, SummedLaw
 from gimcli.kernels.reduction import POTENTIAL
-from gimcli.mechanism import ConstantLaw, FloatArray, InputLaw, IntArray, Mechanism
+from gimcli.mechanism import FloatArray, IntArray, Mechanism
 from gimcli.motion.motion import trace
 from gimcli.motion.summary import status_column
 from gimcli.numerics.roots import bisected
@@ -98,28 +99,11 @@ def with_others_fixed(mechanism: Mechanism, actuator: int) -> Mechanism:
     begun = start - shares * float(law(np.zeros(1))[0])
     laws: list[InputLaw] = [ConstantLaw(value) for value in start]
     for k in np.flatnonzero(shares):
-        laws[k] = RatioLaw(law, float(shares[k]), float(begun[k]))
+        laws[k] = SummedLaw(((float(shares[k]), law),), float(begun[k]))
     laws[actuator] = law
     others = [replace(a, law=own) for a, own in zip(mechanism.actuators, laws, strict=True)]
     fixed = replace(mechanism, actuators=tuple(others))
     return fixed if mechanism.complete is None else mechanism.complete(fixed)
-
-
-@dataclass(frozen=True)
-class RatioLaw:
-    """The law of an input that follows another one: constant + ratio times law."""
-
-    law: InputLaw
-    ratio: float
-    constant: float
-
-    def __call__(self, time: FloatArray, order: int = 0) -> FloatArray:
-        """Return the value or a derivative by the normalised time."""
-        return np.asarray(self.ratio * self.law(time, order) + (0.0 if order else self.constant))
-
-    def stops(self) -> FloatArray:
-        """Return the times at which the law may stop or reverse."""
-        return self.law.stops()
 
 
 def _reduction(mechanism: Mechanism, actuator: int, q: FloatArray, table: FloatArray, codes: IntArray) -> Reduction:

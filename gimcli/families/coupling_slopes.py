@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from gimcli.calculus.recorded import Recorded, Recording
-from gimcli.mechanism import FloatArray, InputLaw, Mechanism
+from gimcli.input_laws import InputLaw
+from gimcli.mechanism import FloatArray, Mechanism
 
 
 class CouplingSlopes:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gimcli.mechanism import FloatArray, InputLaw
+from gimcli.input_laws import FloatArray, InputLaw
 
 
 @dataclass(frozen=True)

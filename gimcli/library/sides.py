@@ -13,7 +13,7 @@ from gimcli.assemblies import all_configurations
 from gimcli.errors import GimError, ModelError, StructureError
 from gimcli.mechanism import ComplexArray, Mechanism
 from gimcli.model.compile import compile_model
-from gimcli.model.placing import place, placed_again, rough_again, sides_at, with_coordinates, with_sides
+from gimcli.model.placing import chosen_at, place, rough_again, sides_at
 from gimcli.model.schema import Model
 from gimcli.rounding import length, titled
 from gimcli.structure.mobility import require_driven
@@ -93,9 +93,7 @@ def with_sides_of(mechanism: Mechanism, plain: Mechanism, z: ComplexArray, chose
     if own is None or not own.model.open.parts:
         return mechanism
     at = _by_name(mechanism, z)
-    sides = sides_at(own.model, own.source.folder, at)
-    model = placed_again(with_coordinates(with_sides(own.model, sides), at, chosen), own.source.folder)
-    compiled = _compiled(mechanism, model)
+    compiled = _compiled(mechanism, chosen_at(own.model, own.source.folder, at, chosen))
     same = np.max(np.abs(compiled.to_file(compiled.drawn) - mechanism.to_file(z))) <= SAME * plain.size * plain.scale
     if same and np.array_equal(mechanism.drawn_inputs, plain.start_inputs):
         return compiled

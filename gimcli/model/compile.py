@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gimcli.mechanism import FRAME, Coupling, Dynamics, Input, InputLaw, Mechanism, PairRow
-from gimcli.model import schema
+import numpy as np
+
+from gimcli.input_laws import ConstantLaw, InputLaw, SummedLaw
+from gimcli.mechanism import FRAME, Coupling, Dynamics, Input, Mechanism, PairRow
 from gimcli.model.compile_geometry import GeometryCompiler
 from gimcli.model.law_ends import increment, run_times
-from gimcli.model.laws import PROFILES, PolynomialLaw, RunLaw, Scaled, TableLaw
+from gimcli.model.laws import PROFILES, PolynomialLaw, RunLaw, TableLaw, scaled
 from gimcli.model.pairs import PAIRS, sized_nodes, used_nodes
 from gimcli.model.schema import Actuator, Law, Model
 from gimcli.model.tables import read_table
@@ -24,51 +27,46 @@ if TYPE_CHECKING:
 class LawCompiler:
     """Compiles the laws of the inputs of a model, whose values at the initial coordinates are known."""
 
-    def __init__(self, model: Model, folder: Path, scale: float) -> None:
-        """`folder` is that of the tables, `scale` the length of the normal frame in the file's unit."""
-        self.model, self.folder = model, folder
-        self.turn = TURN[model.units.angle]
-        self.units = {True: math.pi / 180.0 if model.units.angle == "deg" else 1.0, False: 1.0 / scale}
+    def __init__(self, own: GeometryCompiler) -> None:
+        self.model, self.folder, self.units = own.model, own.folder, own.units
 
     def compile(self, inputs: tuple[Input, ...]) -> tuple[tuple[Input, ...], float]:
         """Return the inputs with their laws, and the duration of the motion [s]; followers have no law of their own."""
-        known, drawn = self._duration(), {one.name: one.drawn / self.units[one.rotary] for one in inputs}
-        times = run_times(self.model, lambda name, _: drawn[name], known is not None)
-        duration = known if known is not None else times[0].seconds if times else None
-        laws = [self._law(one, self.model.actuators[one.name], duration) for one in inputs]
-        timed = tuple(replace(one, law=law) for one, law in zip(inputs, laws, strict=True))
+        duration, drawn = self._duration(), {one.name: one.drawn / self.units[one.rotary] for one in inputs}
+        times = run_times(self.model, lambda name, _: drawn[name], duration is not None)
+        duration = times[0].seconds if duration is None and times else duration
+        timed = tuple(replace(one, law=self._law(one, self.model.actuators[one.name], duration)) for one in inputs)
         return timed, 1.0 if duration is None else duration
 
     def _duration(self) -> Any | None:
         """Return the duration that the file or a table gives [s]."""
-        if self.model.duration is not None:
+        laws = (a.law for a in self.model.actuators.values() if a.law is not None)
+        table = next((law.profile.table for law in laws if law.profile.table is not None), None)
+        if self.model.duration is not None or table is None:
             return self.model.duration
-        for actuator in self.model.actuators.values():
-            if actuator.law is not None and actuator.law.profile.table is not None:
-                time, _ = read_table(self.folder / actuator.law.profile.table)
-                return time[-1] - time[0]
-        return None
+        time, _ = read_table(self.folder / table)
+        return time[-1] - time[0]
 
     def _law(self, one: Input, actuator: Actuator, duration: Any | None) -> InputLaw:
-        law, drawn, unit = actuator.law or Law(), one.drawn, self.units[one.rotary]
+        law, unit = actuator.law or Law(), self.units[one.rotary]
         if actuator.follows is not None:
             return one.law
         if law.profile.table is not None:
-            return Scaled(TableLaw(*read_table(self.folder / law.profile.table)), unit)
+            return scaled(TableLaw(*read_table(self.folder / law.profile.table)), unit)
         shape: InputLaw = PROFILES.get(law.profile.name, PROFILES["uniform"])
-        change = increment(law, self.turn * one.rotary, duration)
+        change = increment(law, TURN[self.model.units.angle] * one.rotary, duration)
         if law.profile.polynomial is not None:
             shape = PolynomialLaw(tuple(law.profile.polynomial))
             if change is None and law.to is None:
-                return Scaled(shape, unit)
-        start = drawn if law.from_ is None else law.from_ * unit
+                return scaled(shape, unit)
+        start = one.drawn if law.from_ is None else law.from_ * unit
         if law.to is not None:
             return RunLaw(start, law.to * unit, shape)
         whole = 2.0 * math.pi if one.rotary else 0.0
         return RunLaw(start, start + (whole if change is None else change * unit), shape)
 
 
-def compile_model(model: schema.Model, folder: Path = Path(), frame: tuple[complex, float] | None = None) -> Mechanism:
+def compile_model(model: Model, folder: Path = Path(), frame: tuple[complex, float] | None = None) -> Mechanism:
     """Return the mechanism of a validated model; the paths of tables start at `folder`.
 
     frame: origin and scale of the normal frame, by default chosen from the model.
@@ -85,9 +83,8 @@ def compile_model(model: schema.Model, folder: Path = Path(), frame: tuple[compl
         for row in kind.rows(own, name, pair)
     )
     driven = tuple(own.quantity(name, a) for name, a in model.actuators.items())
-    laws = LawCompiler(model, folder, own.scale)
-    actuators, duration = laws.compile(driven)
-    actuators, couplings, gears = _coupled(own, laws, pairs, actuators)
+    actuators, duration = LawCompiler(own).compile(driven)
+    actuators, couplings, gears = _coupled(own, pairs, actuators)
     dynamics, gauges = _dynamics(own, pairs, actuators)
     return Mechanism(
         name=model.name or "mechanism", nodes=tuple(own.names), drawn=own.drawn, members=tuple(own.members),
@@ -99,21 +96,16 @@ def compile_model(model: schema.Model, folder: Path = Path(), frame: tuple[compl
 
 
 def _coupled(
-    own: GeometryCompiler, laws: LawCompiler, pairs: tuple[PairRow, ...], actuators: tuple[Input, ...]
+    own: GeometryCompiler, pairs: tuple[PairRow, ...], actuators: tuple[Input, ...]
 ) -> tuple[tuple[Input, ...], tuple[Coupling, ...], tuple[GearPair, ...]]:
     """Return the actuators with those that gears add, the couplings of their inputs, and the gears."""
-    model = own.model
     gears: tuple[GearPair, ...] = ()
-    if not model.gears and all(actuator.follows is None for actuator in model.actuators.values()):
-        return actuators, (), ()
-    from gimcli.model.compile_couplings import couplings_of, with_laws
-
-    couplings = couplings_of(model, actuators, laws.units)
-    if model.gears:
-        from gimcli.model.compile_gears import GearCompiler
+    couplings = _couplings(own.model, actuators, own.units)
+    if own.model.gears:
+        from gimcli.model.compile_gears import GearCompiler  # imported late: few models have gears
 
         actuators, couplings, gears = GearCompiler(own, pairs, actuators, couplings).compile()
-    return with_laws(actuators, couplings), couplings, gears
+    return _with_laws(actuators, couplings), couplings, gears
 
 
 def _dynamics(
@@ -127,3 +119,93 @@ def _dynamics(
     from gimcli.model.compile_dynamics import DynamicsCompiler
 
     return DynamicsCompiler(own, pairs, actuators).compile()
+
+
+# -- followers ------------------------------------------------------------------------------
+
+
+def _couplings(model: Model, inputs: Sequence[Input], units: Mapping[bool, Any]) -> tuple[Coupling, ...]:
+    """Return the couplings of the actuators that follow others, in the order of the file.
+
+    inputs: the actuators with their drawn values. units: one unit of the file in the normal frame, for rotary (True)
+    and linear inputs.
+    """
+    names, found = list(model.actuators), dict[str, Coupling]()
+
+    def coupling(name: str, actuator: Actuator) -> Coupling:
+        if name in found:
+            return found[name]
+        own, other = names.index(name), names.index(str(actuator.follows))
+        unit = units[inputs[own].rotary]
+        ratio = (1.0 if actuator.ratio is None else actuator.ratio) * (unit / units[inputs[other].rotary])
+        phase = actuator.phase * unit if actuator.phase is not None else inputs[own].drawn - ratio * inputs[other].drawn
+        found[name] = Coupling(own, ((other, ratio),), phase)
+        leader = model.actuators[names[other]]
+        if leader.follows is not None:
+            found[name] = _through(found[name], coupling(names[other], leader))
+        return found[name]
+
+    return tuple(coupling(name, a) for name, a in model.actuators.items() if a.follows is not None)
+
+
+def _through(outer: Coupling, inner: Coupling) -> Coupling:
+    """Return the coupling to the leaders of the leader."""
+    ((_, ratio),) = outer.terms
+    terms = tuple((actuator, ratio * own) for actuator, own in inner.terms)
+    return Coupling(outer.follower, terms, ratio * inner.phase + outer.phase)
+
+
+def _with_laws(inputs: Sequence[Input], couplings: Sequence[Coupling]) -> tuple[Input, ...]:
+    """Return the actuators; the laws of followers are those of their leaders, times the ratios.
+
+    Inputs that follow a quantity that is read from the position have a constant law: their values must be solved for.
+    """
+    timed = list(inputs)
+    for coupling in couplings:
+        if coupling.reads:
+            start = timed[coupling.follower]
+            timed[coupling.follower] = replace(start, law=ConstantLaw(start.drawn))
+            continue
+        law = _followed(coupling, [timed[k].law for k, _ in coupling.terms])
+        timed[coupling.follower] = replace(timed[coupling.follower], law=law)
+    return tuple(timed)
+
+
+def _followed(coupling: Coupling, laws: Sequence[InputLaw]) -> InputLaw:
+    ratios = [ratio for _, ratio in coupling.terms]
+    runs = [law for law in laws if isinstance(law, RunLaw)]
+    if 0 < len(runs) == len(laws) and all(law.profile == runs[0].profile for law in runs):
+        start, end = (
+            coupling.phase + sum(r * getattr(law, at) for r, law in zip(ratios, laws, strict=True))
+            for at in ("start", "end")
+        )
+        return RunLaw(start, end, runs[0].profile)
+    return SummedLaw(tuple(zip(ratios, laws, strict=True)), coupling.phase)
+
+
+# -- another initial configuration ----------------------------------------------------------
+
+
+def in_assembly_of(mechanism: Mechanism, old: Mechanism, model: Model) -> Mechanism:
+    """Return a mechanism in the initial configuration of `old`, the same with other dimensions or other parts, too.
+
+    `model` is the model of `old`. Where the initial configuration is not that of its coordinates, each node is
+    displaced from its own coordinates as it is in `old`; nodes of the frame are not.
+    """
+    places = dict(zip(old.nodes, old.drawn.tolist(), strict=True))
+    written = np.array([complex(*model.nodes[name]) for name in mechanism.nodes])
+    before = np.array([places[name] for name in mechanism.nodes])
+    if np.array_equal((written - old.origin) / old.scale, before):
+        return mechanism
+    drawn = mechanism.drawn + (old.to_file(before) - written) / mechanism.scale
+    frame = mechanism.members[FRAME]
+    drawn[list(frame.nodes)] = frame.shape
+    ratio = old.scale / mechanism.scale
+    actuators = _drawn_as(mechanism.actuators, old.actuators, ratio)
+    return replace(mechanism, drawn=drawn, actuators=actuators, gauges=_drawn_as(mechanism.gauges, old.gauges, ratio))
+
+
+def _drawn_as(inputs: Iterable[Input], old: Iterable[Input], ratio: float) -> tuple[Input, ...]:
+    """Return inputs with the initial values of those of the same names; lengths are multiplied by a ratio."""
+    drawn = {one.name: one.drawn for one in old}
+    return tuple(replace(one, drawn=drawn[one.name] * (1.0 if one.rotary else ratio)) for one in inputs)

@@ -32,13 +32,9 @@ class DynamicsCompiler:
     """Compiles the dynamic sections of a model after its members have been compiled."""
 
     def __init__(self, own: GeometryCompiler, pairs: tuple[PairRow, ...], actuators: tuple[Input, ...]) -> None:
-        self.model, self.folder, self.members, self.nodes, self.scale = (
-            own.model, own.folder, own.members, own.names, own.scale,
-        )  # fmt: skip
-        self.slides = [row for row in pairs if row.kind == HEIGHT]
-        self.actuators, self.turn = actuators, own.turn
-        self.read, self.place, self.drawn = own.quantity, own.point, own.drawn
-        self.number = {m.name: k for k, m in enumerate(self.members)} | {"ground": FRAME}
+        self.own, self.model, self.actuators = own, own.model, actuators
+        self.slides = [row.pair for row in pairs if row.kind == HEIGHT]
+        self.number = own.number | {"ground": FRAME}
         self.gauges: list[Input] = []
 
     def compile(self) -> tuple[Dynamics, tuple[Input, ...]]:
@@ -46,7 +42,7 @@ class DynamicsCompiler:
         model = self.model
         metre = METRES.get(model.units.length)
         dynamics = Dynamics(
-            metre=None if metre is None else metre * self.scale,
+            metre=None if metre is None else metre * self.own.scale,
             inertias=tuple(self._inertia(name, mass) for name, mass in model.masses.items()),
             gravity=_vector(model.gravity),
             loads=tuple(self._load(name, load) for name, load in model.loads.items()),
@@ -65,78 +61,70 @@ class DynamicsCompiler:
         if (node := node_of(self.model, name)) is not None:
             index, place, number = self._at(node)
             return Inertia(index, own, 0.0, place, node=number)
-        member = self.members[self.number[name]]
+        number = self.number[name]
         if mass.centre is None:
-            centre = scalar(member.shape.sum() / len(member.shape))
+            centre = scalar(self.own.members[number].shape.sum() / len(self.own.members[number].shape))
         else:
             centre = self._placed(name, None, mass.centre)
-        return Inertia(self.number[name], own, mass.inertia or 0.0, centre, known)
+        return Inertia(number, own, mass.inertia or 0.0, centre, known)
 
     def _load(self, name: str, load: schema.Load) -> AppliedLoad:
         force, turning = _vector(load.force or load.follower), load.follower is not None
-        if (node := node_of(self.model, load.on)) is not None:
-            member, point, number = self._at(node)
-        else:
-            member, point, number = self.number[load.on], 0.0j, NO_NODE
+        node = node_of(self.model, load.on)
+        member, point, number = (self.number[load.on], 0.0j, NO_NODE) if node is None else self._at(node)
         if load.torque is None and node is None:
             point = self._placed(load.on, load.at, load.local)
         curve, over = None, TIME
         if load.table is not None:
-            at, factor = read_table(self.folder / load.table)
+            at, factor = read_table(self.own.folder / load.table)
             if load.over != "time":
                 over = list(self.model.actuators).index(load.over)
-                at = [value * self._unit(self.actuators[over]) for value in at]
+                at = [value * self.own.units[self.actuators[over].rotary] for value in at]
             curve = Sampled(at, factor)
         return AppliedLoad(name, member, point, force, load.torque or 0.0, turning, curve, over, number)
 
     def _placed(self, member: str, at: list[float] | None, local: list[float] | None) -> complex:
         """Return a point of a member in its own frame; numbers may be recorded, which no validation accepts."""
         point = schema.Tracer(on=member).with_value("at", lambda _: at).with_value("local", lambda _: local)
-        return self.place(member, point).local
+        return self.own.point(member, point).local
 
     def _at(self, node: str) -> tuple[int, complex, int]:
         """Return the member of a part at a node, its point of the member, and the node; a fixed one has no node."""
-        number = self.nodes.index(node)
-        if number in self.members[FRAME].nodes:
-            return FRAME, scalar(self.drawn[number]), NO_NODE
+        number = self.own.names.index(node)
+        if number in self.own.members[FRAME].nodes:
+            return FRAME, scalar(self.own.drawn[number]), NO_NODE
         return NO_MEMBER, 0.0j, number
 
-    def _unit(self, actuator: Input) -> float:
-        return self.turn if actuator.rotary else 1.0 / self.scale
-
     def _gauge(self, name: str, part: schema.Gauge) -> int:
-        self.gauges.append(self.read(name, part))
+        self.gauges.append(self.own.quantity(name, part))
         return len(self.gauges) - 1
 
     def _spring(self, name: str, spring: schema.Spring) -> SpringForce:
         k = self._gauge(name, spring)
         gauge = self.gauges[k]
-        return SpringForce(
-            name, k, spring.stiffness, gauge.drawn if spring.free is None else spring.free * self._unit(gauge)
-        )
+        free = gauge.drawn if spring.free is None else spring.free * self.own.units[gauge.rotary]
+        return SpringForce(name, k, spring.stiffness, free)
 
     def _friction(self, name: str, part: schema.PairFriction) -> Friction:
         sliding = name in self.model.prismatic
-        node = -1 if sliding else self.nodes.index(name)
-        slide = [s.pair for s in self.slides].index(name) if sliding else -1
-        radius, length = ((value or 0.0) / self.scale for value in (part.radius, part.length))
+        node, slide = (-1, self.slides.index(name)) if sliding else (self.own.names.index(name), -1)
+        radius, length = ((value or 0.0) / self.own.scale for value in (part.radius, part.length))
         return Friction(name, part.viscous or 0.0, node, slide, part.mu or 0.0, radius, length)
 
     def _release(self, k: int, name: str) -> Release:
-        actuator, unit = self.model.actuators[name], self._unit(self.actuators[k])
+        actuator, unit = self.model.actuators[name], self.own.units[self.actuators[k].rotary]
         start = None if actuator.start is None else actuator.start * unit
         return Release(k, actuator.free, start, actuator.speed * unit, self._effort(actuator.effort, unit))
 
     def _rotor(self, k: int, rotor: schema.Rotor) -> RotorInertia:
-        if rotor.lead is None:
-            return RotorInertia(k, rotor.inertia, rotor.ratio)
-        return RotorInertia(k, rotor.inertia, 2.0 * math.pi * self.scale / rotor.lead)
+        turned = rotor.ratio if rotor.lead is None else 2.0 * math.pi * self.own.scale / rotor.lead
+        return RotorInertia(k, rotor.inertia, turned)
 
     def _effort(self, effort: schema.Effort | None, unit: float) -> DrivingEffort:
         if effort is None:
             return DrivingEffort()
         if effort.table is not None:
-            at, value = read_table(self.folder / effort.table)
+            at, value = read_table(self.own.folder / effort.table)
             if effort.over != "time":
                 at = [place * unit for place in at]
             return DrivingEffort(curve=Sampled(at, value), over=effort.over)

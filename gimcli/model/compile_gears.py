@@ -116,7 +116,7 @@ class GearCompiler:
     def _gear(self, name: str, part: schema.Gear) -> GearPair:
         first, second = (self.number[member] for member in part.members)
         carrier, pivots = self.number[carrier_of(self.model, part)], [self.own.index[n] for n in part.pivots]
-        angle = PRESSURE_ANGLE if part.pressure_angle is None else part.pressure_angle * self.own.turn
+        angle = PRESSURE_ANGLE if part.pressure_angle is None else part.pressure_angle * self.own.units[True]
         if part.type == RACK:
             return self._rack(name, part, angle)
         ratio = _ratio(part)

@@ -12,6 +12,7 @@ from gimcli.calculus.numbers import array, nominal, phase, places, scalar
 from gimcli.mechanism import ANGLE, FRAME, HEIGHT, SPAN, ComplexArray, Input, Member, Point
 from gimcli.model import schema
 from gimcli.model.references import CLOSEST, size_of
+from gimcli.model.units import RADIANS
 
 REMOTE = 10.0
 """Distance, relative to the size, beyond which a node that only marks the direction of a guide is carried."""
@@ -41,7 +42,8 @@ class GeometryCompiler:
         origin = middle if abs(nominal(first - middle)) > REMOTE * self.size else first
         self.origin, self.scale = frame or (complex(origin), 2.0 ** round(math.log2(self.size)))
         self.drawn: ComplexArray = (raw - self.origin) / self.scale
-        self.turn = math.pi / 180.0 if model.units.angle == "deg" else 1.0
+        self.units = {True: RADIANS[model.units.angle], False: 1.0 / self.scale}
+        """The file's units of angle (True) and of length (False), in the normal frame."""
         moving = [self._member(name, part) for name, part in parts.items() if name != held]
         self.members = [self._frame(held), *moving]
         self.number = {m.name: k for k, m in enumerate(self.members)}

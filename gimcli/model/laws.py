@@ -14,8 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from gimcli.mechanism import FloatArray, InputLaw
-from gimcli.numerics.roots import sign_changes
+from gimcli.input_laws import FloatArray, InputLaw, SummedLaw
 
 CUBIC = (0.0, 0.0, 3.0, -2.0)
 QUINTIC = (0.0, 0.0, 0.0, 10.0, -15.0, 6.0)
@@ -24,14 +23,12 @@ REAL = 1e-6
 """Relative imaginary part below which a root may be a double real root; a false root costs one evaluation only."""
 
 TINY = float(np.finfo(float).tiny)
-SAMPLES = 1025
-"""Times between which the derivative of a sum of laws is searched for changes of its sign."""
 NEGLIGIBLE = 1e-60
 """Coefficient relative to the largest that is treated as 0: its roots are far from 0..1, its reciprocal overflows."""
 
 
 @dataclass(frozen=True)
-class PolynomialLaw:
+class PolynomialLaw(InputLaw):
     """The polynomial c[0] + c[1] t + c[2] t^2 + ..."""
 
     coefficients: tuple[float, ...]
@@ -56,7 +53,7 @@ class PolynomialLaw:
 
 
 @dataclass(frozen=True)
-class Wave:
+class Wave(InputLaw):
     """The profile t - sin(2 pi t) / (2 pi) (cycloidal) or (1 - cos(pi t)) / 2 (harmonic)."""
 
     cycloidal: bool
@@ -71,12 +68,8 @@ class Wave:
         swing = np.pi**order * np.cos(np.pi * t + order * np.pi / 2.0) / 2.0
         return np.asarray((0.5 if order == 0 else 0.0) - swing)
 
-    def stops(self) -> FloatArray:
-        """Return no time: the profile increases from 0 to 1."""
-        return np.empty(0)
 
-
-class TableLaw:
+class TableLaw(InputLaw):
     """Shape-preserving cubic interpolation of (time, value) pairs, without overshoot between them.
 
     Source: Fritsch & Butland 1984, as in scipy's PchipInterpolator.
@@ -107,7 +100,7 @@ PROFILES: dict[str, InputLaw] = {
 
 
 @dataclass(frozen=True)
-class RunLaw:
+class RunLaw(InputLaw):
     """The law start + (end - start) profile(t); both end values are exact."""
 
     start: float
@@ -128,27 +121,11 @@ class RunLaw:
         return self.profile.stops()
 
 
-@dataclass(frozen=True)
-class Scaled:
-    """A law in the file's unit times a factor that converts it to rad or lengths of the normal frame."""
-
-    law: InputLaw
-    factor: float
-
-    def __call__(self, time: FloatArray, order: int = 0) -> FloatArray:
-        """Return the value or a derivative by the normalised time."""
-        return np.asarray(self.factor * self.law(np.asarray(time, dtype=float), order))
-
-    def stops(self) -> FloatArray:
-        """Return the times at which the law may reverse."""
-        return self.law.stops()
-
-
 def scaled(law: InputLaw, factor: float) -> InputLaw:
     """Return a law times a factor; a law with two ends keeps them, as they may vary."""
     if isinstance(law, RunLaw):
         return replace(law, start=factor * law.start, end=factor * law.end)
-    return Scaled(law, factor)
+    return SummedLaw(((factor, law),))
 
 
 class Sampled:
@@ -170,27 +147,3 @@ class Sampled:
     def slope(self, at: FloatArray) -> FloatArray:
         """Return the derivative of the interpolated value; 0 before the first sample and after the last."""
         return np.where((self.at[0] < at) & (at < self.at[-1]), self._curve(at, 1), 0.0)
-
-
-@dataclass(frozen=True)
-class SummedLaw:
-    """The law of an input that follows others: phase + sum of ratio times law."""
-
-    terms: tuple[tuple[float, InputLaw], ...]
-    phase: float
-
-    def __call__(self, time: FloatArray, order: int = 0) -> FloatArray:
-        """Return the value or a derivative by the normalised time."""
-        t = np.asarray(time, dtype=float)
-        total = np.full(t.shape, 0.0 if order else float(self.phase))
-        for ratio, law in self.terms:
-            total = total + ratio * law(t, order)
-        return np.asarray(total)
-
-    def stops(self) -> FloatArray:
-        """Return the times at which the law may reverse: those of its terms, and roots of its derivative between."""
-        found = [law.stops() for _, law in self.terms]
-        if len(self.terms) > 1:
-            grid = np.unique(np.concatenate([np.linspace(0.0, 1.0, SAMPLES), *found]))
-            found.append(sign_changes(lambda time: self(time, 1), grid))
-        return np.unique(np.concatenate([np.empty(0), *found]))

@@ -13,9 +13,8 @@ from typing import Any
 from gimcli.connected import connected
 from gimcli.mechanism import Machine, Mechanism
 from gimcli.model.bearers import node_of
-from gimcli.model.compile import compile_model
+from gimcli.model.compile import compile_model, in_assembly_of
 from gimcli.model.dimensions import dimensions_of
-from gimcli.model.kept_assembly import in_assembly_of
 from gimcli.model.laws import scaled
 from gimcli.model.pairs import PAIRS, fixed_nodes, used_nodes
 from gimcli.model.schema import Model

@@ -9,11 +9,13 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from contextlib import suppress
+from itertools import islice
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from gimcli.model.placing_data import GivenSlot, PlacingData, height, line_of, placing_data, unit
+from gimcli.calculus.numbers import places
+from gimcli.model.placing_data import GivenLine, PlacingData, height, placing_data, unit
 from gimcli.model.placing_order import steps_of
 from gimcli.model.placing_steps import CircleAndLine, Gap, PlacingStep
 from gimcli.model.schema import Model, OpenNode
@@ -48,32 +50,21 @@ class Placement(NamedTuple):
     """One set of positions: of all nodes that could be placed, and the sides that were chosen."""
 
     at: dict[str, Any]
-    sides: dict[str, str]
+    sides: Mapping[str, str]
 
 
-@dataclass(frozen=True)
-class Placing:
+class Placing(NamedTuple):
     """The result of placing the open nodes of a model."""
 
     data: PlacingData
-    steps: tuple[PlacingStep, ...]
     left: frozenset[str]
     """Nodes for which there is no step."""
-    asked: Mapping[str, str]
-    """The sides that are given."""
     found: tuple[Placement, ...]
     """Possible sets of positions; those of the nodes in `left` are not in it."""
+    undecided: tuple[str, ...]
+    """The nodes whose side is open; if there are very many positions, all for which no side is given."""
     blocked: Blocked | None
     """If nothing was found: the step that failed."""
-
-    @property
-    def undecided(self) -> tuple[str, ...]:
-        """The nodes whose side is open; if there are very many positions, all for which no side is given."""
-        sides = [one.sides for one in self.found]
-        if len(sides) >= FOUND:
-            return tuple(name for name in sides[0] if name not in self.asked)
-        names = [step.owner for step in self.steps if step.owner]
-        return tuple(name for name in names if len({one.get(name) for one in sides}) > 1)
 
 
 def place(model: Model, folder: Path, preferred: Mapping[str, str]) -> Placing:
@@ -81,22 +72,34 @@ def place(model: Model, folder: Path, preferred: Mapping[str, str]) -> Placing:
 
     `preferred` are sides that are chosen where both are possible.
     """
-    data = placing_data(model, folder)
+    data, steps, left = _steps(model, folder)
     given = {name: complex(*xy) for name, xy in model.nodes.items() if name not in model.open.parts}
-    steps, left = steps_of(data, set(given))
     asked = _usual_sides(steps) | {name: part.side for name, part in model.open.parts.items() if part.side is not None}
     size = _size(data, given)
     search = _Search(steps, asked, preferred, size)
-    found = tuple(search.run(given))
+    found = tuple(islice(search.run(given), FOUND))
     exact = tuple(one for one in found if _fits(data, one.at, model.open.parts, size)) if len(found) > 1 else found
-    return Placing(data, tuple(steps), frozenset(left), asked, exact or found, None if found else search.blocked)
+    found = exact or found
+    undecided = tuple(
+        step.owner for step in steps
+        if step.owner and (len({one.sides.get(step.owner) for one in found}) > 1
+                           or (len(found) >= FOUND and step.owner not in asked))
+    )  # fmt: skip
+    return Placing(data, left, found, undecided, None if found else search.blocked)
+
+
+def _steps(model: Model, folder: Path) -> tuple[PlacingData, list[PlacingStep], frozenset[str]]:
+    """Return what a model gives, the steps that place its open nodes, and the nodes for which there is none."""
+    data = placing_data(model, folder)
+    steps, left = steps_of(data, set(model.nodes) - set(model.open.parts))
+    return data, steps, frozenset(left)
 
 
 def _usual_sides(steps: Sequence[PlacingStep]) -> dict[str, str]:
     """Return the sides of nodes of sliding pairs without rotation: the second node is ahead of the first."""
     found = {}
     for step in steps:
-        pair = step.locus.given.nodes if isinstance(step, CircleAndLine) else ()
+        pair = step.locus.nodes if isinstance(step, CircleAndLine) else ()
         if len(pair) == 2 and {step.node, step.circle.centre} == set(pair):  # type: ignore[attr-defined]  # known by `pair`
             found[step.node] = SIDES[pair.index(step.node)]
     return found
@@ -107,49 +110,47 @@ def placed_again(model: Model, folder: Path) -> Model:
 
     The sides are kept; nodes for which there is no step keep their coordinates. Raises Gap if a step is impossible.
     """
-    data = placing_data(model, folder)
-    at = {name: _point(xy) for name, xy in model.nodes.items()}
-    steps, _ = steps_of(data, set(model.nodes) - set(model.open.parts))
-    for step in steps:
-        at |= _chosen(step, step.positions(at), model.open.sides)
+    at = _points(model)
+    for step in _steps(model, folder)[1]:
+        positions = step.positions(at)
+        at |= positions[SIDES.index(model.open.sides.get(step.owner, SIDES[0])) if len(positions) > 1 else 0]
     return _moved(model, {name: at[name] for name in model.open.parts})
 
 
 def sides_at(model: Model, folder: Path, at: Mapping[str, complex]) -> dict[str, str]:
     """Return the sides that the nodes of a model have at some positions; of nodes for which there is a choice."""
-    data = placing_data(model, folder)
-    known = {**{name: _point(xy) for name, xy in model.nodes.items()}, **at}
-    found = {}
-    for step in steps_of(data, set(model.nodes) - set(model.open.parts))[0]:
-        if step.owner:
-            try:
-                positions = step.positions(known)
-            except Gap:
-                continue
-            away = [max(abs(one[n] - known[n]) for n in one) for one in positions]
+    known, found = _points(model) | at, dict[str, str]()
+    for step in (one for one in _steps(model, folder)[1] if one.owner):
+        with suppress(Gap):
+            away = [max(abs(one[n] - known[n]) for n in one) for one in step.positions(known)]
             found[step.owner] = SIDES[int(away[-1] < away[0])]
     return found
 
 
-def with_sides(model: Model, sides: Mapping[str, str]) -> Model:
-    """Return a model with chosen sides of its open nodes."""
+def chosen_at(model: Model, folder: Path, at: Mapping[str, complex], chosen: bool) -> Model:
+    """Return a model with the sides that its open nodes have at some positions; all sides are decided.
+
+    The nodes that no step places have these positions, which may be `chosen` among several.
+    """
+    sides = sides_at(model, folder, at)
+    left = {name: at[name] for name in _steps(model, folder)[2] if name in at}
     parts = {name: OpenNode(side=sides.get(name, part.side)) for name, part in model.open.parts.items()}
-    return _moved(model, {}, parts=parts, sides={**model.open.sides, **sides})
+    names = tuple(name for name in model.nodes if name in left and chosen)
+    sides = {**model.open.sides, **sides}
+    return placed_again(_moved(model, left, parts=parts, sides=sides, coupled=(), undecided=(), chosen=names), folder)
 
 
 def rough_again(model: Model, folder: Path, number: int) -> Model:
     """Return a model with other rough positions of its coupled nodes."""
     opened = model.open
-    at = {name: _point(xy) for name, xy in model.nodes.items() if name not in opened.coupled}
-    data = placing_data(model, folder)
-    rough = with_rough(model, data, Placement(at, dict(opened.sides)), opened.coupled, number)
-    return with_positions(model, rough, opened.undecided)
+    at = {name: z for name, z in _points(model).items() if name not in opened.coupled}
+    return with_rough(model, placing_data(model, folder), Placement(at, opened.sides), opened.undecided, number)
 
 
 def with_rough(
-    model: Model, data: PlacingData, placement: Placement, left: Sequence[str], number: int = 0
-) -> Placement:
-    """Return a placement with rough positions of other nodes: on a circle about the nodes that are placed.
+    model: Model, data: PlacingData, placement: Placement, undecided: Sequence[str] = (), number: int = 0
+) -> Model:
+    """Return a model with the positions of a placement, and rough ones of its other nodes: on a circle about these.
 
     The sense of sliding pairs without rotation is that of the side of the second node; without a side it is `right`.
     `number`: of the circle, where others are needed.
@@ -158,17 +159,18 @@ def with_rough(
     middle = sum(known) / len(known)
     radius = max(abs(z - middle) for z in known) or 1.0
     turn = cmath.exp(1j * number) / (1.0 + 0.3 * number)
+    left = [name for name in model.nodes if name not in placement.at]
     rough = {name: middle + radius * turn * cmath.exp(1j * GOLDEN * (k + 1)) for k, name in enumerate(left)}
     at = {**placement.at, **rough}
-    for slot in (one for one in data.slots if len(one.nodes) == 2):
+    for slot in (one for one in data.lines if len(one.nodes) == 2):
         first, second = slot.nodes
         if second in rough:
             along = _direction(data, slot, at)
             at[second] = at[first] + radius * (-along if model.open.parts[second].side == SIDES[0] else along)
-    return placement._replace(at=at)
+    return with_positions(model, placement._replace(at=at), undecided)
 
 
-def _direction(data: PlacingData, slot: GivenSlot, at: Mapping[str, complex]) -> complex:
+def _direction(data: PlacingData, slot: GivenLine, at: Mapping[str, complex]) -> complex:
     """Return the direction of a guide at rough positions of its member: that of the best fit of the member's shape."""
     for shape in data.shapes:
         if set(slot.guide) <= shape.local.keys():
@@ -178,14 +180,6 @@ def _direction(data: PlacingData, slot: GivenSlot, at: Mapping[str, complex]) ->
             turn = sum((z - middle).conjugate() * (w - centre) for z, w in zip(own, there, strict=True))
             return complex(unit(turn) * unit(shape.local[slot.guide[1]] - shape.local[slot.guide[0]]))
     return complex(unit(at[slot.guide[1]] - at[slot.guide[0]]))
-
-
-def with_coordinates(model: Model, at: Mapping[str, complex], chosen: bool) -> Model:
-    """Return a model with positions, which may be `chosen`, of the nodes that no step places; all sides are decided."""
-    data = placing_data(model, Path())
-    _, left = steps_of(data, set(model.nodes) - set(model.open.parts))
-    found = {name: at[name] for name in left if name in at}
-    return _moved(model, found, coupled=(), undecided=(), chosen=tuple(found) if chosen else ())
 
 
 def with_positions(model: Model, placement: Placement, undecided: Sequence[str] = ()) -> Model:
@@ -202,14 +196,9 @@ def _moved(model: Model, at: Mapping[str, Any], **opened: Any) -> Model:
     return moved
 
 
-def _point(xy: Sequence[Any]) -> Any:
-    x, y = xy
-    return complex(x, y) if isinstance(x, float) and isinstance(y, float) else x + 1j * y
-
-
-def _chosen(step: PlacingStep, positions: list[dict[str, Any]], sides: Mapping[str, str]) -> dict[str, Any]:
-    """Return the position of a step for the side of its owner."""
-    return positions[SIDES.index(sides.get(step.owner, SIDES[0])) if len(positions) > 1 else 0]
+def _points(model: Model) -> dict[str, Any]:
+    """Return the positions of the nodes of a model, which may be recorded numbers."""
+    return dict(zip(model.nodes, places([*model.nodes.values()]).tolist(), strict=True))
 
 
 class _Search:
@@ -223,51 +212,39 @@ class _Search:
 
     def run(self, at: dict[str, Any]) -> Iterator[Placement]:
         """Yield the placements, those of the preferred sides first."""
-        sides: dict[str, str] = {}
-        tries, most, found = 0, TRIES + 4 * len(self.steps), 0
-        open_choices = [self._choices(at, 0)] if self.steps else []
-        if not self.steps:
-            yield Placement(dict(at), {})
-        while open_choices and tries < most and found < FOUND:
-            number = len(open_choices) - 1
-            step, tried = self.steps[number], next(open_choices[-1], None)
-            tries += 1
-            for name in step.nodes:
-                at.pop(name, None)
-            if tried is None:
-                open_choices.pop()
-                continue
-            side, positions = tried
+        sides = dict[str, str]()
+        waiting: list[tuple[int, str, dict[str, Any]]] = [(-1, "", {})]  # number of a step, a side, and its positions
+        for _ in range(TRIES + 4 * len(self.steps)):
+            if not waiting:
+                return
+            number, side, positions = waiting.pop()
             at.update(positions)
-            if step.owner:
-                sides[step.owner] = side
+            if side:
+                sides[self.steps[number].owner] = side
             if number + 1 < len(self.steps):
-                open_choices.append(self._choices(at, number + 1))
+                waiting += [(number + 1, *choice) for choice in reversed(self._choices(at, number + 1))]
             else:
-                found += 1
                 yield Placement(dict(at), dict(sides))
 
-    def _choices(self, at: Mapping[str, Any], number: int) -> Iterator[tuple[str, dict[str, Any]]]:
-        """Return the positions of a step with their sides, the preferred one first; none if it is impossible."""
+    def _choices(self, at: Mapping[str, Any], number: int) -> list[tuple[str, dict[str, Any]]]:
+        """Return the positions of a step with their sides, the preferred one first; none if it is impossible.
+
+        A step without a choice has no side.
+        """
         step = self.steps[number]
         try:
             positions = step.positions(at)
         except Gap as gap:
-            self._note(Blocked(number, step, gap))
-            return iter(())
-        named = list(zip(SIDES, positions, strict=False))
+            known = (one for one in (self.blocked, Blocked(number, step, gap)) if one is not None)
+            self.blocked = min(known, key=lambda one: (-one.number, one.gap.amount))  # farthest, or nearest to possible
+            return []
+        named = list(zip(SIDES if step.owner else ("",), positions, strict=False))
         asked = self.asked.get(step.owner)
         if asked is not None:
-            return iter(named[SIDES.index(asked) :][:1] or named)
+            return named[SIDES.index(asked) :][:1] or named
         if len(named) > 1 and all(abs(positions[0][n] - positions[1][n]) <= SAME * self.size for n in positions[0]):
-            return iter(named[:1])
-        return iter(named[::-1] if self.preferred.get(step.owner) == SIDES[1] else named)
-
-    def _note(self, blocked: Blocked) -> None:
-        """Keep the failed step that is farthest, or nearest to be possible."""
-        old = self.blocked
-        if old is None or (-blocked.number, blocked.gap.amount) < (-old.number, old.gap.amount):
-            self.blocked = blocked
+            return named[:1]
+        return named[::-1] if self.preferred.get(step.owner) == SIDES[1] else named
 
 
 def _size(data: PlacingData, given: Mapping[str, complex]) -> float:
@@ -290,11 +267,11 @@ def _errors(data: PlacingData, at: Mapping[str, Any], opened: set[str]) -> Itera
             a, b = names[0], max(names, key=lambda n: abs(shape.local[n] - shape.local[names[0]]))
             turned = unit(at[b] - at[a]) / unit(shape.local[b] - shape.local[a])
             yield from (abs(at[a] + turned * (shape.local[n] - shape.local[a]) - at[n]) for n in names)
-    for one in data.guided:
+    for one in data.lines:
         for node in one.nodes:
             own = {node, *one.guide}
             if opened & own and own <= at.keys():
-                yield abs(height(line_of(at, one), at[node]))
+                yield abs(height(one.line(at), at[node]))
     for given in data.distances:
         if opened & set(given.nodes) and at.keys() >= set(given.nodes):
             yield abs(abs(at[given.nodes[1]] - at[given.nodes[0]]) - given.value)

@@ -5,16 +5,18 @@ Numbers are in the file's units, angles in rad; they may be recorded numbers (se
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from itertools import product
 from pathlib import Path
 from typing import Any
 
 from gimcli.calculus.numbers import nominal, places
 from gimcli.model.law_ends import ended
+from gimcli.model.prismatic import nodes
 from gimcli.model.schema import Actuator, Element, Law, Link, Model
 from gimcli.model.tables import read_table
+from gimcli.model.units import RADIANS
 
 TINY = 1e-300
 
@@ -28,13 +30,25 @@ class GivenShape:
 
 
 @dataclass(frozen=True)
-class GivenSlot:
-    """Nodes on the line that is parallel to a guide, to its left at the distance `offset`."""
+class GivenLine:
+    """A line that is known from a guide, and the nodes on it.
 
-    name: str
+    It is parallel to the guide, to its left at the distance `offset`; or `square` to it, at the travel `offset`.
+    """
+
+    name: str  # of the sliding pair, or of the actuator
     nodes: tuple[str, ...]
     guide: tuple[str, str]
     offset: Any
+    square: bool = False
+
+    def line(self, at: Mapping[str, Any]) -> Line:
+        """Return the line from the positions of the guide."""
+        first, second = (at[name] for name in self.guide)
+        along = unit(second - first)
+        if self.square:
+            return first + along * self.offset, 1j * along
+        return first + 1j * along * self.offset, along
 
 
 @dataclass(frozen=True)
@@ -58,32 +72,17 @@ class GivenDistance:
 
 
 @dataclass(frozen=True)
-class GivenTravel:
-    """The travel of a node along a guide."""
-
-    name: str
-    nodes: tuple[str]
-    guide: tuple[str, str]
-    value: Any
-
-
-@dataclass(frozen=True)
 class PlacingData:
     """All that is known before nodes are placed; `order` is the order of the nodes in the file."""
 
     order: tuple[str, ...]
     shapes: tuple[GivenShape, ...]
-    slots: tuple[GivenSlot, ...]
+    lines: tuple[GivenLine, ...]
+    """Those of sliding pairs, and then those of travels that actuators drive."""
     angles: tuple[GivenAngle, ...]
     distances: tuple[GivenDistance, ...]
-    travels: tuple[GivenTravel, ...]
     missing: Mapping[str, Link | Element]
     """Members without `length` or `shape`."""
-
-    @property
-    def guided(self) -> tuple[GivenSlot | GivenTravel, ...]:
-        """All that is given along guides."""
-        return (*self.slots, *self.travels)
 
 
 def placing_data(model: Model, folder: Path) -> PlacingData:
@@ -91,25 +90,26 @@ def placing_data(model: Model, folder: Path) -> PlacingData:
     known = set(model.nodes)
     parts = {name: part for name, part in model.members.items() if known.issuperset(part.nodes)}
     shapes = {name: shape for name, part in parts.items() if (shape := _shape(name, part)) is not None}
-    turn = math.pi / 180.0 if model.units.angle == "deg" else 1.0
     inputs = {name: (a, _start(a, folder)) for name, a in model.actuators.items() if known.issuperset(a.named)}
-    slots = tuple(_slots(model, known))
-    travels = tuple(
-        GivenTravel(name, (a.node,), (a.guide[0], a.guide[1]), value)
-        for name, (a, value) in inputs.items()
-        if a.node is not None and a.guide is not None and value is not None
-    )
+    pairs = {name: (tuple(nodes(pair)), pair) for name, pair in model.prismatic.items()}
+    lines = (
+        *(GivenLine(name, sliding, (pair.guide[0], pair.guide[1]), pair.offset)
+          for name, (sliding, pair) in pairs.items() if known.issuperset((*sliding, *pair.guide))),
+        *(GivenLine(name, (a.node,), (a.guide[0], a.guide[1]), value, square=True)
+          for name, (a, value) in inputs.items()
+          if a.node is not None and a.guide is not None and value is not None),
+    )  # fmt: skip
     return PlacingData(
-        tuple(model.nodes), tuple(_with_sliders(shape, slots, travels) for shape in shapes.values()), slots,
+        tuple(model.nodes), tuple(_with_sliders(shape, lines) for shape in shapes.values()), lines,
         tuple(
-            GivenAngle(name, a.pivot, a.arm, a.reference, (value or 0.0) * turn)
+            GivenAngle(name, a.pivot, a.arm, a.reference, (value or 0.0) * RADIANS[model.units.angle])
             for name, (a, value) in inputs.items() if a.pivot is not None and a.arm is not None
         ),
         tuple(
             GivenDistance(name, (a.nodes[0], a.nodes[1]), value)
             for name, (a, value) in inputs.items() if a.nodes is not None and value is not None
         ),
-        travels, {name: part for name, part in parts.items() if name not in shapes},
+        {name: part for name, part in parts.items() if name not in shapes},
     )  # fmt: skip
 
 
@@ -122,23 +122,14 @@ def _shape(name: str, part: Link | Element) -> GivenShape | None:
     return GivenShape(name, dict(zip(part.nodes, places([part.shape[n] for n in part.nodes]).tolist(), strict=True)))
 
 
-def _slots(model: Model, known: set[str]) -> Iterator[GivenSlot]:
-    for name, pair in model.prismatic.items():
-        sliding = (pair.node,) if pair.node is not None else tuple(pair.nodes or ())
-        if known.issuperset((*sliding, *pair.guide)):
-            yield GivenSlot(name, sliding, (pair.guide[0], pair.guide[1]), pair.offset)
-
-
-def _with_sliders(shape: GivenShape, slots: tuple[GivenSlot, ...], travels: tuple[GivenTravel, ...]) -> GivenShape:
+def _with_sliders(shape: GivenShape, lines: tuple[GivenLine, ...]) -> GivenShape:
     """Return a shape with the nodes whose line and travel on it are known."""
     local = dict(shape.local)
-    for travel in travels:
-        for slot in slots:
-            ends = {*travel.guide, *slot.guide}
-            if (node := travel.nodes[0]) in slot.nodes and node not in local and ends <= set(shape.local):
-                first, second = (line_of(shape.local, one) for one in (slot, travel))
-                if (met := meeting(first, second)) is not None:
-                    local[node] = met
+    for travel, slot in product((one for one in lines if one.square), (one for one in lines if not one.square)):
+        node = travel.nodes[0]
+        if node in slot.nodes and node not in local and {*travel.guide, *slot.guide} <= set(shape.local):
+            met = meeting(slot.line(shape.local), travel.line(shape.local))
+            local |= {} if met is None else {node: met}
     return replace(shape, local=local)
 
 
@@ -151,16 +142,14 @@ def starts_by_value(law: Law) -> bool:
 def _start(actuator: Actuator, folder: Path) -> Any:
     """Return the value of an input at the start of its law (file's unit); None if it is that of the coordinates."""
     law = actuator.law
-    if law is not None and law.profile.table is not None:
+    if law is None or not starts_by_value(law):
+        return actuator.start
+    if law.profile.table is not None:
         try:
             return read_table(folder / law.profile.table)[1][0]
         except ValueError:
             return None  # an error of the file, which is recorded with the law
-    if law is not None and law.from_ is not None:
-        return law.from_
-    if law is not None and law.profile.polynomial and not ended(law):
-        return law.profile.polynomial[0]
-    return actuator.start
+    return law.from_ if law.from_ is not None else (law.profile.polynomial or [0.0])[0]
 
 
 # -- lines ----------------------------------------------------------------------------------
@@ -172,15 +161,6 @@ Line = tuple[Any, Any]
 def unit(z: Any) -> Any:
     """Return the direction of a vector; 1 for a vector of length 0."""
     return z / abs(z) if abs(nominal(z)) > TINY else 1.0 + 0.0j
-
-
-def line_of(at: Mapping[str, Any], given: GivenSlot | GivenTravel) -> Line:
-    """Return the line of a slot, or the line square to a guide at a travel, from the positions of the guide."""
-    first, second = (at[name] for name in given.guide)
-    along = unit(second - first)
-    if isinstance(given, GivenSlot):
-        return first + 1j * along * given.offset, along
-    return first + along * given.value, 1j * along
 
 
 def height(line: Line, z: Any) -> Any:

@@ -6,21 +6,16 @@ import heapq
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Set
 
-from gimcli.model.placing_data import GivenShape, PlacingData
+from gimcli.model.placing_data import GivenLine, GivenShape, PlacingData
 from gimcli.model.placing_steps import (
     CircleAndLine,
     CircleLocus,
     CrossedCircles,
     CrossedLines,
-    LineLocus,
     PlacingStep,
-    RigidStep,
     SlotThroughNode,
     TurnStep,
 )
-
-CERTAIN, NODES, MEMBERS = range(3)
-"""Ranks: steps without a choice are first, then nodes by two loci, then members that turn about a node."""
 
 Key = tuple[str, str]
 
@@ -48,7 +43,7 @@ class _Order:
         while self.queue:
             rank, _, key = heapq.heappop(self.queue)
             step = self.ready.get(key)
-            if step is None or _rank(step) != rank or self.known.issuperset(step.nodes):
+            if step is None or step.rank != rank or self.known.issuperset(step.nodes):
                 continue
             yield step
             self.known.update(step.nodes)
@@ -61,7 +56,7 @@ class _Order:
                 self.ready.pop(key, None)
             else:
                 self.ready[key] = step
-                heapq.heappush(self.queue, (_rank(step), self.rank[key[1]], key))
+                heapq.heappush(self.queue, (step.rank, self.rank[key[1]], key))
 
     # -- members ------------------------------------------------------------------------------
 
@@ -70,7 +65,7 @@ class _Order:
         have = tuple(n for n in shape.local if n in self.known)
         lack = tuple(n for n in shape.local if n not in self.known)
         if lack and len(have) > 1:
-            yield RigidStep(shape, (have[0], have[1]), lack)
+            yield TurnStep(lack, shape, have[0], have[0], have[1], have[1])
         elif lack and have:
             yield from self._turned(shape, have[0], lack)
             yield from self._through(shape, have[0], lack)
@@ -80,16 +75,15 @@ class _Order:
         for given in self.data.angles:
             pivot, arm, base = given.pivot, given.arm, given.reference
             if {pivot, arm} <= own and (base is None or (base not in own and {pivot, base} <= self.known)):
-                yield TurnStep(shape, given, arm, base, given.angle, placed, lack)
+                yield TurnStep(lack, shape, placed, pivot, arm, base, given.angle)
             elif base is not None and {pivot, base} <= own and arm not in own and {pivot, arm} <= self.known:
-                yield TurnStep(shape, given, base, arm, -given.angle, placed, lack)
+                yield TurnStep(lack, shape, placed, pivot, base, arm, -given.angle)
 
     def _through(self, shape: GivenShape, placed: str, lack: tuple[str, ...]) -> Iterator[PlacingStep]:
-        for slot in self.data.slots:
-            if set(slot.guide) <= shape.local.keys():
-                for slider in slot.nodes:
-                    if slider in self.known and slider not in shape.local:
-                        yield SlotThroughNode(shape, slot, slider, placed, lack)
+        for slot in (one for one in self.data.lines if not one.square and set(one.guide) <= shape.local.keys()):
+            for slider in (node for node in slot.nodes if node in self.known and node not in shape.local):
+                chosen = next((n for n in slot.guide if n in lack), lack[0])
+                yield SlotThroughNode(tuple(dict.fromkeys((chosen, *lack))), shape, placed, slot, slider)
 
     # -- nodes --------------------------------------------------------------------------------
 
@@ -105,10 +99,10 @@ class _Order:
         elif len(circles) > 1:
             yield CrossedCircles((node,), (circles[0], circles[1]))
 
-    def _lines(self, node: str) -> list[LineLocus]:
+    def _lines(self, node: str) -> list[GivenLine]:
         """Return the lines on which a node is, one for each guide and kind."""
-        own = [one for one in self.data.guided if node in one.nodes and self.known.issuperset(one.guide)]
-        return [LineLocus(one) for one in {(type(one), one.guide): one for one in own}.values()]
+        own = (one for one in self.data.lines if node in one.nodes and self.known.issuperset(one.guide))
+        return [*{(one.square, one.guide): one for one in own}.values()]
 
     def _circles(self, node: str) -> list[CircleLocus]:
         """Return the circles on which a node is, one for each centre, in the order of the file's nodes."""
@@ -125,11 +119,6 @@ class _Order:
         return [found[name] for name in sorted(found, key=self.rank.__getitem__)]
 
 
-def _rank(step: PlacingStep) -> int:
-    """Return the rank of a step."""
-    return CERTAIN if not step.owner else MEMBERS if isinstance(step, SlotThroughNode) else NODES
-
-
 def _neighbours(data: PlacingData) -> dict[str, list[Key]]:
     """Return the members and nodes whose steps may change when a node is placed, by node."""
     found: dict[str, dict[Key, None]] = defaultdict(dict)
@@ -139,7 +128,7 @@ def _neighbours(data: PlacingData) -> dict[str, list[Key]]:
         for node in shape.local:
             of_member[node][shape.name] = None
             found[node].update(keys)
-    groups = [(*one.guide, *one.nodes) for one in data.guided] + [given.nodes for given in data.distances]
+    groups = [(*one.guide, *one.nodes) for one in data.lines] + [given.nodes for given in data.distances]
     groups += [tuple(n for n in (g.pivot, g.arm, g.reference) if n is not None) for g in data.angles]
     for names in groups:
         count = Counter(member for node in names for member in of_member[node])

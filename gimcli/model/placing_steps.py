@@ -8,20 +8,10 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 from gimcli.calculus.numbers import FUNCTIONS, nominal
-from gimcli.model.placing_data import (
-    GivenAngle,
-    GivenShape,
-    GivenSlot,
-    GivenTravel,
-    Line,
-    height,
-    line_of,
-    meeting,
-    unit,
-)
+from gimcli.model.placing_data import GivenLine, GivenShape, height, meeting, unit
 
 Places = Mapping[str, Any]
 """Positions of nodes as complex numbers, file's unit of length."""
@@ -38,10 +28,16 @@ class Gap(Exception):  # noqa: N818  # an outcome, not an error
         self.text, self.amount = text, amount
 
 
+CERTAIN, NODES, MEMBERS = range(3)
+"""Ranks: steps without a choice are first, then nodes by two loci, then members that turn about a node."""
+
+
+@dataclass(frozen=True)
 class PlacingStep(ABC):
-    """A step that places nodes."""
+    """A step that places nodes; the first one is the node whose side chooses, if there is a choice."""
 
     nodes: tuple[str, ...]
+    rank: ClassVar[int] = CERTAIN
 
     @property
     def node(self) -> str:
@@ -51,7 +47,7 @@ class PlacingStep(ABC):
     @property
     def owner(self) -> str:
         """The node whose side chooses; "" if there is no choice."""
-        return ""
+        return self.node if self.rank > CERTAIN else ""
 
     @abstractmethod
     def positions(self, at: Places) -> list[dict[str, Any]]:
@@ -76,22 +72,6 @@ class CircleLocus:
         return f"{self.name} ({number(self.radius)})"
 
 
-@dataclass(frozen=True)
-class LineLocus:
-    """The line of a slot or the line at a travel, of a guide that is placed."""
-
-    given: GivenSlot | GivenTravel
-
-    @property
-    def name(self) -> str:
-        """The name of the sliding pair, or of the actuator."""
-        return self.given.name
-
-    def line(self, at: Places) -> Line:
-        """Return the line."""
-        return line_of(at, self.given)
-
-
 def number(value: Any) -> str:
     """Return a number of a message."""
     return format(float(nominal(value)), ".6g")
@@ -108,47 +88,40 @@ def _root(square: Any, scale: float) -> Any:
 
 
 @dataclass(frozen=True)
-class TurnStep(PlacingStep):
-    """A member of which one node is placed, at a known angle."""
+class MemberStep(PlacingStep):
+    """A member of which a node is placed."""
 
     shape: GivenShape
-    given: GivenAngle
-    tip: str  # node of the member whose direction from the pivot is known
-    base: str | None  # node whose direction from the pivot is 0; None: +x
-    angle: Any
     placed: str
-    nodes: tuple[str, ...]
 
-    def positions(self, at: Places) -> list[dict[str, Any]]:
-        """Return the only positions."""
-        local, pivot = self.shape.local, self.given.pivot
-        zero = 1.0 + 0.0j if self.base is None else unit(at[self.base] - at[pivot])
-        cos, sin = FUNCTIONS["cos"](self.angle), FUNCTIONS["sin"](self.angle)
-        turned = zero * (cos + 1j * sin) / unit(local[self.tip] - local[pivot])
-        return [{n: at[self.placed] + turned * (local[n] - local[self.placed]) for n in self.nodes}]
+    def turned(self, at: Places, turn: Any) -> dict[str, Any]:
+        """Return the positions of its nodes if the member is turned from its own frame by a complex factor."""
+        local, nodes = self.shape.local, set(self.nodes)
+        return {n: at[self.placed] + turn * (local[n] - local[self.placed]) for n in local if n in nodes}
 
 
 @dataclass(frozen=True)
-class RigidStep(PlacingStep):
-    """A member of which two nodes are placed."""
+class TurnStep(MemberStep):
+    """A member with a known direction: it is at an angle to that of two nodes that are placed, or to +x."""
 
-    shape: GivenShape
-    placed: tuple[str, str]
-    nodes: tuple[str, ...]
+    pivot: str
+    tip: str  # node of the member whose direction from the pivot is known
+    base: str | None  # node whose direction from the pivot is 0; None: +x
+    angle: Any = 0.0
 
     def positions(self, at: Places) -> list[dict[str, Any]]:
         """Return the only positions."""
-        local, (a, b) = self.shape.local, self.placed
-        turned = unit(at[b] - at[a]) / unit(local[b] - local[a])
-        return [{n: at[a] + turned * (local[n] - local[a]) for n in self.nodes}]
+        local, pivot = self.shape.local, self.pivot
+        zero = 1.0 + 0.0j if self.base is None else unit(at[self.base] - at[pivot])
+        cos, sin = FUNCTIONS["cos"](self.angle), FUNCTIONS["sin"](self.angle)
+        return [self.turned(at, zero * (cos + 1j * sin) / unit(local[self.tip] - local[pivot]))]
 
 
 @dataclass(frozen=True)
 class CrossedLines(PlacingStep):
     """A node on two lines."""
 
-    nodes: tuple[str]
-    loci: tuple[LineLocus, LineLocus]
+    loci: tuple[GivenLine, GivenLine]
 
     def positions(self, at: Places) -> list[dict[str, Any]]:
         """Return the only position."""
@@ -163,13 +136,8 @@ class CrossedLines(PlacingStep):
 class CrossedCircles(PlacingStep):
     """A node at known distances from two nodes; left and right as seen from the first to the second centre."""
 
-    nodes: tuple[str]
     loci: tuple[CircleLocus, CircleLocus]
-
-    @property
-    def owner(self) -> str:
-        """The node."""
-        return self.node
+    rank = NODES
 
     def positions(self, at: Places) -> list[dict[str, Any]]:
         """Return the positions to the left and to the right."""
@@ -201,14 +169,9 @@ class CrossedCircles(PlacingStep):
 class CircleAndLine(PlacingStep):
     """A node on a line at a known distance from a node; right is the position farther along the line."""
 
-    nodes: tuple[str]
     circle: CircleLocus
-    locus: LineLocus
-
-    @property
-    def owner(self) -> str:
-        """The node."""
-        return self.node
+    locus: GivenLine
+    rank = NODES
 
     def positions(self, at: Places) -> list[dict[str, Any]]:
         """Return the positions to the left (behind) and to the right (ahead), along the line."""
@@ -225,27 +188,20 @@ class CircleAndLine(PlacingStep):
 
 
 @dataclass(frozen=True)
-class SlotThroughNode(PlacingStep):
+class SlotThroughNode(MemberStep):
     """A member of which one node is placed, turned so that its line passes through a node.
 
     Right: this node is farther along the guide than the node that is placed; left: it is behind it.
     """
 
-    shape: GivenShape
-    slot: GivenSlot
+    slot: GivenLine
     slider: str
-    placed: str
-    nodes: tuple[str, ...]
-
-    @property
-    def owner(self) -> str:
-        """The first node of the guide that is not placed, or the first node of the member."""
-        return next((n for n in self.slot.guide if n in self.nodes), self.nodes[0])
+    rank = MEMBERS
 
     def positions(self, at: Places) -> list[dict[str, Any]]:
         """Return the positions for `left` and for `right`."""
         local, ray = self.shape.local, at[self.slider] - at[self.placed]
-        line = line_of(local, self.slot)
+        line = self.slot.line(local)
         away = -height(line, local[self.placed])
         far = abs(ray)
         if float(nominal(far)) <= TOUCHING * max(abs(nominal(z)) for z in local.values()):
@@ -256,9 +212,5 @@ class SlotThroughNode(PlacingStep):
             short = abs(float(nominal(away))) - float(nominal(far))
             text = f"{self.slider} is {number(far)} from {self.placed}, but the line of {self.slot.name} passes it at"
             raise Gap(f"{text} {number(abs(nominal(away)))}: {number(short)} more", short)
-        found = []
-        for sign in (-1.0, 1.0):
-            direction = ray * (sign * ahead - 1j * away) / (far * far)
-            turned = direction / line[1]
-            found.append({n: at[self.placed] + turned * (local[n] - local[self.placed]) for n in self.nodes})
-        return found
+        turns = (ray * (sign * ahead - 1j * away) / (far * far) / line[1] for sign in (-1.0, 1.0))
+        return [self.turned(at, turn) for turn in turns]

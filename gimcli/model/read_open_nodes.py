@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from typing import NamedTuple
 
 from gimcli.model.law_ends import ended
 from gimcli.model.pairs import used_nodes
-from gimcli.model.placing import SIDES, Blocked, Placement, Placing, place, with_positions, with_rough
+from gimcli.model.placing import Blocked, Placement, Placing, place, with_positions, with_rough
 from gimcli.model.placing_data import PlacingData, placing_data, starts_by_value
 from gimcli.model.placing_steps import number
 from gimcli.model.schema import Link, Model, OpenNode, OpenNodes
 from gimcli.model.source import Source, Where
+from gimcli.model.units import RADIANS
 
 
 class OpenNodeFault(NamedTuple):
@@ -38,13 +38,10 @@ def with_open_nodes(source: Source, model: Model) -> ReadNodes:
     if not faults and placing.blocked is not None:
         faults.append(_impossible(source, model, placing.blocked))
     if not faults:
-        coupled = tuple(name for name in model.nodes if name in placing.left)
-        rough = with_rough(model, placing.data, placing.found[0], coupled)
-        model.open = model.open._replace(coupled=coupled)
-        return ReadNodes(with_positions(model, rough, placing.undecided))
+        model.open = model.open._replace(coupled=tuple(name for name in model.nodes if name in placing.left))
+        return ReadNodes(with_rough(model, placing.data, placing.found[0], placing.undecided))
     given = {name: complex(*xy) for name, xy in model.nodes.items() if name not in model.open.parts}
-    rough = with_rough(model, placing.data, Placement(given, {}), tuple(model.open.parts))
-    return ReadNodes(with_positions(model, rough), tuple(faults))
+    return ReadNodes(with_rough(model, placing.data, Placement(given, {})), tuple(faults))
 
 
 def placed_anew(source: Source, model: Model) -> ReadNodes:
@@ -68,31 +65,25 @@ def _fixed(model: Model) -> Iterator[OpenNodeFault]:
 
 def _left(model: Model, placing: Placing) -> list[OpenNodeFault]:
     """Return the reasons for nodes that no step places; first those with a dimension that is missing."""
-    used, left = used_nodes(model), [name for name in model.nodes if name in placing.left]
-    faults = []
-    for name in left:
-        lacking = [f"the `{_key(part)}` of {key}" for key, part in placing.data.missing.items() if name in part.nodes]
+    used, faults = used_nodes(model), []
+    for name in (name for name in model.nodes if name in placing.left):
+        given = {key: part for key, part in placing.data.missing.items() if name in part.nodes}
+        lacking = [f"the `{'length' if isinstance(part, Link) else 'shape'}` of {key}" for key, part in given.items()]
+        text = f"node {name} has no coordinates, and nothing else determines its position"
+        text += f": give {', '.join(lacking)}, or coordinates [x, y]"
         if name not in used:
             text = f"node {name} has no coordinates and belongs to no member; add it to one, or remove it"
-        elif lacking:
-            text = f"node {name} has no coordinates, and nothing else determines its position"
-            text += f": give {', '.join(lacking)}, or coordinates [x, y]"
-        else:
-            continue
-        faults.append(OpenNodeFault(("nodes", name), text))
+        if lacking or name not in used:
+            faults.append(OpenNodeFault(("nodes", name), text))
     return faults or list(_open_laws(model, placing))
-
-
-def _key(part: object) -> str:
-    return "length" if isinstance(part, Link) else "shape"
 
 
 def _open_laws(model: Model, placing: Placing) -> Iterator[OpenNodeFault]:
     """Yield the actuators whose law starts at a value that only coordinates would give."""
-    lengths = {one.name for one in placing.data.distances} | {one.name for one in placing.data.travels}
+    known = {one.name for one in (*placing.data.distances, *placing.data.lines)}
     for name, actuator in model.actuators.items():
         law = actuator.law
-        given = name in lengths or (actuator.pivot is not None and law is not None and starts_by_value(law))
+        given = name in known or (actuator.pivot is not None and law is not None and starts_by_value(law))
         if not given and (open_ends := placing.left.intersection(actuator.named)):
             lacking = "`from`" if law is not None and ended(law) else "`from` and `to`"
             text = f"the law of {name} needs {lacking}: the node {min(open_ends)} has no coordinates"
@@ -101,20 +92,20 @@ def _open_laws(model: Model, placing: Placing) -> Iterator[OpenNodeFault]:
 
 def _impossible(source: Source, model: Model, blocked: Blocked) -> OpenNodeFault:
     """Return the error for a step that is impossible."""
-    name = blocked.step.owner or blocked.step.node
-    where: Where = ("nodes", name)
+    name = blocked.step.node
     at = _inputs(model, placing_data(model, source.folder))
-    return OpenNodeFault(where, f"{name} cannot be placed{at}: {blocked.gap.text}{_other(source, model)}")
+    text = f"{name} cannot be placed{at}: {blocked.gap.text}{_other(source, model)}"
+    return OpenNodeFault(("nodes", name), text)
 
 
 def _inputs(model: Model, data: PlacingData) -> str:
     """Return the inputs of a message."""
-    turn, units = math.pi / 180.0 if model.units.angle == "deg" else 1.0, model.units
+    units = model.units
     unit = "" if units.length == "unit" else f" {units.length}"
     values = [
-        *(f"{one.name} = {number(one.angle / turn)} {units.angle}" for one in data.angles),
+        *(f"{one.name} = {number(one.angle / RADIANS[units.angle])} {units.angle}" for one in data.angles),
         *(f"{one.name} = {number(one.value)}{unit}" for one in data.distances),
-        *(f"{one.name} = {number(one.value)}{unit}" for one in data.travels),
+        *(f"{one.name} = {number(one.offset)}{unit}" for one in data.lines if one.square),
     ]
     return f" at {', '.join(values)}" if values else ""
 
@@ -126,7 +117,6 @@ def _other(source: Source, model: Model) -> str:
     found = place(free, source.folder, {}).found
     if not found:
         return f"; change a length{' or the start of a law' * bool(model.actuators)}"
-    asked = {name: part.side for name, part in model.open.parts.items() if part.side is not None}
-    other = {name: found[0].sides[name] for name in asked if found[0].sides.get(name, asked[name]) != asked[name]}
-    assert set(other.values()) <= set(SIDES)
+    sides = {name: found[0].sides.get(name, part.side) for name, part in model.open.parts.items()}
+    other = {name: side for name, side in sides.items() if model.open.parts[name].side not in (None, side)}
     return "; use " + " and ".join(f"`side: {side}` of {name}" for name, side in other.items())

@@ -9,6 +9,8 @@ METRES = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "um": 1e-6, "km": 1e3, "in": 0.0254,
 KILOGRAMS = {"kg": 1.0, "g": 1e-3, "t": 1e3, "lb": 0.45359237}
 TURN = {"deg": 360.0, "rad": 2.0 * math.pi}
 """One turn in each unit of angle."""
+RADIANS = {"deg": math.pi / 180.0, "rad": 1.0}
+"""The units of angle [rad]."""
 SPEEDS = ("rate", "speed", "idle")
 """Keys of an actuator whose values are speeds, which may have a unit."""
 SECONDS = {"s": 1.0, "min": 60.0, "h": 3600.0}

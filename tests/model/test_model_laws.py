@@ -7,7 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from gimcli.model.laws import PROFILES, PolynomialLaw, RunLaw, Scaled, TableLaw
+from gimcli.input_laws import SummedLaw
+from gimcli.model.laws import PROFILES, PolynomialLaw, RunLaw, TableLaw
 
 SMOOTH = {**PROFILES, "polynomial": PolynomialLaw((0.3, -1.0, 2.0, 0.5, 4.0, -2.0))}
 INSIDE = np.array([0.13, 0.31, 0.5, 0.77])
@@ -44,7 +45,7 @@ def test_profiles_are_symmetric_and_increasing(name):
 @pytest.mark.parametrize("name", SMOOTH)
 @pytest.mark.parametrize("order", [1, 2, 3])
 def test_derivatives_agree_with_central_differences_to_second_order(name, order):
-    law = Scaled(RunLaw(2.0, -3.0, SMOOTH[name]), 0.5)
+    law = SummedLaw(((0.5, RunLaw(2.0, -3.0, SMOOTH[name])),))
 
     def error(step):
         difference = (law(INSIDE + step, order - 1) - law(INSIDE - step, order - 1)) / (2 * step)
