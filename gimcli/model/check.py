@@ -123,10 +123,9 @@ def check(refs: References) -> None:
     _check_signs(refs)
     _check_names(refs)
     _check_ground(refs)
-    for name, link in refs.model.links.items():
-        _check_member(refs, ("links", name), link)
-    for name, element in refs.model.elements.items():
-        _check_member(refs, ("elements", name), element)
+    for section in ("links", "elements"):
+        for name, part in getattr(refs.model, section).items():
+            _check_member(refs, (section, name), part)
     if refs.every and refs.sure and refs.placed and not SIZES[0] < refs.size < SIZES[1]:
         refs.fault(("nodes",), f"the size of the mechanism is {refs.size:g}; use another unit of length")
     for section, kind in PAIRS.items():
@@ -148,8 +147,7 @@ def check(refs: References) -> None:
 def _check_signs(refs: References) -> None:
     for section in SECTIONS:
         for name in getattr(refs.model, section):
-            if name.lstrip().startswith(FORMULA):
-                sign = name.lstrip()[0]
+            if (sign := name.lstrip()[:1]) in FORMULA:
                 text = f"the name '{name}' begins with '{sign}', which a spreadsheet reads as a formula; rename it"
                 refs.fault((section, name), text, key=True)
 
@@ -173,10 +171,9 @@ def _check_ground(refs: References) -> None:
         refs.fault(("ground",), "expected `nodes` or `member`, got both; remove one")
     elif ground.member == "ground":
         refs.fault(("ground", "member"), "expected a link or an element, got 'ground'")
-    elif ground.member is not None:
-        if refs.member(("ground", "member"), ground.member):
-            check_drawn(refs, ("ground", "member"), refs.every[ground.member])
-    elif not ground.nodes and ("ground",) not in refs.doubtful:
+    elif ground.member is not None and refs.member(("ground", "member"), ground.member):
+        check_drawn(refs, ("ground", "member"), refs.every[ground.member])
+    elif ground.member is None and not ground.nodes and ("ground",) not in refs.doubtful:
         refs.fault(("ground",), "no node is fixed; write `ground: [NODES]` or `ground: {member: NAME}`")
     refs.nodes(("ground", "nodes"), ground.nodes)
 
@@ -188,11 +185,10 @@ def _check_member(refs: References, where: Where, member: Link | Element) -> Non
         refs.fault(where, f"'{name}' has ground nodes only; remove it: the frame joins them already")
     if isinstance(member, Element) and member.shape is not None:
         _check_shape(refs, where, nodes, member.shape)
-    elif isinstance(member, Link) and member.length is not None:
-        if member.length <= CLOSEST * refs.size:
-            text = f"length {member.length:g} is too small for a mechanism of size {refs.size:g}; make it longer"
-            refs.fault((*where, "length"), text)
-    elif known:
+    elif isinstance(member, Link) and member.length is not None and member.length <= CLOSEST * refs.size:
+        text = f"length {member.length:g} is too small for a mechanism of size {refs.size:g}; make it longer"
+        refs.fault((*where, "length"), text)
+    elif known and (isinstance(member, Element) or member.length is None):
         cure = "give the `length`" if isinstance(member, Link) else "give the `shape`"
         for a, b in refs.coincident({n: refs.model.nodes[n] for n in nodes}):
             refs.fault((*where, "nodes"), f"nodes {a} and {b} of '{name}' coincide; move one, or {cure}")

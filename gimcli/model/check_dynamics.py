@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 from gimcli.model.bearers import check_bearer, check_place
 from gimcli.model.check_inputs import check_nodes
 from gimcli.model.check_laws import check_reach
@@ -9,30 +12,18 @@ from gimcli.model.pairs import used_nodes
 from gimcli.model.references import References
 from gimcli.model.schema import LARGEST, Actuator, Damper, Effort, Load, Mass, PairFriction, Rotor, Spring
 from gimcli.model.source import Where
-from gimcli.model.tables import read_table
 from gimcli.nearest import guess
 
 
 def check_dynamics(refs: References) -> None:
     """Record the errors in the dynamic sections of the model."""
-    for name, mass in refs.model.masses.items():
-        _check_mass(refs, ("masses", name), name, mass)
-    for name, load in refs.model.loads.items():
-        _check_load(refs, ("loads", name), load)
-    for name, spring in refs.model.springs.items():
-        _check_gauge(refs, ("springs", name), spring, "spring")
-    for name, damper in refs.model.dampers.items():
-        _check_gauge(refs, ("dampers", name), damper, "damper")
-    for name, part in refs.model.friction.items():
-        _check_pair(refs, name)
-        _check_friction(refs, ("friction", name), part)
-    for name, actuator in refs.model.actuators.items():
-        _check_free_input(refs, ("actuators", name), actuator)
-        if actuator.rotor is not None:
-            _check_rotor(refs, ("actuators", name, "rotor"), actuator.rotary, actuator.rotor)
+    for section, check in CHECKS.items():
+        for name, part in getattr(refs.model, section).items():
+            check(refs, (section, name), part)
 
 
-def _check_mass(refs: References, where: Where, name: str, mass: Mass) -> None:
+def _check_mass(refs: References, where: Where, mass: Mass) -> None:
+    name = str(where[1])
     node = check_bearer(refs, where, name, key=True)
     for key in sorted({"inertia", "centre"} & mass.given) if node is not None else ():
         text = f"`{key}` is of a member, '{name}' is a node with a point mass; remove `{key}`, or name a member"
@@ -51,66 +42,50 @@ def _check_load(refs: References, where: Where, load: Load) -> None:
             refs.fault((*where, key), text, key=True)
     elif given != ["torque"] and load.on in ("ground", *refs.every):
         check_place(refs, where, load, "force", known=True)
-    if load.table is not None:
-        _check_table(refs, (*where, "table"), load.table, "time" if load.over == "time" else "input")
-        if load.over != "time" and load.over not in refs.model.actuators:
-            _unknown_input(refs, (*where, "over"), load.over)
-    elif load.over != "time":
-        refs.lack(where, ("table",), f"load '{where[1]}' has `over: {load.over}` but no `table`; add one")
+    _check_table(refs, where, load, f"load '{where[1]}'", "time" if load.over == "time" else "input")
+    known = ("time", *refs.model.actuators)
+    doubted = {("actuators",), ("actuators", load.over)} & set(refs.doubtful)
+    if load.table is not None and load.over not in known and not doubted:
+        text = f"'{load.over}' is neither `time` nor an actuator; {guess(load.over, known, most=8)}"
+        refs.fault((*where, "over"), text)
 
 
-def _unknown_input(refs: References, where: Where, name: str) -> None:
-    if ("actuators",) not in refs.doubtful and ("actuators", name) not in refs.doubtful:
-        known = ["time", *refs.model.actuators]
-        refs.fault(where, f"'{name}' is neither `time` nor an actuator; {guess(name, known, most=8)}")
+def _check_table(refs: References, where: Where, part: Load | Effort, what: str, over: str) -> None:
+    if part.table is not None:
+        refs.table((*where, "table"), part.table, over)
+    elif part.over != "time":
+        refs.lack(where, ("table",), f"{what} has `over: {part.over}` but no `table`; add one")
 
 
-def _check_table(refs: References, where: Where, name: str, over: str) -> None:
-    try:
-        read_table(refs.source.folder / name, over)
-    except ValueError as error:
-        refs.fault(where, f"table {name}: {error}")
-
-
-def _check_gauge(refs: References, where: Where, part: Spring | Damper, what: str) -> None:
-    check_nodes(refs, where, part, "rotary" if part.rotary else "linear", what)
+def _check_gauge(refs: References, where: Where, part: Spring | Damper) -> None:
+    check_nodes(refs, where, part, "rotary" if part.rotary else "linear", type(part).__name__.lower())
     used = used_nodes(refs.model)
-    named = {key: getattr(part, key) for key in ("pivot", "arm", "reference", "node")}
-    for key, node in [
-        *named.items(),
-        *(("nodes", n) for n in part.nodes or []),
-        *(("guide", n) for n in part.guide or []),
-    ]:
+    for key, node in part.keyed:
         if node in refs.model.nodes and node not in used and refs.sure:
             refs.fault((*where, key), f"node '{node}' belongs to no member; add it to one")
     if isinstance(part, Spring) and part.free is not None and part.nodes is not None and part.free < 0.0:
         refs.fault((*where, "free"), f"expected a free length of at least 0, got {part.free:g}")
 
 
-def _check_pair(refs: References, name: str) -> None:
-    model, where = refs.model, ("friction", name)
-    if name in model.prismatic or not {("prismatic", name), ("nodes", name)}.isdisjoint(refs.doubtful):
-        return
-    if name not in model.nodes:
-        known = [*model.prismatic, *model.nodes]
-        text = f"'{name}' is neither a node nor a sliding pair; {guess(name, known, most=8)}"
-        refs.fault(where, text, key=True)
-    elif refs.sure and len(refs.carriers(name)) < 2:
-        refs.fault(where, f"node {name} is not a pair: fewer than two members have this node; name another", key=True)
-
-
 def _check_friction(refs: References, where: Where, part: PairFriction) -> None:
-    """Check the keys of dry friction: `radius` is of a node, `length` of a sliding pair with two nodes."""
-    name = str(where[1])
-    pair = refs.model.prismatic.get(name)
+    """Check a pair and its keys of dry friction: `radius` is of a node, `length` of a sliding pair with two nodes."""
+    name, model = str(where[1]), refs.model
+    pair, node = model.prismatic.get(name), name in model.nodes
+    doubted = not {("prismatic", name), ("nodes", name)}.isdisjoint(refs.doubtful)
+    if pair is None and not doubted and not node:
+        hint = guess(name, [*model.prismatic, *model.nodes], most=8)
+        refs.fault(where, f"'{name}' is neither a node nor a sliding pair; {hint}", key=True)
+    elif pair is None and not doubted and refs.sure and len(refs.carriers(name)) < 2:
+        text = f"node {name} is not a pair: fewer than two members have this node; name another"
+        refs.fault(where, text, key=True)
     if not part.given:
         refs.lack(where, ("mu", "viscous"), f"friction at '{name}' needs `mu` or `viscous`")
-    if ("prismatic", name) in refs.doubtful or (pair is None and name not in refs.model.nodes):
+    if ("prismatic", name) in refs.doubtful or (pair is None and not node):
         return
     size = "radius" if pair is None else "length" if pair.nodes is not None else None
     owners = {"radius": "a node", "length": "a sliding pair with two nodes"}
+    kind = "a node" if pair is None else "a pin in a slot" if size is None else "a sliding pair"
     for key in (key for key in owners if key in part.given and key != size):
-        kind = "a node" if pair is None else "a pin in a slot" if size is None else "a sliding pair"
         refs.fault((*where, key), f"`{key}` is of {owners[key]}, '{name}' is {kind}; remove `{key}`", key=True)
     if part.mu is not None and size is not None and getattr(part, size) is None:
         what = "the radius of the pin" if size == "radius" else "the distance of the two contacts in the guide"
@@ -122,7 +97,8 @@ def _check_friction(refs: References, where: Where, part: PairFriction) -> None:
 # -- free inputs -------------------------------------------------------------------------------
 
 
-def _check_free_input(refs: References, where: Where, actuator: Actuator) -> None:
+def _check_input(refs: References, where: Where, actuator: Actuator) -> None:
+    """Check the keys of a free input, and the rotor."""
     if not actuator.free and (*where, "free") not in refs.doubtful:
         for key in sorted({"start", "speed", "effort"} & actuator.given):
             text = f"`{key}` is for a free input, this one follows its law; add `free: true`, or remove `{key}`"
@@ -131,6 +107,8 @@ def _check_free_input(refs: References, where: Where, actuator: Actuator) -> Non
         check_reach(refs, (*where, "start"), actuator, actuator.start)
     if actuator.effort is not None:
         _check_effort(refs, (*where, "effort"), actuator.effort)
+    if actuator.rotor is not None:
+        _check_rotor(refs, (*where, "rotor"), actuator.rotary, actuator.rotor)
 
 
 def _check_rotor(refs: References, where: Where, rotary: bool, rotor: Rotor) -> None:
@@ -150,17 +128,19 @@ def _check_magnitude(refs: References, where: Where, what: str, value: float) ->
 
 
 def _check_effort(refs: References, where: Where, effort: Effort) -> None:
-    line = effort.stall is not None or effort.idle is not None
-    given = [effort.constant is not None, effort.table is not None, line]
-    if sum(given) != 1:
+    lacking = [key for key in ("stall", "idle") if getattr(effort, key) is None]
+    if (effort.constant is not None) + (effort.table is not None) + (len(lacking) < 2) != 1:
         text = f"the effort of '{where[1]}' needs one of: a number, `table`, `stall` with `idle`"
         refs.lack(where, ("table", "stall", "idle"), text)
-    elif line and (effort.stall is None or effort.idle is None):
-        missing = "stall" if effort.stall is None else "idle"
-        refs.lack(where, (missing,), f"`{missing}` is missing; a torque-speed line needs `stall` and `idle`")
+    elif len(lacking) == 1:
+        refs.lack(where, lacking, f"`{lacking[0]}` is missing; a torque-speed line needs `stall` and `idle`")
     elif effort.idle is not None:
         _check_magnitude(refs, (*where, "idle"), "an idle speed", effort.idle)
-    if effort.table is not None:
-        _check_table(refs, (*where, "table"), effort.table, effort.over)
-    elif effort.over != "time":
-        refs.lack(where, ("table",), f"the effort of '{where[1]}' has `over: {effort.over}` but no `table`; add one")
+    _check_table(refs, where, effort, f"the effort of '{where[1]}'", effort.over)
+
+
+CHECKS: dict[str, Callable[[References, Where, Any], None]] = {
+    "masses": _check_mass, "loads": _check_load, "springs": _check_gauge, "dampers": _check_gauge,
+    "friction": _check_friction, "actuators": _check_input,
+}  # fmt: skip
+"""The checks of a part of each section."""

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from typing import Any
 
 from gimcli.model.check_laws import check_laws
-from gimcli.model.references import References
+from gimcli.model.references import Found, References
 from gimcli.model.schema import Actuator, Gauge
 from gimcli.model.source import Where
 from gimcli.nearest import guess
@@ -87,7 +88,7 @@ def check_nodes(refs: References, where: Where, gauge: Gauge, stated: str | None
     """Record the errors in the nodes of an actuator, spring or damper (`what`); `stated`: its type, if given."""
     given = {key for key in KEYS if getattr(gauge, key) is not None}
     kind = stated or ("rotary" if given & set(ROTARY) else "linear")
-    if not _one_kind(refs, where, stated, given):
+    if not refs.sound(where, _of_kind(where[1], stated, given)):
         return
     needed, optional = {"node", "guide"}, set[str]()
     if kind == "rotary":
@@ -109,23 +110,20 @@ def check_nodes(refs: References, where: Where, gauge: Gauge, stated: str | None
         check_span(refs, where, gauge.guide or [], [str(gauge.node)])
 
 
-def _one_kind(refs: References, where: Where, stated: str | None, given: set[str]) -> bool:
-    """Return whether the keys of an actuator, and its type if it is given, are of one kind; record an error if not."""
+def _of_kind(name: Any, stated: str | None, given: set[str]) -> Iterator[Found]:
+    """Yield the error where the keys of an actuator, and its type if it is given, are of two kinds or none."""
     turning, sliding = (" and ".join(f"`{key}`" for key in keys if key in given) for keys in (ROTARY, LINEAR))
     own, other = (turning, sliding) if stated == "rotary" else (sliding, turning)
     if stated is not None and other and not own:
         kind = "linear" if stated == "rotary" else "rotary"
         text = f"`type: {stated}` contradicts {other} of a {kind} actuator; remove `type`: it follows from these"
-        refs.fault((*where, "type"), text)
-    elif stated is None and turning and sliding:
+        yield Found(("type",), text)
+    if stated is None and turning and sliding:
         text = f"{turning} of a rotary actuator and {sliding} of a linear one exclude each other; remove one of the two"
-        refs.fault(where, text)
-    elif stated is None and not given:
-        text = f"actuator '{where[1]}' needs `pivot` and `arm` (rotary), `nodes`, or `node` and `guide` (linear)"
-        refs.lack(where, KEYS, text)
-    else:
-        return True
-    return False
+        yield Found((), text)
+    if stated is None and not given:
+        text = f"actuator '{name}' needs `pivot` and `arm` (rotary), `nodes`, or `node` and `guide` (linear)"
+        yield Found((), text, lacking=KEYS)
 
 
 def _check_rotary(refs: References, where: Where, pivot: str, arm: str, reference: str | None) -> None:

@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from gimcli.mechanism import MOST_TURNS
 from gimcli.model.law_ends import ENDS, ended, increment, run_times
 from gimcli.model.laws import PolynomialLaw
-from gimcli.model.references import References
+from gimcli.model.references import Found, References
 from gimcli.model.schema import LONGEST, PROFILES, SHORTEST, Actuator, Law, Profile
 from gimcli.model.source import Where
-from gimcli.model.tables import read_table
 from gimcli.model.units import TURN
 from gimcli.nearest import near
 
@@ -29,11 +28,17 @@ def check_laws(refs: References) -> None:
     tables, values, sound = list[Times](), dict[str, list[float]](), set[str]()
     for name, actuator in refs.model.actuators.items():
         law, at = actuator.law, ("actuators", name, "law")
-        if law is None or not _check_profile(refs, at, law.profile):
+        if law is None or not refs.sound(at, _of_profile(law.profile)):
             continue
-        if law.profile.table is not None:
-            values[name] = _check_table(refs, (*at, "profile", "table"), law.profile.table, tables)
-        if _check_ends(refs, at, actuator, law):
+        profile = law.profile
+        if profile.name not in PROFILES:
+            choice = f"expected one of {', '.join(PROFILES)}, got '{profile.name}'{near(profile.name, PROFILES)}"
+            refs.fault((*at, "profile"), f"profile: {choice}")
+        if profile.table is not None:
+            values[name] = _check_table(refs, (*at, "profile", "table"), profile.table, tables)
+            if given := [f"`{key.rstrip('_')}`" for key in ("from_", *ENDS, "rate") if getattr(law, key) is not None]:
+                refs.fault(at, f"a table gives times and absolute values; remove {' and '.join(given)}")
+        if profile.table is not None or refs.sound(at, _of_ends(actuator, law)):
             sound.add(name)
     duration = _check_times(refs, tables, sound)
     for name in sound:
@@ -46,59 +51,34 @@ def check_reach(refs: References, at: Where, actuator: Actuator, value: float) -
     _check_values(refs, at, actuator, [value], 0.0, "the start")
 
 
-def _check_profile(refs: References, at: Where, profile: Profile) -> bool:
-    """Return whether a law has one profile; record the errors of its name."""
+def _of_profile(profile: Profile) -> Iterator[Found]:
+    """Yield the error of a law with several profiles."""
     if len(profile.given) > 1:
         keys = " and ".join(f"`{key}`" for key in sorted(profile.given))
-        refs.fault((*at, "profile"), f"expected one of `name`, `polynomial` and `table`, got {keys}")
-        return False
-    if profile.name not in PROFILES:
-        choice = f"expected one of {', '.join(PROFILES)}, got '{profile.name}'{near(profile.name, PROFILES)}"
-        refs.fault((*at, "profile"), f"profile: {choice}")
-    return True
+        yield Found(("profile",), f"expected one of `name`, `polynomial` and `table`, got {keys}")
 
 
 # -- ends -------------------------------------------------------------------------------------
 
 
-def _check_ends(refs: References, at: Where, actuator: Actuator, law: Law) -> bool:
-    """Return whether the keys of a law fit together; record an error if they do not."""
-    ends = [key for key in ENDS if getattr(law, key) is not None]
-    if law.profile.table is not None:
-        if ended(law) or law.from_ is not None:
-            refs.fault(at, f"a table gives times and absolute values; remove {_keys(law)}")
-        return True
+def _of_ends(actuator: Actuator, law: Law) -> Iterator[Found]:
+    """Yield the errors of keys that do not fit together; those behind the first one may follow from it."""
+    ends = [f"`{key}`" for key in ENDS if getattr(law, key) is not None]
     if len(ends) > 1:
-        text = f"expected one of `to`, `by` and `turns`, got {' and '.join(f'`{key}`' for key in ends)}; remove one"
-        refs.fault((*at, ends[-1]), text, key=True)
-    elif law.turns is not None and not actuator.rotary:
-        refs.fault((*at, "turns"), "`turns` are of a rotary input, this one is linear; write `by` or `to`", key=True)
-    elif law.from_ is not None and not ended(law):
-        refs.lack(at, (*ENDS, "rate"), "`to` is missing beside `from`; add `to`, or `by`, `turns` or `rate`")
-    elif law.rate == 0.0:
-        refs.fault((*at, "rate"), "the rate 0 does not move the input; give another rate, or the law `{by: 0}`")
-    elif law.profile.polynomial is not None and ended(law):
-        return _check_polynomial(refs, (*at, "profile", "polynomial"), law.profile.polynomial)
-    else:
-        return True
-    return False
-
-
-def _keys(law: Law) -> str:
-    """Return the keys of a law that are given beside its profile."""
-    given = [
-        f"`{key}`" for key in ("from", *ENDS, "rate") if getattr(law, key if key != "from" else "from_") is not None
-    ]
-    return " and ".join(given)
-
-
-def _check_polynomial(refs: References, where: Where, coefficients: Sequence[float]) -> bool:
-    """Return whether a polynomial between given ends goes from 0 to 1; record an error if it does not."""
-    first, last, *_ = _extremes(coefficients)
-    if abs(first) <= 1e-9 and abs(last - 1.0) <= 1e-9:
-        return True
-    refs.fault(where, f"with given ends the polynomial must go from 0 to 1, got {first:g} to {last:g}; correct it")
-    return False
+        text = f"expected one of `to`, `by` and `turns`, got {' and '.join(ends)}; remove one"
+        yield Found((ends[-1].strip("`"),), text, key=True)
+    if law.turns is not None and not actuator.rotary:
+        yield Found(("turns",), "`turns` are of a rotary input, this one is linear; write `by` or `to`", key=True)
+    if law.from_ is not None and not ended(law):
+        text = "`to` is missing beside `from`; add `to`, or `by`, `turns` or `rate`"
+        yield Found((), text, lacking=(*ENDS, "rate"))
+    if law.rate == 0.0:
+        yield Found(("rate",), "the rate 0 does not move the input; give another rate, or the law `{by: 0}`")
+    if law.profile.polynomial is not None and ended(law):
+        first, last, *_ = _extremes(law.profile.polynomial)
+        if not (abs(first) <= 1e-9 and abs(last - 1.0) <= 1e-9):
+            text = f"with given ends the polynomial must go from 0 to 1, got {first:g} to {last:g}; correct it"
+            yield Found(("profile", "polynomial"), text)
 
 
 # -- durations ----------------------------------------------------------------------------------
@@ -106,11 +86,10 @@ def _check_polynomial(refs: References, where: Where, coefficients: Sequence[flo
 
 def _check_table(refs: References, where: Where, name: str, tables: list[Times]) -> list[float]:
     """Check the table of a law and its duration; return its values, an empty list if it cannot be read."""
-    try:
-        time, values = read_table(refs.source.folder / name)
-    except ValueError as error:
-        refs.fault(where, f"table {name}: {error}")
+    found = refs.table(where, name)
+    if found is None:
         return []
+    time, values = found
     span = time[-1] - time[0]
     duration = refs.model.duration
     tables.append((name, span))

@@ -119,7 +119,7 @@ def placed_again(model: Model, folder: Path) -> Model:
 
 def sides_at(model: Model, folder: Path, at: Mapping[str, complex]) -> dict[str, str]:
     """Return the sides that the nodes of a model have at some positions; of nodes for which there is a choice."""
-    known, found = _points(model) | at, dict[str, str]()
+    known, found = {**_points(model), **at}, dict[str, str]()
     for step in (one for one in _steps(model, folder)[1] if one.owner):
         with suppress(Gap):
             away = [max(abs(one[n] - known[n]) for n in one) for one in step.positions(known)]

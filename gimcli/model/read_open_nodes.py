@@ -80,7 +80,7 @@ def _left(model: Model, placing: Placing) -> list[OpenNodeFault]:
 
 def _open_laws(model: Model, placing: Placing) -> Iterator[OpenNodeFault]:
     """Yield the actuators whose law starts at a value that only coordinates would give."""
-    known = {one.name for one in (*placing.data.distances, *placing.data.lines)}
+    known = {one.name for one in placing.data.distances} | {one.name for one in placing.data.lines}
     for name, actuator in model.actuators.items():
         law = actuator.law
         given = name in known or (actuator.pivot is not None and law is not None and starts_by_value(law))

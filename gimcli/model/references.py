@@ -3,17 +3,32 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from itertools import pairwise
+from typing import NamedTuple
 
 from gimcli.calculus.numbers import nominal
 from gimcli.model.schema import Model
 from gimcli.model.source import Source, Where
+from gimcli.model.tables import read_table
 from gimcli.model.wording import written
 from gimcli.nearest import near
 
 CLOSEST = 1e-12
 """Nodes closer than this fraction of the mechanism's size coincide in double precision."""
+
+
+class Found(NamedTuple):
+    """An error of a part: the path of keys below the part, and whether it is at the key, not at the value.
+
+    It is not recorded if an unknown key of the part was probably meant as one of those that are `lacking`, nor without
+    a text: then another check reports it.
+    """
+
+    at: Where
+    text: str
+    key: bool = False
+    lacking: Sequence[str] = ()
 
 
 class References:
@@ -43,6 +58,14 @@ class References:
         """Record that one of some keys is missing, unless an unknown key of the part was probably meant."""
         if not any((*where, key) in self.doubtful for key in keys):
             self.fault(where, text)
+
+    def sound(self, where: Where, errors: Iterator[Found]) -> bool:
+        """Return whether a part has no errors; record the first one."""
+        first = next(errors, None)
+        if first is not None and first.text:
+            at = (*where, *first.at)
+            self.lack(at, first.lacking, first.text) if first.lacking else self.fault(at, first.text, first.key)
+        return first is None
 
     def node(self, where: Where, name: str) -> bool:
         """Return whether a node is declared; record an error if it is not."""
@@ -78,6 +101,14 @@ class References:
                 hint += f"; or a node: {', '.join(list(self.model.nodes)[:8])}" if nodes else ""
             self.fault(where, f"member '{name}' does not exist{hint}", key)
         return False
+
+    def table(self, where: Where, name: str, first: str = "time") -> tuple[list[float], list[float]] | None:
+        """Return the columns of a table over the variable `first`; None, and record an error, if it has none."""
+        try:
+            return read_table(self.source.folder / name, first)
+        except ValueError as error:
+            self.fault(where, f"table {name}: {error}")
+            return None
 
     def carriers(self, *nodes: str) -> list[str]:
         """Return the members that have all of the nodes, 'ground' first."""

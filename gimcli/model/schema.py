@@ -213,10 +213,16 @@ class Gauge(Part):
         return self.pivot is not None or self.arm is not None
 
     @property
+    def keyed(self) -> list[tuple[str, str]]:
+        """The nodes of the quantity with their keys; those of its guide are the last ones."""
+        single = ((key, getattr(self, key)) for key in ("pivot", "arm", "reference", "node"))
+        listed = ((key, name) for key in ("nodes", "guide") for name in getattr(self, key) or [])
+        return [*((key, name) for key, name in single if name is not None), *listed]
+
+    @property
     def named(self) -> list[str]:
         """The nodes of the quantity; those of its guide are the last ones."""
-        single = (self.pivot, self.arm, self.reference, self.node)
-        return [*(name for name in single if name is not None), *(self.nodes or []), *(self.guide or [])]
+        return [name for _, name in self.keyed]
 
 
 class Effort(Part):
