@@ -20,12 +20,11 @@ from gimcli.dynamic_data import NO_NODE
 from gimcli.errors import ModelError, UsageError
 from gimcli.mechanism import FRAME, ComplexArray, Mechanism
 from gimcli.model.dimensions import dimensions
-from gimcli.model.edited_text import written_with
-from gimcli.model.files import tables_of
+from gimcli.model.edited_text import replaced, written_with
 from gimcli.model.read import read_text
 from gimcli.model.schema import Model
 from gimcli.model.source import Where, read_yaml
-from gimcli.model.text_edits import replaced
+from gimcli.model.tables import tables_of
 from gimcli.output.model import ModelText
 from gimcli.rounding import input_value
 from gimcli.structure.carried import carried, measured

@@ -81,7 +81,7 @@ class ShippedModel:
     @property
     def tables(self) -> tuple[str, ...]:
         """Names of the tables that the file reads."""
-        from gimcli.model.files import tables_of
+        from gimcli.model.tables import tables_of
 
         return tables_of(self._data)
 

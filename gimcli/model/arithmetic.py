@@ -1,4 +1,4 @@
-"""Evaluation of the formulas of a model file: text in place of a number, which may name the file's parameters."""
+"""Formulas of a model file: text in place of a number, such as `2*a + 3` with the parameter `a`, and its value."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from contextlib import suppress
 from graphlib import CycleError, TopologicalSorter
 from typing import Any, NamedTuple
 
-from gimcli.language.expression import Expression, ExpressionError
-from gimcli.model.formula import WORDS, UnknownNameError, is_number, parsed
+from gimcli.language.expression import CONSTANTS, FUNCTIONS, Expression, ExpressionError, PartKind
+from gimcli.language.reader import NAMED, SIGNED, WORD, ExpressionReader, KnownNames
 from gimcli.model.source import Where, part_of
 from gimcli.model.units import SPEEDS, speed
 from gimcli.nearest import near
@@ -19,6 +19,9 @@ MOST_PARAMETERS = 1000
 MOST_HINTS = 20
 """Most unknown names for which a similar one is searched: the search is slow."""
 PARAMETERS = "parameters"
+
+WORDS = (*FUNCTIONS, *CONSTANTS)
+"""Words that are no parameters."""
 
 _UNIT = re.compile(r"[-+]?[\d.]+\s*([^\W\d]+)$")
 
@@ -135,3 +138,52 @@ def _formula(text: str, names: Mapping[str, Any]) -> Expression:
     if len(names) > MOST_PARAMETERS:
         raise ExpressionError(f"{len(names)} parameters are too many for formulas; at most {MOST_PARAMETERS} are read")
     return parsed(text, names)
+
+
+# -- one formula ----------------------------------------------------------------------------
+
+
+class UnknownNameError(ExpressionError):
+    """A word in a formula of a model file that is not a parameter."""
+
+    def __init__(self, word: str) -> None:
+        super().__init__(f"'{word}' is not a parameter")
+        self.word = word
+
+
+class Parameters(KnownNames):
+    """The parameters of a model file: words that stand for numbers."""
+
+    def __init__(self, names: Mapping[str, Any]) -> None:
+        self.names = names
+
+    def longest(self, text: str) -> str:
+        """Return the parameter with which a text begins; "" if it begins with none."""
+        word = WORD.match(text)
+        return word[0] if word is not None and word[0] in self.names and word[0] not in WORDS else ""
+
+    def kind(self, name: str) -> PartKind:
+        """Return that every parameter is a number."""
+        return PartKind("number")
+
+    def unknown(self, word: str, rest: str) -> Exception:
+        """Return the error for a word that is not a parameter."""
+        return UnknownNameError(found[0] if (found := WORD.match(word)) else word)
+
+
+def is_name(word: str) -> bool:
+    """Return whether a word can be the name of a parameter."""
+    return WORD.fullmatch(word) is not None and word not in WORDS
+
+
+def is_number(text: str) -> bool:
+    """Return whether a text is a number, not a formula."""
+    return SIGNED.fullmatch(text) is not None
+
+
+def parsed(text: str, names: Mapping[str, Any]) -> Expression:
+    """Return a formula of a model file with parameters among `names`; raise ExpressionError if it is none."""
+    found = ExpressionReader(text, Parameters(names)).whole()
+    if found.kind.what != "number":
+        raise ExpressionError(f"expected a number, got {NAMED[found.kind.what]}")
+    return found

@@ -15,11 +15,10 @@ from pydantic_core import SchemaValidator, ValidationError
 from gimcli.errors import ModelError, UsageError
 from gimcli.language.expression import Expression, ExpressionError
 from gimcli.mechanism import Mechanism
-from gimcli.model.arithmetic import DependenceError, reason
+from gimcli.model.arithmetic import DependenceError, is_number, parsed, reason
 from gimcli.model.check import check
 from gimcli.model.compile import compile_model, in_assembly_of
 from gimcli.model.dimensions import Dimension, name_of
-from gimcli.model.formula import is_number, parsed
 from gimcli.model.pairs import sized_nodes
 from gimcli.model.references import References
 from gimcli.model.schema import Model

@@ -14,16 +14,16 @@ from pydantic_core import ValidationError
 from gimcli.model import wording
 from gimcli.model.bearers import check_drawn, check_place
 from gimcli.model.check_dynamics import check_dynamics
-from gimcli.model.check_inputs import check_inputs
-from gimcli.model.pairs import PAIRS, sized_nodes, used_nodes
+from gimcli.model.check_inputs import check_inputs, check_pair
+from gimcli.model.pairs import sized_nodes, used_nodes
 from gimcli.model.references import CLOSEST, References
 from gimcli.model.schema import NO_FORMULAS, Element, Link, Model, OpenNode, long_form
 from gimcli.model.source import Source, Where
 from gimcli.nearest import near
 
-SECTIONS = ("nodes", "links", "elements", *PAIRS, "actuators", "gears", "points", "masses", "loads",
+SECTIONS = ("nodes", "links", "elements", "prismatic", "actuators", "gears", "points", "masses", "loads",
             "springs", "dampers", "friction", "parameters", "tolerances", "quantities")  # fmt: skip
-CONSTRAINTS = ("links", "elements", *PAIRS, "actuators", "gears")
+CONSTRAINTS = ("links", "elements", "prismatic", "actuators", "gears")
 FORMULA = ("=", "+", "-", "@")
 """First characters of a spreadsheet formula; names are used in the headers of CSV files."""
 COLUMNS = ("step", "time", "residual", "sweeps", "status")
@@ -128,9 +128,8 @@ def check(refs: References) -> None:
             _check_member(refs, (section, name), part)
     if refs.every and refs.sure and refs.placed and not SIZES[0] < refs.size < SIZES[1]:
         refs.fault(("nodes",), f"the size of the mechanism is {refs.size:g}; use another unit of length")
-    for section, kind in PAIRS.items():
-        for name in getattr(refs.model, section):
-            kind.check(refs, name)
+    for name, pair in refs.model.prismatic.items():
+        check_pair(refs, ("prismatic", name), pair)
     check_inputs(refs)
     if refs.model.gears:
         from gimcli.model.check_gears import check_gears  # imported late: few models have gears

@@ -7,7 +7,7 @@ from typing import Any
 
 from gimcli.model.check_laws import check_laws
 from gimcli.model.references import Found, References
-from gimcli.model.schema import Actuator, Gauge
+from gimcli.model.schema import Actuator, Gauge, Prismatic
 from gimcli.model.source import Where
 from gimcli.nearest import guess
 
@@ -79,6 +79,20 @@ def check_span(refs: References, where: Where, guide: Sequence[str], sliding: Se
         if node in held:
             text = f"node {node} belongs to '{carriers[0]}', which carries the guide; name a node of another member"
             refs.fault(where, text)
+
+
+def check_pair(refs: References, where: Where, pair: Prismatic) -> None:
+    """Record the errors in a sliding pair."""
+    if (pair.node is None) == (pair.nodes is None):
+        text = f"'{where[1]}' needs either `node` (pin in a slot) or `nodes` (no relative rotation)"
+        refs.lack(where, ("node", "nodes"), text)
+    elif pair.node is not None and refs.node((*where, "node"), pair.node):
+        check_span(refs, where, pair.guide, [pair.node])
+    elif pair.nodes is not None and refs.nodes((*where, "nodes"), pair.nodes):
+        check_span(refs, where, pair.guide, pair.nodes)
+        if refs.sure and not refs.carriers(*pair.nodes):
+            text = f"nodes {' and '.join(pair.nodes)} belong to no common member; name two nodes of the sliding member"
+            refs.fault((*where, "nodes"), text)
 
 
 # -- nodes ----------------------------------------------------------------------------------

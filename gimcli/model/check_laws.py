@@ -9,8 +9,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from gimcli.mechanism import MOST_TURNS
-from gimcli.model.law_ends import ENDS, ended, increment, run_times
-from gimcli.model.laws import PolynomialLaw
+from gimcli.model.laws import ENDS, PolynomialLaw, ended, increment, run_times
 from gimcli.model.references import Found, References
 from gimcli.model.schema import LONGEST, PROFILES, SHORTEST, Actuator, Law, Profile
 from gimcli.model.source import Where

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from gimcli.errors import UsageError
+from gimcli.model.arithmetic import is_name
 from gimcli.model.dimensions import WHOLE, dimensions_of, found
-from gimcli.model.formula import is_name
 from gimcli.model.references import References
 
 

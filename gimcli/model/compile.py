@@ -13,9 +13,8 @@ import numpy as np
 from gimcli.input_laws import ConstantLaw, InputLaw, SummedLaw
 from gimcli.mechanism import FRAME, Coupling, Dynamics, Input, Mechanism, PairRow
 from gimcli.model.compile_geometry import GeometryCompiler
-from gimcli.model.law_ends import increment, run_times
-from gimcli.model.laws import PROFILES, PolynomialLaw, RunLaw, TableLaw, scaled
-from gimcli.model.pairs import PAIRS, sized_nodes, used_nodes
+from gimcli.model.laws import PROFILES, PolynomialLaw, RunLaw, TableLaw, increment, run_times, scaled
+from gimcli.model.pairs import sized_nodes, used_nodes
 from gimcli.model.schema import Actuator, Law, Model
 from gimcli.model.tables import read_table
 from gimcli.model.units import TURN
@@ -76,12 +75,7 @@ def compile_model(model: Model, folder: Path = Path(), frame: tuple[complex, flo
     held = set(own.members[FRAME].nodes)
     moving = [n for k, n in enumerate(own.names) if k not in held]
     traced = model.trace or list(model.points) or moving
-    pairs = tuple(
-        row
-        for section, kind in PAIRS.items()
-        for name, pair in getattr(model, section).items()
-        for row in kind.rows(own, name, pair)
-    )
+    pairs = tuple(row for name, pair in model.prismatic.items() for row in own.rows(name, pair))
     driven = tuple(own.quantity(name, a) for name, a in model.actuators.items())
     actuators, duration = LawCompiler(own).compile(driven)
     actuators, couplings, gears = _coupled(own, pairs, actuators)

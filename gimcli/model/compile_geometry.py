@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from gimcli.calculus.numbers import array, nominal, phase, places, scalar
-from gimcli.mechanism import ANGLE, FRAME, HEIGHT, SPAN, ComplexArray, Input, Member, Point
+from gimcli.mechanism import ANGLE, FRAME, HEIGHT, SPAN, ComplexArray, Input, Member, PairRow, Point
 from gimcli.model import schema
 from gimcli.model.references import CLOSEST, size_of
 from gimcli.model.units import RADIANS
@@ -105,6 +105,15 @@ class GeometryCompiler:
         member = self._common(*guide)
         first, second = (self._local(member, n) for n in guide)
         return member, first, (second - first) / abs(second - first)
+
+    def rows(self, name: str, pair: schema.Prismatic) -> list[PairRow]:
+        """Return one constraint per sliding node of a pair: its height over the line of sliding is 0."""
+        member, _, along = self.line(pair.guide)
+        body = self.members[member]
+        near = min((self.index[n] for n in pair.guide), key=body.remote.__contains__)  # a far one has fewer decimals
+        point = body.local(near) + 1j * along * pair.offset / self.scale
+        names = {name if pair.node is not None else f"{name} {node}": self.index[node] for node in pair.sliding}
+        return [PairRow(n, HEIGHT, (v,), (member,), point, 1j * along, pair=name) for n, v in names.items()]
 
     # -- quantities ------------------------------------------------------------------
 

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 from gimcli.errors import UsageError
 from gimcli.mechanism import Mechanism
-from gimcli.model.law_ends import ENDS, run_times
+from gimcli.model.laws import ENDS, run_times
 from gimcli.model.part import Part
 from gimcli.model.schema import Model
 from gimcli.model.source import Where

@@ -1,17 +1,33 @@
-"""The text of a model with other dimensions in place; the rest of the text stays as it is."""
+"""The text of a model file with other values in place; everything else stays as it is written.
+
+Values are replaced at their position in the text; keys that are missing are added to their mapping. An alias whose
+anchor or own value changes is written out, so that every other part keeps its value.
+"""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 from gimcli.errors import ModelError, UsageError
 from gimcli.mechanism import Mechanism
 from gimcli.model.check import checked
 from gimcli.model.dimensions import AXES, dimensions_of, written
-from gimcli.model.source import Where, read_yaml
-from gimcli.model.text_edits import replaced
+from gimcli.model.source import Source, Where, part_of, read_yaml
 from gimcli.model.wording import written as written_path
+from gimcli.model.yaml_text import flow
+
+_PROPERTIES = re.compile(r"(?:[&!]\S*\s+)*")
+"""Anchors and tags before a value."""
+
+
+class Edit(NamedTuple):
+    """A piece of a text, by the indices of its first character and behind its last one, and the new text."""
+
+    start: int
+    end: int
+    text: str
 
 
 def written_with(mechanism: Mechanism, changes: Mapping[str, float | str] | None = None) -> str:
@@ -60,3 +76,85 @@ def _check(mechanism: Mechanism, text: str) -> None:
     wrong = [name for name in names if wanted.get(name) != found.get(name) and name not in new]
     if wrong:
         raise UsageError(f"{path}: {wrong[0]} cannot be written in place; write it into the file by hand")
+
+
+# -- edits ----------------------------------------------------------------------------------
+
+
+def replaced(source: Source, changes: Mapping[Where, Any]) -> str:
+    """Return the text of a model file with other values: plain data by their paths of keys.
+
+    A key that is missing is added; a list of nodes becomes a mapping for it.
+    """
+    edits = [_edit(source, where, value) for where, value in changes.items() if not _in_alias(source, where)]
+    edits += [_written_out(source, where, changes) for where in source.aliases if _changes(source, where, changes)]
+    text = source.text
+    for start, end, new in sorted(edits, reverse=True):
+        text = text[:start] + new + text[end:]
+    return text
+
+
+def _edit(source: Source, where: Where, value: Any) -> Edit:
+    """Return the edit that gives a part another value; missing keys are added to the last mapping on its path."""
+    depth = max(k for k in range(len(where) + 1) if where[:k] in source.extents)
+    at, rest = where[:depth], where[depth:]
+    start, end = source.extents[at]
+    start = _PROPERTIES.match(source.text, start, end).end()  # type: ignore[union-attr]  # it also matches nothing
+    old = part_of(source.data, at)
+    brackets = source.text[start:end].startswith(("[", "{"))
+    if rest and old and isinstance(old, dict):
+        item = flow(changed({}, rest, value), depth)[1:-1]
+        return _added(source, at, item) if brackets else _added_line(source, at, item)
+    if isinstance(old, list) and not brackets:  # it begins below its key
+        start = len(source.text[:start].rstrip())
+    needs_space = start == end or (isinstance(old, list) and not brackets)
+    return Edit(start, end, " " * needs_space + flow(changed(old, rest, value), depth))
+
+
+def _added(source: Source, at: Where, item: str) -> Edit:
+    """Return the edit that adds an entry to a mapping in brackets."""
+    last = max(source.extents[*at, key][1] for key in part_of(source.data, at))
+    return Edit(last, last, f", {item}")
+
+
+def _added_line(source: Source, at: Where, item: str) -> Edit:
+    """Return the edit that adds a line with an entry to a mapping without brackets."""
+    text, end = source.text, source.extents[at][1]
+    indent = " " * (source.keys[*at, next(iter(part_of(source.data, at)))][1] - 1)
+    line = end if text[end - 1] == "\n" else text.find("\n", end) + 1
+    ending = "\r\n" if "\r\n" in text else "\n"
+    if not line:
+        return Edit(len(text), len(text), f"{ending}{indent}{item}")
+    return Edit(line, line, f"{indent}{item}{ending}")
+
+
+def _written_out(source: Source, alias: Where, changes: Mapping[Where, Any]) -> Edit:
+    """Return the edit that replaces an alias by its value, with the changes in it."""
+    depth, value = len(alias), part_of(source.data, alias)
+    for where, new in changes.items():
+        if where[:depth] == alias:
+            value = changed(value, where[depth:], new)
+    return Edit(*source.extents[alias], flow(value, depth))
+
+
+def _in_alias(source: Source, where: Where) -> bool:
+    return any(where[:k] in source.aliases for k in range(len(where) + 1))
+
+
+def _changes(source: Source, alias: Where, changes: Mapping[Where, Any]) -> bool:
+    """Return whether the value of an alias is given by a change, or that of its anchor changes."""
+    anchor = source.aliases[alias]
+    inner = (one for one in source.aliases if one[: len(anchor)] == anchor)
+    own = any(path[: len(part)] == part for path in changes for part in (alias, anchor))
+    return own or any(_changes(source, one, changes) for one in inner)
+
+
+def changed(data: Any, where: Where, value: Any) -> Any:
+    """Return plain data with another value at a path; missing keys are added, for which a list becomes `nodes`."""
+    if not where:
+        return value
+    key, rest = where[0], where[1:]
+    if isinstance(data, list) and isinstance(key, int):
+        return [changed(one, rest, value) if k == key else one for k, one in enumerate(data)]
+    own = {"nodes": data} if isinstance(data, list) else data if isinstance(data, dict) else {}
+    return {**own, key: changed(own.get(key), rest, value)}

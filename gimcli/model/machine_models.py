@@ -16,7 +16,7 @@ from gimcli.model.bearers import node_of
 from gimcli.model.compile import compile_model, in_assembly_of
 from gimcli.model.dimensions import dimensions_of
 from gimcli.model.laws import scaled
-from gimcli.model.pairs import PAIRS, fixed_nodes, used_nodes
+from gimcli.model.pairs import fixed_nodes, used_nodes
 from gimcli.model.schema import Model
 from gimcli.model.source import Where
 from gimcli.model.substitution import without_dynamics
@@ -60,11 +60,10 @@ def _with_structures(model: Model, parts: list[set[str]]) -> list[set[str]]:
 def _joints(model: Model) -> Iterator[Iterable[str]]:
     """Yield the nodes of each part of the model that joins nodes."""
     yield from (part.nodes for part in model.members.values())
-    for section, kind in PAIRS.items():
-        yield from ([*kind.nodes(pair), *pair.guide] for pair in getattr(model, section).values())
-    for name, actuator in model.actuators.items():
+    yield from ([*pair.sliding, *pair.guide] for pair in model.prismatic.values())
+    for actuator in model.actuators.values():
         leader = [] if actuator.follows is None else model.actuators[actuator.follows].named
-        yield [*model.actuators[name].named, *leader]
+        yield [*actuator.named, *leader]
     for gear in model.gears.values():
         named = [*gear.members, *([gear.carrier] if gear.carrier else [])]
         yield [*gear.pivots, *(node for name in named if name in model.members for node in model.members[name].nodes)]
@@ -102,8 +101,7 @@ def _part(model: Model, moving: set[str], first: bool, loaded: bool) -> Model:
 
     kept("links", lambda name, _: name in members)
     kept("elements", lambda name, _: name in members)
-    for section, kind in PAIRS.items():
-        kept(section, lambda _, pair, nodes=kind.nodes: belongs([*nodes(pair), *pair.guide]))
+    kept("prismatic", lambda _, pair: belongs([*pair.sliding, *pair.guide]))
     kept("actuators", lambda _, actuator: belongs(actuator.named))
     kept("gears", lambda _, gear: any(name in members for name in gear.members))
     kept("points", lambda _, point: point.on in members or (first and point.on == "ground"))
@@ -115,7 +113,7 @@ def _part(model: Model, moving: set[str], first: bool, loaded: bool) -> Model:
     else:
         model = without_dynamics(model)
     named = used_nodes(model.with_value("ground", lambda old: old.with_value("nodes", lambda _: [])))
-    guides = [n for section in PAIRS for pair in getattr(model, section).values() for n in pair.guide]
+    guides = [n for pair in model.prismatic.values() for n in pair.guide]
     named = {*named, *guides, *(n for actuator in model.actuators.values() for n in actuator.named)}
     springs = [part.named for part in (*whole.springs.values(), *whole.dampers.values())]
     named |= {n for nodes in springs if belongs(nodes) for n in nodes if loaded or n in fixed}

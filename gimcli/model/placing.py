@@ -16,8 +16,7 @@ from typing import Any, NamedTuple
 
 from gimcli.calculus.numbers import places
 from gimcli.model.placing_data import GivenLine, PlacingData, height, placing_data, unit
-from gimcli.model.placing_order import steps_of
-from gimcli.model.placing_steps import CircleAndLine, Gap, PlacingStep
+from gimcli.model.placing_steps import CircleAndLine, Gap, PlacingStep, steps_of
 from gimcli.model.schema import Model, OpenNode
 
 SIDES = ("left", "right")

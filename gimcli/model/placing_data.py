@@ -12,8 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from gimcli.calculus.numbers import nominal, places
-from gimcli.model.law_ends import ended
-from gimcli.model.prismatic import nodes
+from gimcli.model.laws import ended
 from gimcli.model.schema import Actuator, Element, Law, Link, Model
 from gimcli.model.tables import read_table
 from gimcli.model.units import RADIANS
@@ -91,10 +90,9 @@ def placing_data(model: Model, folder: Path) -> PlacingData:
     parts = {name: part for name, part in model.members.items() if known.issuperset(part.nodes)}
     shapes = {name: shape for name, part in parts.items() if (shape := _shape(name, part)) is not None}
     inputs = {name: (a, _start(a, folder)) for name, a in model.actuators.items() if known.issuperset(a.named)}
-    pairs = {name: (tuple(nodes(pair)), pair) for name, pair in model.prismatic.items()}
     lines = (
-        *(GivenLine(name, sliding, (pair.guide[0], pair.guide[1]), pair.offset)
-          for name, (sliding, pair) in pairs.items() if known.issuperset((*sliding, *pair.guide))),
+        *(GivenLine(name, tuple(pair.sliding), (pair.guide[0], pair.guide[1]), pair.offset)
+          for name, pair in model.prismatic.items() if known.issuperset((*pair.sliding, *pair.guide))),
         *(GivenLine(name, (a.node,), (a.guide[0], a.guide[1]), value, square=True)
           for name, (a, value) in inputs.items()
           if a.node is not None and a.guide is not None and value is not None),

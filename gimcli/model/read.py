@@ -15,9 +15,9 @@ from gimcli.errors import ModelError
 from gimcli.mechanism import Machine, Mechanism
 from gimcli.model.check import checked
 from gimcli.model.compile import compile_model
-from gimcli.model.files import files_read
 from gimcli.model.schema import Model
 from gimcli.model.source import DEEPEST, PlacedError, Source, Where, read_source, read_yaml
+from gimcli.model.tables import files_read
 
 if TYPE_CHECKING:
     from gimcli.calculus.recorded import Recording

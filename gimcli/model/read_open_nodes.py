@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from gimcli.model.law_ends import ended
+from gimcli.model.laws import ended
 from gimcli.model.pairs import used_nodes
 from gimcli.model.placing import Blocked, Placement, Placing, place, with_positions, with_rough
 from gimcli.model.placing_data import PlacingData, placing_data, starts_by_value

@@ -167,6 +167,11 @@ class Prismatic(Part):
     guide: list[str] = PAIR
     offset: float = _default(DISTANCE, 0.0)
 
+    @property
+    def sliding(self) -> list[str]:
+        """The nodes that slide."""
+        return [self.node] if self.node is not None else self.nodes or []
+
 
 class Profile(Part):
     """Variation of an input between its first and last value: a name, a polynomial or a table.

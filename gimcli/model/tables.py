@@ -1,13 +1,19 @@
-"""Tables of laws, efforts and loads: CSV files of two columns, time (or an input) and value."""
+"""The files of a model: its own, and the tables of laws, efforts and loads.
+
+Tables are CSV files of two columns, time (or an input) and value.
+"""
 
 from __future__ import annotations
 
 import csv
 import io
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 from gimcli.errors import reason
-from gimcli.model.schema import LARGEST
+from gimcli.model.part import Part
+from gimcli.model.schema import LARGEST, Model
 from gimcli.model.source import CONTROL, MOST_BYTES
 
 MOST_ROWS = 100_000
@@ -82,3 +88,27 @@ def _is_number(cell: str) -> bool:
 
 def _fits(cell: str) -> bool:
     return _is_number(cell) and abs(float(cell)) <= LARGEST
+
+
+# -- names of the files -------------------------------------------------------------------------
+
+
+def files_read(model: Model, path: Path | None, folder: Path) -> tuple[Path, ...]:
+    """Return the model file, if there is one, and every table of laws, efforts and loads."""
+    found = (*([path] if path else []), *(folder / name for name in tables_of(model)))
+    return tuple(file.absolute() for file in found)
+
+
+def tables_of(data: Any) -> tuple[str, ...]:
+    """Return the tables of laws, efforts and loads as a model, or the data of a model file, names them."""
+    return tuple(dict.fromkeys(_tables(data)))
+
+
+def _tables(data: Any) -> Iterator[str]:
+    """Yield the text of every key `table`, at any depth."""
+    parts: dict[str, Any] = vars(data) if isinstance(data, Part) else data if isinstance(data, dict) else {}
+    for key, value in parts.items():
+        if key == "table" and isinstance(value, str):
+            yield value
+        elif isinstance(value, dict | Part):
+            yield from _tables(value)

@@ -14,9 +14,9 @@ from bundled import FILES
 
 import gimcli
 from gimcli import GimError, Mechanism, ModelError, loads
+from gimcli.language.expression import FUNCTIONS
 from gimcli.model.compile import compile_model
 from gimcli.model.dimensions import dimension, dimensions
-from gimcli.model.formula import FUNCTIONS
 from gimcli.model.source import read_source
 
 TEXT = """\

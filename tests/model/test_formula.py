@@ -9,7 +9,7 @@ import pytest
 
 from gimcli.language.expression import CONSTANTS, FUNCTIONS, ExpressionError
 from gimcli.language.reader import DEEPEST, LONGEST
-from gimcli.model.formula import parsed
+from gimcli.model.arithmetic import parsed
 
 NAMES = {"a": 1.5, "b_2": -0.25, "größe": 7.0}
 PYTHON = {**{name: getattr(math, name, None) for name in FUNCTIONS}, "abs": abs, "min": min, "max": max, **NAMES}

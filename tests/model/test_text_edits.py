@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 import yaml
 
+from gimcli.model.edited_text import replaced as replaced_in
 from gimcli.model.source import read_yaml
-from gimcli.model.text_edits import replaced as replaced_in
 
 
 def replaced(text, changes):

@@ -26,7 +26,7 @@ import gimcli
 from gimcli import shipped
 from gimcli.calculus.dual import Dual
 from gimcli.calculus.recorded import Recording
-from gimcli.model.formula import parsed
+from gimcli.model.arithmetic import parsed
 
 TABLES = Path(__file__).parents[1] / "tables" / "sentences"
 
