@@ -6,11 +6,10 @@ Rounding differs between processors and versions of libraries; ROUNDING is far a
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
+import numpy as np
+from numpy.typing import NDArray
 
 ROUNDING = 1e-9
 """Difference below which values count as equal; of angles in turns, of others relative to the greatest value."""
@@ -20,8 +19,6 @@ TURN = 2.0 * math.pi
 
 def whole_turns(difference: Any, turn: float = TURN) -> Any:
     """Return how many turns to subtract from a difference (any shape) so that it is in (-turn/2, turn/2]."""
-    import numpy as np
-
     return np.ceil(difference / turn - 0.5 - ROUNDING) + 0.0
 
 
@@ -37,15 +34,11 @@ def beside(angle: Any, near: Any, turn: float = TURN) -> Any:
 
 def phase(z: Any) -> Any:
     """Return the directions [rad] of vectors (any shape) in (-pi, pi]."""
-    import numpy as np
-
     return principal(np.angle(z))
 
 
 def ranks(value: NDArray[np.float64], same: float) -> NDArray[np.int64]:
     """Return the ranks of values (count,); one that is at most `same` above the one below it has the same rank."""
-    import numpy as np
-
     order = np.argsort(value, kind="stable")
     found = np.zeros(len(value), dtype=np.int64)
     found[order[1:]] = np.cumsum(np.diff(value[order]) > same)
@@ -59,8 +52,6 @@ def first_least(value: NDArray[np.float64], same: float) -> int:
 
 def first_greatest(value: NDArray[np.float64]) -> int:
     """Return the index of the greatest finite value (count,), the first of those that are equal; 0 if there is none."""
-    import numpy as np
-
     known = np.where(np.isfinite(value), value, -np.inf)
     most = float(known.max())
     return int(np.argmax(known >= most - ROUNDING * abs(most)))

@@ -201,10 +201,8 @@ class Dynamics:
     @property
     def empty(self) -> bool:
         """Whether there are no masses, rotors, loads, springs, dampers or friction."""
-        parts: tuple[Any, ...] = (
-            self.inertias, self.loads, self.springs, self.dampers, self.frictions, self.rotors,
-        )  # fmt: skip
-        return not any(parts)
+        forces = (*self.loads, *self.springs, *self.dampers, *self.frictions)
+        return not (forces or self.inertias or self.rotors)
 
 
 class Machine(NamedTuple):

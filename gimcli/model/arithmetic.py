@@ -89,7 +89,7 @@ class DependenceError(ExpressionError):
         self.names = names[1:]
 
 
-def reason(error: ExpressionError, names: Collection[str]) -> str:
+def reason(error: ValueError, names: Collection[str]) -> str:
     """Return the text of an error, with the name among `names` that was probably meant."""
     if isinstance(error, UnknownNameError):
         return f"{error}{near(error.word, names) or near(error.word, WORDS)}"

@@ -111,14 +111,8 @@ def _value(dimension: Dimension, value: Any, model: Model) -> float | Expression
     """Return a new value of a dimension as a number, or a formula."""
     if isinstance(value, str):
         try:
-            if dimension.where[0] == "actuators" and dimension.where[-1] in SPEEDS:
-                value = _speed(model, str(dimension.where[1]), value)
+            value = _read(dimension, value, model)
         except ValueError as error:
-            raise UsageError(f"{dimension.name}: expected a number, got '{value}'; {error}") from None
-    if isinstance(value, str):
-        try:
-            value = float(value) if is_number(value) else parsed(value, model.parameters)
-        except ExpressionError as error:
             text = reason(error, model.parameters)
             raise UsageError(f"{dimension.name}: expected a number, got '{value}'; {text}") from None
     if isinstance(value, Expression):
@@ -130,10 +124,13 @@ def _value(dimension: Dimension, value: Any, model: Model) -> float | Expression
     return float(value)
 
 
-def _speed(model: Model, actuator: str, text: str) -> float | str:
-    """Return the speed of an input as a number; a text without a unit as it is. Raise ValueError for a wrong unit."""
-    found = speed(text, model.actuators[actuator].rotary, model.units.length, model.units.angle)
-    return text if found is None else found
+def _read(dimension: Dimension, text: str, model: Model) -> float | Expression:
+    """Return a number, the speed of an input with a unit, or a formula; raise ValueError for other texts."""
+    if dimension.where[0] == "actuators" and dimension.where[-1] in SPEEDS:
+        rotary = model.actuators[str(dimension.where[1])].rotary
+        if (found := speed(text, rotary, model.units.length, model.units.angle)) is not None:
+            return found
+    return float(text) if is_number(text) else parsed(text, model.parameters)
 
 
 def _listed(changes: Mapping[str, float | str]) -> str:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import copy
 from collections import Counter
+from contextlib import suppress
 from typing import Any
 
 from pydantic_core import ValidationError
@@ -18,7 +19,7 @@ from gimcli.model.check_inputs import check_inputs, check_pair
 from gimcli.model.pairs import sized_nodes, used_nodes
 from gimcli.model.references import CLOSEST, References
 from gimcli.model.schema import NO_FORMULAS, Element, Link, Model, OpenNode, long_form
-from gimcli.model.source import Source, Where
+from gimcli.model.source import Source, Where, part_of
 from gimcli.nearest import near
 
 SECTIONS = ("nodes", "links", "elements", "prismatic", "actuators", "gears", "points", "masses", "loads",
@@ -86,17 +87,11 @@ def _without(data: dict[str, Any], faults: list[dict[str, Any]]) -> tuple[dict[s
         if fault["type"] != "extra_forbidden":
             where = where[:2] if where[0] in SECTIONS else where[:1]
             doubtful.add(where)
-        _remove(rest, where)
+        with suppress(AttributeError, IndexError, KeyError, TypeError):  # a part around it was removed before
+            part_of(rest, where[:-1]).pop(where[-1], None)
     if ("ground",) in doubtful:
         rest["ground"] = {}
     return rest, doubtful
-
-
-def _remove(data: Any, where: Where) -> None:
-    for part in where[:-1]:
-        data = data.get(part) if isinstance(data, dict) else None
-    if isinstance(data, dict):
-        data.pop(where[-1], None)
 
 
 def _checked_with_open_nodes(source: Source, model: Model, doubtful: set[Where]) -> Model:

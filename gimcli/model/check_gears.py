@@ -65,7 +65,7 @@ def _of_members(refs: References, gear: Gear) -> Iterator[Found]:
 def _pivots(refs: References, pairs: Iterable[tuple[str, str]]) -> Iterator[Found]:
     """Yield the errors of members that do not have their pivot."""
     for name, pivot in pairs:
-        if pivot not in (refs.ground if name in ("ground", refs.held) else refs.members[name]):
+        if pivot not in refs.having(name):
             yield Found(("pivots",), f"the pivot {pivot} is no node of '{name}'; add it to its nodes")
 
 

@@ -65,20 +65,16 @@ def check_span(refs: References, where: Where, guide: Sequence[str], sliding: Se
     if not refs.nodes((*where, "guide"), guide):
         return
     carriers = refs.carriers(*guide)
-    if not carriers:
-        if refs.sure:
-            nodes = f"guide nodes {guide[0]} and {guide[1]}"
-            text = f"{nodes} belong to no common member; name two nodes of one member, or of the ground"
-            refs.fault((*where, "guide"), text)
-        return
-    if not refs.apart(*guide):
-        text = f"guide nodes {guide[0]} and {guide[1]} coincide and define no direction; move one"
+    nodes = f"guide nodes {guide[0]} and {guide[1]}"
+    if not carriers and refs.sure:
+        text = f"{nodes} belong to no common member; name two nodes of one member, or of the ground"
         refs.fault((*where, "guide"), text)
-    held = refs.ground if carriers[0] == "ground" else set(refs.members[carriers[0]])
-    for node in sliding:
-        if node in held:
-            text = f"node {node} belongs to '{carriers[0]}', which carries the guide; name a node of another member"
-            refs.fault(where, text)
+    elif carriers and not refs.apart(*guide):
+        refs.fault((*where, "guide"), f"{nodes} coincide and define no direction; move one")
+    held = refs.having(carriers[0]) if carriers else ()
+    for node in (node for node in sliding if node in held):
+        text = f"node {node} belongs to '{carriers[0]}', which carries the guide; name a node of another member"
+        refs.fault(where, text)
 
 
 def check_pair(refs: References, where: Where, pair: Prismatic) -> None:
@@ -117,7 +113,7 @@ def check_nodes(refs: References, where: Where, gauge: Gauge, stated: str | None
         added = "one of the two" if either else "it" if len(needed - given) == 1 else "both"
         refs.lack(where, KEYS, f"{what} '{where[1]}' needs {either}{missing}; add {added}")
     elif kind == "rotary":
-        _check_rotary(refs, where, str(gauge.pivot), str(gauge.arm), gauge.reference)
+        _check_rotary(refs, where, gauge)
     elif gauge.nodes is not None:
         _check_telescope(refs, where, gauge.nodes)
     elif refs.node((*where, "node"), str(gauge.node)):
@@ -140,42 +136,34 @@ def _of_kind(name: Any, stated: str | None, given: set[str]) -> Iterator[Found]:
         yield Found((), text, lacking=KEYS)
 
 
-def _check_rotary(refs: References, where: Where, pivot: str, arm: str, reference: str | None) -> None:
-    known = [refs.node((*where, "pivot"), pivot), refs.node((*where, "arm"), arm)]
-    if reference is not None:
-        known.append(refs.node((*where, "reference"), reference))
-    if not all(known):
+def _check_rotary(refs: References, where: Where, gauge: Gauge) -> None:
+    if not all([refs.node((*where, key), name) for key, name in gauge.keyed if key in ROTARY]):
         return
+    pivot, arm, reference = str(gauge.pivot), str(gauge.arm), gauge.reference
     arms = [m for m in refs.carriers(pivot, arm) if m != "ground"] if pivot != arm else []
-    if not arms:
-        if refs.sure or pivot == arm:
-            text = f"pivot {pivot} and arm {arm} belong to no common moving member; name two nodes of one member"
-            refs.fault((*where, "arm"), text)
-    elif reference is not None:
+    others = [m for m in refs.carriers(pivot) if m not in (*arms[:1], "ground")]
+    if not arms and (refs.sure or pivot == arm):
+        text = f"pivot {pivot} and arm {arm} belong to no common moving member; name two nodes of one member"
+        refs.fault((*where, "arm"), text)
+    elif arms and reference is not None:
         _check_reference(refs, (*where, "reference"), pivot, reference, arms[0])
-    elif pivot not in refs.ground and refs.sure:
-        others = [m for m in refs.carriers(pivot) if m != arms[0]]
-        if others:
-            text = f"pivot {pivot} joins '{arms[0]}' and '{others[0]}', which both move; add a `reference` node on one"
-            refs.fault((*where, "pivot"), text)
+    elif arms and pivot not in refs.ground and refs.sure and others:
+        text = f"pivot {pivot} joins '{arms[0]}' and '{others[0]}', which both move; add a `reference` node on one"
+        refs.fault((*where, "pivot"), text)
 
 
 def _check_reference(refs: References, where: Where, pivot: str, reference: str, arm: str) -> None:
     if reference == pivot:
         refs.fault(where, f"reference {reference} is the pivot itself and defines no direction; name another node")
-    elif not [m for m in refs.carriers(pivot, reference) if m != arm]:
-        if refs.sure:
-            joint = f"pivot {pivot} and reference {reference} belong to no common member other than '{arm}'"
-            refs.fault(where, f"{joint}; name a node of the member on which '{arm}' turns")
-    elif not refs.apart(pivot, reference):
+    elif not [m for m in refs.carriers(pivot, reference) if m != arm] and refs.sure:
+        joint = f"pivot {pivot} and reference {reference} belong to no common member other than '{arm}'"
+        refs.fault(where, f"{joint}; name a node of the member on which '{arm}' turns")
+    elif [m for m in refs.carriers(pivot, reference) if m != arm] and not refs.apart(pivot, reference):
         refs.fault(where, f"pivot {pivot} and reference {reference} coincide and define no direction; move one")
 
 
 def _check_telescope(refs: References, where: Where, nodes: Sequence[str]) -> None:
-    if refs.nodes((*where, "nodes"), nodes):
-        holders = refs.carriers(*nodes)
-        if holders:
-            text = (
-                f"nodes {nodes[0]} and {nodes[1]} belong to the same member '{holders[0]}': their distance is constant"
-            )
-            refs.fault((*where, "nodes"), f"{text}; name nodes of two members")
+    holders = refs.carriers(*nodes) if refs.nodes((*where, "nodes"), nodes) else []
+    if holders:
+        text = f"nodes {nodes[0]} and {nodes[1]} belong to the same member '{holders[0]}': their distance is constant"
+        refs.fault((*where, "nodes"), f"{text}; name nodes of two members")

@@ -95,7 +95,9 @@ class GearCompiler:
         for gear in self.gears:
             first, second = self._quantities(gear)
             if not every.add(second.minus(first, gear.ratio)) and every.contradicted:
-                raise PlacedError(("gears", gear.name), self._contradiction(gear))
+                text = f"gears: '{gear.name}' contradicts the other gears and actuators: the mechanism is locked;"
+                text += " remove an actuator or a gear, or correct a ratio"
+                raise PlacedError(("gears", gear.name), text)
         while open_ones := [gear for gear in self.gears if not self._known(gear, known)]:
             candidates = [c for gear in open_ones for c in self._candidates(gear) if not known.determines(c.row)]
             candidates.sort(key=lambda c: any(c.gear.name == one.name for one in self.actuators))  # each gear in turn
@@ -119,7 +121,8 @@ class GearCompiler:
         angle = PRESSURE_ANGLE if part.pressure_angle is None else part.pressure_angle * self.own.units[True]
         if part.type == RACK:
             return self._rack(name, part, angle)
-        ratio = _ratio(part)
+        given = part.teeth or part.radii
+        ratio = part.ratio if given is None else given[0] / given[1]  # without its sense
         return GearPair(
             name, part.type, (first, second), carrier, (pivots[0], pivots[1]),
             -ratio if part.type in OPPOSITE else ratio, self._radii(part, carrier, pivots, ratio), angle,
@@ -156,14 +159,9 @@ class GearCompiler:
         radius = (part.radii or [0.0])[0] / self.own.scale
         side = 1.0 if nominal(rack_height(self.model, part, slide)) > 0.0 else -1.0
         ratio = -side * radius if guide == carrier else side * radius
-        first = next(n for n, row in enumerate(self._pair_rows()) if row == pair)
+        first = next(n for n, row in enumerate(self.pairs) if row.pair == pair)
         members = (self.number[part.members[0]], self.number[part.members[1]])
         return GearPair(name, RACK, members, carrier, (pivot, NO_PIVOT), ratio, (radius, 0.0), angle, first)
-
-    def _pair_rows(self) -> Iterator[str]:
-        """Yield the pair of each row of Mechanism.pairs."""
-        for name, pair in self.model.prismatic.items():
-            yield from [name] * (1 if pair.node is not None else 2)
 
     # -- relations ---------------------------------------------------------------------------------
 
@@ -200,7 +198,9 @@ class GearCompiler:
             others = [c for c in own if c.second is not candidate.second]
             if candidate in own and others and structural_rank(members, [*rows, self._input(candidate)]) > rank:
                 return candidate, others[0]
-        raise PlacedError(("gears", gears[0].name), self._undriven(gears[0]))
+        one, other = (members[m].name for m in gears[0].members)
+        text = f"gears: '{gears[0].name}' couples '{one}' and '{other}', which the rest of the mechanism moves already,"
+        raise PlacedError(("gears", gears[0].name), f"{text} or which nothing moves; remove or add an actuator")
 
     def _known(self, gear: GearPair, known: Relations) -> bool:
         return all(known.determines(row) for row in self._quantities(gear))
@@ -270,21 +270,6 @@ class GearCompiler:
                 terms[leader] = terms.get(leader, 0.0) + ratio * own
         return Coupling(number, tuple(terms.items()), value, geared=True, reads=tuple(own_reads))
 
-    # -- errors --------------------------------------------------------------------------------------
-
-    def _contradiction(self, gear: GearPair) -> str:
-        return (
-            f"gears: '{gear.name}' contradicts the other gears and actuators: the mechanism is locked;"
-            " remove an actuator or a gear, or correct a ratio"
-        )
-
-    def _undriven(self, gear: GearPair) -> str:
-        members = [self.own.members[m].name for m in gear.members]
-        return (
-            f"gears: '{gear.name}' couples '{members[0]}' and '{members[1]}', which the rest of the mechanism moves"
-            " already, or which nothing moves; remove or add an actuator"
-        )
-
 
 PARALLEL = 1e-9
 """Sine of the angle below which two guides are parallel."""
@@ -292,18 +277,8 @@ PARALLEL = 1e-9
 
 def _relative(member: int, reference: int, inputs: dict[int, Any]) -> Relation:
     """Return the relation: angle of a member minus that of another = inputs."""
-    unknowns: dict[Unknown, Any] = {}
-    if member != FRAME:
-        unknowns["angle", member] = 1.0
-    if reference != FRAME:
-        unknowns["angle", reference] = -1.0
-    return Relation(unknowns, inputs)
-
-
-def _ratio(part: schema.Gear) -> Any:
-    """Return the turns of the second wheel per turn of the first, without the sense."""
-    given = part.teeth or part.radii
-    return part.ratio if given is None else given[0] / given[1]
+    signs = ((member, 1.0), (reference, -1.0))
+    return Relation({("angle", number): sign for number, sign in signs if number != FRAME}, inputs)
 
 
 def carrier_of(model: schema.Model, part: schema.Gear) -> str:
@@ -340,9 +315,7 @@ def rack_pair(model: schema.Model, part: schema.Gear) -> str | None:
 
 def rack_height(model: schema.Model, part: schema.Gear, slide: schema.Prismatic) -> Any:
     """Return the height of the line of the rack over the pinion's pivot, to the left of the guide's direction."""
-    first, second = (complex(*map(float, map(nominal, model.nodes[n]))) for n in slide.guide)
-    pivot = complex(*map(float, map(nominal, model.nodes[part.pivots[0]])))
-    rack, line = part.members[1], (second - first) / abs(second - first)
-    on_rack = (slide.nodes or []) if sliding_members(model, slide)[0] == rack else slide.guide
-    place = complex(*map(float, map(nominal, model.nodes[on_rack[0]])))
-    return (line.conjugate() * (place - pivot)).imag
+    on_rack = slide.sliding if sliding_members(model, slide)[0] == part.members[1] else slide.guide
+    names = (*slide.guide, part.pivots[0], on_rack[0])
+    first, second, pivot, place = (complex(*map(float, map(nominal, model.nodes[n]))) for n in names)
+    return ((second - first).conjugate() / abs(second - first) * (place - pivot)).imag

@@ -83,8 +83,7 @@ class GeometryCompiler:
         if held is None:
             nodes = tuple(self.index[n] for n in self.model.ground.nodes)
             return self._with_remote(Member("ground", nodes, self.drawn[list(nodes)]), 0.0j)
-        part = self.model.links.get(held) or self.model.elements[held]
-        member = self._shaped(held, part)
+        member = self._shaped(held, self.model.members[held])
         first, second = self.drawn[member.nodes[0]], self.drawn[member.nodes[1]]
         direction = (second - first) / abs(second - first)
         return self._with_remote(Member(held, member.nodes, first + member.shape * direction), 0.0j)

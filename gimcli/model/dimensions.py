@@ -26,6 +26,13 @@ PLAIN = ("polynomial", "nodes", "guide", "teeth", "radii")
 """Keys of lists whose entries are no coordinates."""
 GEOMETRY = ("nodes", "links", "elements", "prismatic", "points")
 """Sections whose numbers are lengths."""
+UNITS = {
+    **dict.fromkeys((("actuators", key) for key in ("from", "to", "by", "polynomial", "phase", "start")), "input"),
+    ("actuators", "lead"): "length", ("springs", "free"): "input", ("masses", "mass"): "mass",
+    ("friction", "radius"): "length", ("friction", "length"): "length",
+    ("gears", "radii"): "length", ("gears", "pitch"): "length", ("gears", "pressure_angle"): "angle",
+}  # fmt: skip
+"""Kinds of units by section and key; "input": that of the quantity. Other numbers have none."""
 WHOLE = ("duration", "gravity")
 """Sections without names."""
 
@@ -173,18 +180,7 @@ def _timed(model: Model) -> bool:
 def _unit(model: Model, where: Sequence[Any]) -> str:
     """Return the kind of unit of a dimension."""
     section, last = where[0], [key for key in where if isinstance(key, str)][-1]
-    if section in GEOMETRY or last in ("at", "local", "centre"):
-        return "length"
-    if section == "masses":
-        return "mass" if last == "mass" else ""
-    if section == "actuators" and "rotor" in where:
-        return "length" if last == "lead" else ""
-    if section == "actuators" and "effort" not in where and last not in ("speed", "rate", "turns", "ratio"):
-        return "angle" if model.actuators[where[1]].rotary else "length"
-    if section == "friction" and last in ("radius", "length"):
-        return "length"
-    if section == "gears":
-        return {"radii": "length", "pitch": "length", "pressure_angle": "angle"}.get(last, "")
-    if section == "springs" and last == "free":
-        return "angle" if model.springs[where[1]].rotary else "length"
-    return ""
+    kind = "length" if section in GEOMETRY or last in ("at", "local", "centre") else UNITS.get((section, last), "")
+    if kind == "input":
+        return "angle" if getattr(model, section)[where[1]].rotary else "length"
+    return kind

@@ -16,7 +16,7 @@ from gimcli.model.dimensions import written
 from gimcli.model.laws import ended
 from gimcli.model.part import Part
 from gimcli.model.references import CLOSEST
-from gimcli.model.schema import Actuator, Element, Law, Link, Load, Mass, Model, Prismatic, Spring, Tracer
+from gimcli.model.schema import Actuator, Element, Law, Link, Load, Mass, Model, Spring, Tracer
 from gimcli.model.yaml_text import yaml_text
 
 FIRST = ("name", "source", "units", "parameters", "nodes", "ground")
@@ -58,7 +58,8 @@ class _LongForm:
         self.model: Model = mechanism.written.model
         self.number = {member.name: k for k, member in enumerate(mechanism.members)}
         self.explicit: dict[str, Callable[[int, Any], dict[str, Any]]] = {
-            "links": self._link, "elements": self._element, "prismatic": self._slide, "actuators": self._actuator,
+            "links": self._link, "elements": self._element, "actuators": self._actuator,
+            "prismatic": lambda _, pair: {"offset": pair.offset},
             "points": self._point, "masses": self._mass, "loads": self._load, "springs": self._spring,
         }  # fmt: skip
 
@@ -107,10 +108,6 @@ class _LongForm:
         first, along = axes(own, nodes, CLOSEST * self.mechanism.size)
         return _pair((place - complex(first)) / complex(along) * self.mechanism.scale)
 
-    @staticmethod
-    def _slide(_: int, part: Prismatic) -> dict[str, Any]:
-        return {"offset": part.offset}
-
     # -- inputs -----------------------------------------------------------------------------------
 
     def _actuator(self, number: int, actuator: Actuator) -> dict[str, Any]:
@@ -155,9 +152,8 @@ class _LongForm:
 
     def _mass(self, number: int, mass: Mass) -> dict[str, Any]:
         own = self.mechanism.dynamics.inertias[number]
-        return (
-            {} if mass.centre or own.member in (FRAME, NO_MEMBER) else {"centre": self._local(own.member, own.centre)}
-        )
+        given = mass.centre or own.member in (FRAME, NO_MEMBER)
+        return {} if given else {"centre": self._local(own.member, own.centre)}
 
     def _load(self, number: int, load: Load) -> dict[str, Any]:
         own = self.mechanism.dynamics.loads[number]

@@ -5,7 +5,7 @@ Each machine is compiled as if it were alone in the file: with its own nodes, an
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from itertools import chain
 from typing import Any
@@ -31,15 +31,12 @@ def machines(own: Any, mechanism: Mechanism, structures: bool, loaded: bool) -> 
     model, whole = own.model, mechanism.complete is None
     kept = set(mechanism.nodes)  # others were cut out
     parts = [part for part in _separated(model, loaded) if whole and part <= kept]
-    if not structures:
-        parts = _with_structures(model, parts)
-    if len(parts) < 2:
-        return (mechanism.as_machine,)
-    found = tuple(_machine(own, mechanism, part, k == 0, loaded) for k, part in enumerate(parts))
+    parts = parts if structures else _with_structures(model, parts)
+    single = (mechanism.as_machine,)
+    found = [_machine(own, mechanism, part, k == 0, loaded) for k, part in enumerate(parts)] if len(parts) > 1 else []
     rows = sum(len(one.mechanism.pairs) + len(one.mechanism.actuators) for one in found)
-    if rows != len(mechanism.pairs) + len(mechanism.actuators):
-        return (mechanism.as_machine,)  # it was changed after it was compiled: a row may join the machines
-    return found
+    same = rows == len(mechanism.pairs) + len(mechanism.actuators)  # else it was changed: a row may join the machines
+    return tuple(found) if found and same else single
 
 
 def _separated(model: Model, loaded: bool) -> list[set[str]]:
@@ -94,24 +91,20 @@ def _part(model: Model, moving: set[str], first: bool, loaded: bool) -> Model:
 
     held = model.ground.member
     members = {k for k, part in model.members.items() if k == held or belongs(part.nodes)}
-
-    def kept(section: str, keep: Any) -> None:
-        nonlocal model
-        model = model.with_value(section, lambda old: {k: v for k, v in old.items() if keep(k, v)})
-
-    kept("links", lambda name, _: name in members)
-    kept("elements", lambda name, _: name in members)
-    kept("prismatic", lambda _, pair: belongs([*pair.sliding, *pair.guide]))
-    kept("actuators", lambda _, actuator: belongs(actuator.named))
-    kept("gears", lambda _, gear: any(name in members for name in gear.members))
-    kept("points", lambda _, point: point.on in members or (first and point.on == "ground"))
-    if loaded:
-        kept("masses", lambda name, _: belongs(_borne(whole, name)))
-        kept("loads", lambda _, load: belongs(_borne(whole, load.on)))
-        kept("springs", lambda _, spring: belongs(spring.named))
-        kept("dampers", lambda _, damper: belongs(damper.named))
-    else:
-        model = without_dynamics(model)
+    model = _kept(model, {
+        "links": lambda name, _: name in members,
+        "elements": lambda name, _: name in members,
+        "prismatic": lambda _, pair: belongs([*pair.sliding, *pair.guide]),
+        "actuators": lambda _, actuator: belongs(actuator.named),
+        "gears": lambda _, gear: any(name in members for name in gear.members),
+        "points": lambda _, point: point.on in members or (first and point.on == "ground"),
+    })  # fmt: skip
+    model = without_dynamics(model) if not loaded else _kept(model, {
+        "masses": lambda name, _: belongs(_borne(whole, name)),
+        "loads": lambda _, load: belongs(_borne(whole, load.on)),
+        "springs": lambda _, spring: belongs(spring.named),
+        "dampers": lambda _, damper: belongs(damper.named),
+    })  # fmt: skip
     named = used_nodes(model.with_value("ground", lambda old: old.with_value("nodes", lambda _: [])))
     guides = [n for pair in model.prismatic.values() for n in pair.guide]
     named = {*named, *guides, *(n for actuator in model.actuators.values() for n in actuator.named)}
@@ -123,13 +116,24 @@ def _part(model: Model, moving: set[str], first: bool, loaded: bool) -> Model:
         ground = [n for n in model.ground.nodes if n in named] or model.ground.nodes[:1]
         model = model.with_value("ground", lambda old: old.with_value("nodes", lambda _: ground))
         named |= set(ground)
-    kept("friction", lambda name, _: name in named or name in model.prismatic)
-    kept("nodes", lambda name, _: name in named)
+    slides = model.prismatic
+    model = _kept(model, {
+        "friction": lambda name, _: name in named or name in slides, "nodes": lambda name, _: name in named,
+    })  # fmt: skip
     points = {*model.nodes, *model.points}
     model = model.with_value("trace", lambda old: [name for name in old if name in points])
     model.formulas = {where: formula for where, formula in model.formulas.items() if _has(model, where)}
     dimensions = dimensions_of(model)
-    kept("tolerances", lambda name, _: not dimensions.keys().isdisjoint((name, f"{name}.length")))
+    return _kept(
+        model, {"tolerances": lambda name, _: not dimensions.keys().isdisjoint((name, f"{name}.length"))}
+    )  # fmt: skip
+
+
+def _kept(model: Model, tests: Mapping[str, Callable[[str, Any], bool]]) -> Model:
+    """Return a model with the parts of some sections for which a test of name and part holds."""
+    for section, test in tests.items():
+        parts = {name: part for name, part in getattr(model, section).items() if test(name, part)}
+        model = model.with_value(section, lambda _, parts=parts: parts)  # type: ignore[misc]  # of its own section
     return model
 
 

@@ -9,11 +9,11 @@ from gimcli.model.schema import Element, Link, Model
 
 def used_nodes(model: Model) -> set[str]:
     """Return the nodes that a member, the ground, a pair or an actuator uses; the compiler leaves out the others."""
-    members: list[Link | Element] = [*model.links.values(), *model.elements.values()]
-    named = [name for part in members for name in part.nodes]
-    for part in (*model.prismatic.values(), *model.actuators.values()):
-        named += [*(part.nodes or []), *([part.node] if part.node is not None else [])]
-    return {*model.ground.nodes, *named}
+    parts: list[Link | Element] = [*model.links.values(), *model.elements.values()]
+    members = (name for part in parts for name in part.nodes)
+    sliding = (name for pair in model.prismatic.values() for name in pair.sliding)
+    driven = (name for actuator in model.actuators.values() for key, name in actuator.keyed if key in ("node", "nodes"))
+    return {*model.ground.nodes, *members, *sliding, *driven}
 
 
 def sized_nodes(model: Model) -> set[str]:
@@ -25,7 +25,8 @@ def sized_nodes(model: Model) -> set[str]:
     held, fixed = model.ground.member, fixed_nodes(model)
     members = Counter(n for name, part in model.members.items() if name != held for n in part.nodes)
     gauges = [*model.actuators.values(), *model.springs.values(), *model.dampers.values()]
-    lines = {n for part in (*model.prismatic.values(), *gauges) for n in part.guide or []}
+    guides = [*(pair.guide for pair in model.prismatic.values()), *(gauge.guide or [] for gauge in gauges)]
+    lines = {n for guide in guides for n in guide}
     named = {n for pair in model.prismatic.values() for n in pair.sliding}
     for actuator in model.actuators.values():
         named |= set(actuator.named) - set((actuator.guide or [])[1:])

@@ -72,7 +72,6 @@ class Written:
         forces.
         """
         from gimcli.calculus.recorded import Recording
-        from gimcli.model.compile import compile_model
         from gimcli.model.substitution import without_dynamics
 
         recording = Recording()
@@ -104,6 +103,10 @@ class Written:
 
 
 NAME = "mechanism"
+PLAIN: Sequence[tuple[Any, Callable[[Any], Any]]] = (
+    (bool | None, lambda value: value), (str, str.__str__), (Integral, int), (Real, float), (Path, str),
+)  # fmt: skip
+"""The functions that return a scalar value as one that YAML can write, by its type."""
 
 
 def read_file(path: Path, folder: Path | None = None) -> Mechanism:
@@ -165,19 +168,12 @@ def _plain(value: Any, where: tuple[Any, ...]) -> Any:
         for twice in (name for name, count in Counter(names).items() if count > 1):
             raise ModelError([f"<dict>: {'.'.join(map(str, (*where, twice)))}: given twice; remove one"])
         return {name: _plain(part, (*where, name)) for name, part in zip(names, value.values(), strict=True)}
-    if value is None or isinstance(value, bool):
-        return value
-    if isinstance(value, str):
-        return str.__str__(value)
-    if isinstance(value, Integral):
-        return int(value)
-    if isinstance(value, Real):
-        return float(value)
+    for kind, plain in PLAIN:
+        if isinstance(value, kind):
+            return plain(value)
     if hasattr(value, "tolist"):
         return _plain(value.tolist(), where)
     if isinstance(value, Sequence) and not isinstance(value, bytes | bytearray):
         return [_plain(part, (*where, k)) for k, part in enumerate(value)]
-    if isinstance(value, Path):
-        return str(value)
     text = f"expected a number, text, a list or a dict, got a value of type {type(value).__name__}"
     raise ModelError([f"<dict>: {'.'.join(map(str, where))}: {text}"])

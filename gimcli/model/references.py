@@ -41,8 +41,7 @@ class References:
 
     def __init__(self, source: Source, model: Model, sized: Collection[str], doubtful: Collection[Where] = ()) -> None:
         self.source, self.model, self.doubtful = source, model, doubtful
-        self.every: dict[str, list[str]] = {k: v.nodes for k, v in model.links.items()}
-        self.every |= {k: v.nodes for k, v in model.elements.items()}
+        self.every = {k: v.nodes for k, v in (*model.links.items(), *model.elements.items())}
         self.held = model.ground.member
         self.ground = set(model.ground.nodes if self.held is None else self.every.get(self.held, []))
         self.members = {k: v for k, v in self.every.items() if k != self.held}
@@ -109,6 +108,10 @@ class References:
         except ValueError as error:
             self.fault(where, f"table {name}: {error}")
             return None
+
+    def having(self, name: str) -> Collection[str]:
+        """Return the nodes of a member or of the ground; those of the member that is held are the ground's."""
+        return self.ground if name in ("ground", self.held) else self.members[name]
 
     def carriers(self, *nodes: str) -> list[str]:
         """Return the members that have all of the nodes, 'ground' first."""

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from gimcli.model.bearers import fixed
 from gimcli.model.pairs import used_nodes
-from gimcli.model.schema import Load, Model
+from gimcli.model.schema import Model
 from gimcli.model.source import Where
 from gimcli.model.substitution import DYNAMIC
 
@@ -21,8 +21,8 @@ class Remark(NamedTuple):
 
 def remarks(model: Model) -> list[Remark]:
     """Return the remarks on a model, in the order of its sections."""
-    of_nodes = (*_unused_nodes(model), *_sides(model))
-    return [*of_nodes, *_unused_parameters(model), *_repeated_members(model), *_dynamics(model)]
+    kinds = (_unused_nodes, _sides, _unused_parameters, _repeated_members, _dynamics)
+    return [remark for kind in kinds for remark in kind(model)]
 
 
 def missing_duration(model: Model) -> list[Remark]:
@@ -39,12 +39,9 @@ def missing_duration(model: Model) -> list[Remark]:
 
 def _unused_nodes(model: Model) -> Iterator[Remark]:
     used = used_nodes(model)
-    for name in model.nodes:
-        if name not in used:
-            yield Remark(
-                ("nodes", name),
-                f"node {name} is used by no member, pair or actuator: remove it, or add it to a member",
-            )
+    for name in (name for name in model.nodes if name not in used):
+        text = f"node {name} is used by no member, pair or actuator: remove it, or add it to a member"
+        yield Remark(("nodes", name), text)
 
 
 def _sides(model: Model) -> Iterator[Remark]:
@@ -57,10 +54,9 @@ def _sides(model: Model) -> Iterator[Remark]:
 
 def _unused_parameters(model: Model) -> Iterator[Remark]:
     used = {name for formula in model.formulas.values() for name in formula.names}
-    for name in model.parameters:
-        if name not in used:
-            text = f"parameter {name} is used by no formula: remove it, or write it in place of a number"
-            yield Remark(("parameters", name), text)
+    for name in (name for name in model.parameters if name not in used):
+        text = f"parameter {name} is used by no formula: remove it, or write it in place of a number"
+        yield Remark(("parameters", name), text)
 
 
 def _repeated_members(model: Model) -> Iterator[Remark]:
@@ -76,28 +72,22 @@ def _repeated_members(model: Model) -> Iterator[Remark]:
 
 
 def _dynamics(model: Model) -> Iterator[Remark]:
-    parts = any(getattr(model, section) for section in DYNAMIC)
+    parts = [section for section in DYNAMIC if getattr(model, section)]
     if parts and model.units.length == "unit":
-        first = next(section for section in DYNAMIC if getattr(model, section))
-        yield Remark(
-            (first,),
-            f"`{first}` has no effect: the length has no physical unit; add `units: {{length: mm}}` or another",
-        )
+        text = "has no effect: the length has no physical unit; add `units: {length: mm}` or another"
+        yield Remark((parts[0],), f"`{parts[0]}` {text}")
     if model.gravity is not None and not any(mass.mass for mass in model.masses.values()):
         yield Remark(("gravity",), "`gravity` has no effect without masses: add `masses:`, or remove it")
     if "mass" in model.units.given and not model.masses:
         yield Remark(("units", "mass"), "`mass` has no effect without masses: add `masses:`, or remove it")
-    if not parts:
-        for name, actuator in model.actuators.items():
-            if actuator.free:
-                yield Remark(
-                    ("actuators", name, "free"),
-                    f"`free` of {name} has no effect without masses and forces: add `masses:`, or remove it",
-                )
+    for name in () if parts else (name for name, actuator in model.actuators.items() if actuator.free):
+        text = f"`free` of {name} has no effect without masses and forces: add `masses:`, or remove it"
+        yield Remark(("actuators", name, "free"), text)
     yield from _masses(model)
-    for name, load in model.loads.items():
-        yield from _load(model, name, load)
-    yield from _dampers(model)
+    yield from _loads(model)
+    for name, damper in model.dampers.items():
+        if damper.damping == 0.0:
+            yield Remark(("dampers", name), f"damper {name} has the damping 0 and no effect: remove it")
     for name, part in model.friction.items():
         if not part.viscous and not part.mu:
             yield Remark(("friction", name), f"friction at {name} is 0 and has no effect: remove it")
@@ -111,15 +101,11 @@ def _masses(model: Model) -> Iterator[Remark]:
             yield Remark(("masses", name), f"the mass of {name} is 0 and has no effect: give a mass, or remove it")
 
 
-def _load(model: Model, name: str, load: Load) -> Iterator[Remark]:
-    where = ("loads", name)
-    if fixed(model, load.on):
-        yield Remark(where, f"load {name} has no effect: it acts on the frame; name a moving member")
-    elif not any([*(load.force or ()), *(load.follower or ()), load.torque or 0.0]):
-        yield Remark(where, f"load {name} is 0 and has no effect: give a force or a torque, or remove it")
-
-
-def _dampers(model: Model) -> Iterator[Remark]:
-    for name, damper in model.dampers.items():
-        if damper.damping == 0.0:
-            yield Remark(("dampers", name), f"damper {name} has the damping 0 and no effect: remove it")
+def _loads(model: Model) -> Iterator[Remark]:
+    for name, load in model.loads.items():
+        if fixed(model, load.on):
+            text = f"load {name} has no effect: it acts on the frame; name a moving member"
+            yield Remark(("loads", name), text)
+        elif not any([*(load.force or ()), *(load.follower or ()), load.torque or 0.0]):
+            text = f"load {name} is 0 and has no effect: give a force or a torque, or remove it"
+            yield Remark(("loads", name), text)

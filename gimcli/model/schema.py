@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -29,11 +29,6 @@ MOST_COEFFICIENTS = 100
 NO_FORMULAS: Mapping[tuple[str | int, ...], Expression] = MappingProxyType({})
 MEMBER_WORDS = ("member", "true", "True", "TRUE")
 """Other words for the key `on` of points and loads; programs that read YAML 1.1 write it as true."""
-SHORT_FORMS: Mapping[str, tuple[str, Any]] = {
-    "links": ("nodes", list), "elements": ("nodes", list),
-    "masses": ("mass", int | float | str), "friction": ("viscous", int | float | str),
-}  # fmt: skip
-"""The key of a part for which its value may stand alone, and the types of that value, by section."""
 PROFILES = ("uniform", "cubic", "quintic", "cycloidal", "harmonic")
 
 
@@ -422,16 +417,11 @@ class Model(Part):
 def long_form(data: dict[str, Any]) -> dict[str, Any]:
     """Return the data with short forms replaced by long ones, such as [A, B] by {nodes: [A, B]}."""
     result = dict(data)
-    for section, (key, kinds) in SHORT_FORMS.items():
+    for section, long in LONG_PARTS.items():
         if isinstance(result.get(section), dict):
-            result[section] = {k: {key: v} if isinstance(v, kinds) else v for k, v in result[section].items()}
-    for section in ("points", "loads"):
-        if isinstance(result.get(section), dict):
-            result[section] = {k: _long_carried(v) for k, v in result[section].items()}
+            result[section] = {name: long(part) for name, part in result[section].items()}
     if isinstance(result.get("ground"), list):
         result["ground"] = {"nodes": result["ground"]}
-    if isinstance(result.get("actuators"), dict):
-        result["actuators"] = {k: _long_actuator(v) for k, v in result["actuators"].items()}
     return {k: v for k, v in result.items() if v is not None or k in ("nodes", "ground")}
 
 
@@ -443,16 +433,27 @@ def _long_carried(part: Any) -> Any:
     return {"on" if key == words[0] else key: value for key, value in part.items()}
 
 
+def _alone(key: str, kinds: Any) -> Callable[[Any], Any]:
+    """Return the function for parts with a key whose value may stand alone, if it is of some types."""
+    return lambda part: {key: part} if isinstance(part, kinds) else part
+
+
 def _long_actuator(actuator: Any) -> Any:
-    if isinstance(actuator, dict) and isinstance(actuator.get("effort"), int | float | str):
-        actuator = {**actuator, "effort": {"constant": actuator["effort"]}}
+    if isinstance(actuator, dict) and "effort" in actuator:
+        actuator = {**actuator, "effort": _alone("constant", int | float | str)(actuator["effort"])}
     if not isinstance(actuator, dict) or not isinstance(actuator.get("law"), dict):
         return actuator
     law = dict(actuator["law"])
-    profile = law.get("profile")
-    if isinstance(profile, str):
-        law["profile"] = {"name": profile}
+    law |= {"profile": {"name": law["profile"]}} if isinstance(law.get("profile"), str) else {}
     for key in ("polynomial", "table"):  # short forms; more than one of them is reported with the profile
         if key in law and isinstance(own := law.get("profile", {}), dict) and key not in own:
             law["profile"] = {**own, key: law.pop(key)}
     return {**actuator, "law": law}
+
+
+LONG_PARTS: Mapping[str, Callable[[Any], Any]] = {
+    "links": _alone("nodes", list), "elements": _alone("nodes", list), "masses": _alone("mass", int | float | str),
+    "friction": _alone("viscous", int | float | str), "points": _long_carried, "loads": _long_carried,
+    "actuators": _long_actuator,
+}  # fmt: skip
+"""The functions that return the long form of a part, by section."""

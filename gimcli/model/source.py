@@ -259,7 +259,7 @@ class _DataBuilder:
             if isinstance(data, str):
                 self.refuse_invisible(data.translate(_LAYOUT), event)
             return data, 0
-        found = self.mapping(where) if isinstance(event, yaml.MappingStartEvent) else self.sequence(where)
+        found = self.entries(where, isinstance(event, yaml.MappingStartEvent))
         closed = self.loader.get_event().end_mark.index
         self.end = closed if event.flow_style else self.end
         return found
@@ -283,28 +283,21 @@ class _DataBuilder:
         self.source.aliases[where] = anchor.where
         return anchor.data, anchor.height
 
-    def sequence(self, where: Where) -> tuple[list[Any], int]:
-        """Return the entries up to the end of the sequence, and their height."""
-        result: list[Any] = []
-        height = 0
-        while not self.loader.check_event(yaml.SequenceEndEvent):
-            entry, below = self.part((*where, len(result)))
-            result.append(entry)
-            height = max(height, below)
-        return result, height + 1
+    def entries(self, where: Where, named: bool) -> tuple[Any, int]:
+        """Return the entries up to the end of a mapping (`named`) or a sequence, and their height.
 
-    def mapping(self, where: Where) -> tuple[dict[str, Any], int]:
-        """Return the entries up to the end of the mapping, and their height; record invalid and repeated keys."""
-        result: dict[str, Any] = {}
-        height = 0
-        while not self.loader.check_event(yaml.MappingEndEvent):
-            name = self.key(where, len(where) + 1)
+        Invalid and repeated keys are recorded.
+        """
+        found, height = dict[str | int, Any](), 0
+        end = yaml.MappingEndEvent if named else yaml.SequenceEndEvent
+        while not self.loader.check_event(end):
+            name = self.key(where, len(where) + 1) if named else len(found)
             if name is None:
                 self.skip(len(where) + 1)
                 continue
-            result[name], below = self.part((*where, name))
+            found[name], below = self.part((*where, name))
             height = max(height, below)
-        return result, height + 1
+        return found if named else [*found.values()], height + 1
 
     def key(self, where: Where, depth: int) -> str | None:
         """Return the next key and store its position; None for an invalid or repeated key."""

@@ -35,6 +35,13 @@ _ACTUATOR_HINTS = {
     "link": "a motor has a `pivot` and an `arm`, two nodes of the link",
 }  # fmt: skip
 
+FORMS = {
+    "ground": "a list of nodes or {member: NAME}", "masses": "a number or a mapping such as {mass: ...}",
+    "friction": "a number or a mapping such as {mu: ..., radius: ...}",
+    **dict.fromkeys(("links", "elements"), "a list of nodes such as [A, B] or a mapping of keys"),
+}  # fmt: skip
+"""What the ground, or a part of a section, may be written as."""
+
 
 def intended(where: Where) -> Where | None:
     """Return the path of the key that was probably meant by an unknown key; None if there is no guess."""
@@ -73,7 +80,7 @@ def record(source: Source, error: dict[str, Any], refused: Mapping[Where, str] =
 
 def expected(where: Where, kind: str, got: Any, limits: dict[str, Any]) -> str:
     """Return what was expected at a path and what was found, for a kind of error of pydantic."""
-    return _TEXTS.get(kind, _other)(where, got, limits)
+    return _TEXTS[kind](where, got, limits) if kind in _TEXTS else f"unexpected value {shown(got)}"
 
 
 def written(source: Source, where: Where) -> Where:
@@ -134,10 +141,6 @@ def _missing(where: Where) -> str:
     return f"add `{where[-1]}:`"
 
 
-def _number(where: Where, got: Any, limits: dict[str, Any]) -> str:
-    return f"expected a number, got {shown(got)}"
-
-
 def _bound(where: Where, got: Any, limits: dict[str, Any]) -> str:
     words = {"gt": "above", "ge": "of at least", "le": "of at most"}
     side = next(side for side in words if side in limits)
@@ -165,24 +168,14 @@ def _form(where: Where, got: Any, limits: dict[str, Any]) -> str:
 
 
 def _forms(where: Where) -> str:
-    if where == ("ground",):
-        return "a list of nodes or {member: NAME}"
-    if len(where) == 2 and where[0] == "masses":
-        return "a number or a mapping such as {mass: ...}"
-    if len(where) == 2 and where[0] == "friction":
-        return "a number or a mapping such as {mu: ..., radius: ...}"
-    if len(where) == 2 and where[0] in ("links", "elements"):
-        return "a list of nodes such as [A, B] or a mapping of keys"
+    if (len(where) == 2 and where[0] in FORMS) or where == ("ground",):
+        return FORMS[str(where[0])]
     return f"a mapping such as {{{known_keys(where)[0]}: ...}}" if known_keys(where) else "a mapping such as {A: ...}"
 
 
 def _name(where: Where, got: Any, limits: dict[str, Any]) -> str:
     cure = "; write it in quotes if this is the name" if isinstance(got, bool | float) else ""
     return f"expected a name, got {shown(got)}{cure}"
-
-
-def _other(where: Where, got: Any, limits: dict[str, Any]) -> str:
-    return f"unexpected value {shown(got)}"
 
 
 def _items(where: Where, got: Any, limits: dict[str, Any]) -> str:
@@ -192,8 +185,7 @@ def _items(where: Where, got: Any, limits: dict[str, Any]) -> str:
 
 
 _TEXTS: dict[str, Callable[[Where, Any, dict[str, Any]], str]] = {
-    "float_type": _number,
-    "float_parsing": _number,
+    "float_type": lambda where, got, limits: f"expected a number, got {shown(got)}",
     "bool_type": lambda where, got, limits: f"expected true or false, got {shown(got)}",
     "finite_number": lambda where, got, limits: f"expected a finite number, got {got}",
     "greater_than": _bound,
@@ -211,8 +203,6 @@ _TEXTS: dict[str, Callable[[Where, Any, dict[str, Any]], str]] = {
 
 
 def _list(where: Where) -> str:
-    return (
-        ("[0, 0] or {side: left}" if len(where) == 2 else "[0, 0]")
-        if where[0] == "nodes" or where[-1] in ("at", "local", "centre", "force", "follower", "gravity")
-        else "[A, B]"
-    )
+    if where[0] != "nodes" and where[-1] not in ("at", "local", "centre", "force", "follower", "gravity"):
+        return "[A, B]"
+    return "[0, 0] or {side: left}" if where[0] == "nodes" and len(where) == 2 else "[0, 0]"

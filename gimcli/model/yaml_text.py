@@ -53,12 +53,12 @@ def _entry(name: str, value: Any, above: tuple[str, ...], notes: Mapping[tuple[s
     whole = not isinstance(value, Mapping | list | tuple) or not value
     if whole or (len(line) <= WIDTH and not _divided(value, where, notes)):
         yield line + note
-    elif isinstance(value, Mapping):
-        yield key + note
+        return
+    yield key + note
+    if isinstance(value, Mapping):
         for own, part in value.items():
             yield from _entry(str(own), part, where, notes)
     else:
-        yield key + note
         yield from _filled([flow(part, len(where) + 1) for part in value], indent + "  ")
 
 
