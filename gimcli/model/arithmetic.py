@@ -36,7 +36,8 @@ class Evaluated(NamedTuple):
 
 def evaluated(data: dict[str, Any], texts: Iterable[Where]) -> Evaluated:
     """Evaluate the texts at some paths of the data, which is not changed."""
-    data, names = copied(data), _names(data)
+    data = copied(data)
+    names = data[PARAMETERS] if isinstance(data.get(PARAMETERS), dict) else {}
     result = Evaluated(data, {}, {})
     for where in texts:
         try:
@@ -44,7 +45,7 @@ def evaluated(data: dict[str, Any], texts: Iterable[Where]) -> Evaluated:
                 result.formulas[where] = _formula(part_of(data, where), names)
             else:
                 part_of(data, where[:-1])[where[-1]] = rate
-        except ExpressionError as error:
+        except ValueError as error:
             result.refused[where] = reason(error, names if len(result.refused) < MOST_HINTS else ())
     values = {name: float(v) for name, v in names.items() if type(v) in (int, float) and math.isfinite(v)}
     for where in _ordered(result):
@@ -108,25 +109,19 @@ def _ordered(result: Evaluated) -> tuple[Where, ...]:
 
 
 def _speed(data: dict[str, Any], where: Where) -> float | None:
-    """Return the number of the file for a speed of an input with a unit, such as 60 rpm; None for other texts."""
+    """Return the number of the file for a speed of an input with a unit, such as 60 rpm; None for other texts.
+
+    Raises ValueError for a unit that the input does not have.
+    """
     if where[0] != "actuators" or where[-1] not in SPEEDS:
         return None
     units = data["units"] if isinstance(data.get("units"), dict) else {}
-    angle = units.get("angle", "deg")
-    try:
-        own, text, length = part_of(data, where[:2]), part_of(data, where), str(units.get("length", "m"))
-        if not {"pivot", "arm", "nodes", "node", "guide"} & set(own):  # an error of its own: both kinds are possible
-            with suppress(ValueError):
-                return speed(text, True, length, str(angle))
-        return speed(text, "pivot" in own or "arm" in own, length, str(angle))
-    except ValueError as error:
-        raise ExpressionError(str(error)) from None
-
-
-def _names(data: dict[str, Any]) -> dict[str, Any]:
-    """Return the parameters of the data."""
-    own = data.get(PARAMETERS)
-    return own if isinstance(own, dict) else {}
+    own, text = part_of(data, where[:2]), part_of(data, where)
+    length, angle = str(units.get("length", "m")), str(units.get("angle", "deg"))
+    if not {"pivot", "arm", "nodes", "node", "guide"} & set(own):  # an error of its own: both kinds are possible
+        with suppress(ValueError):
+            return speed(text, True, length, angle)
+    return speed(text, "pivot" in own or "arm" in own, length, angle)
 
 
 def _formula(text: str, names: Mapping[str, Any]) -> Expression:

@@ -12,6 +12,7 @@ from typing import Any
 
 from pydantic_core import ValidationError
 
+from gimcli.errors import UsageError
 from gimcli.model import wording
 from gimcli.model.bearers import check_drawn, check_place
 from gimcli.model.check_dynamics import check_dynamics
@@ -132,10 +133,10 @@ def check(refs: References) -> None:
         check_gears(refs)
     _check_points(refs)
     check_dynamics(refs)
-    if refs.model.parameters or refs.model.tolerances:
-        from gimcli.model.check_parameters import check_parameters  # imported late: few models have them
-
-        check_parameters(refs)
+    if refs.model.parameters:
+        _check_parameters(refs)
+    if refs.model.tolerances and not refs.doubtful and not refs.source.faults:
+        _check_tolerances(refs)
 
 
 def _check_signs(refs: References) -> None:
@@ -217,3 +218,27 @@ def _check_points(refs: References) -> None:
     for name in (n for n, count in Counter(model.trace).items() if count > 1):
         last = len(model.trace) - 1 - model.trace[::-1].index(name)
         refs.fault(("trace", last), f"'{name}' is listed twice in `trace`; remove one")
+
+
+def _check_parameters(refs: References) -> None:
+    from gimcli.model.arithmetic import is_name  # imported late: few models have parameters
+
+    for name in (name for name in refs.model.parameters if not is_name(name) or name in ("duration", "gravity")):
+        why = "it is reserved" if name.isidentifier() else "expected letters, digits and _, a letter first"
+        refs.fault(("parameters", name), f"'{name}' cannot be the name of a parameter: {why}; rename it", key=True)
+
+
+def _check_tolerances(refs: References) -> None:
+    from gimcli.model.dimensions import dimensions_of, found  # imported late: few models have tolerances
+
+    named = dimensions_of(refs.model)
+    seen: dict[str, str] = {}
+    for name in refs.model.tolerances:
+        try:
+            full = found(named, name).name
+        except UsageError as error:
+            refs.fault(("tolerances", name), str(error), key=True)
+            continue
+        if full in seen:
+            refs.fault(("tolerances", name), f"'{name}' and '{seen[full]}' are the same; remove one", key=True)
+        seen[full] = name

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from gimcli.model.check_laws import check_laws
-from gimcli.model.references import Found, References
+from gimcli.model.references import PartFault, References
 from gimcli.model.schema import Actuator, Gauge, Prismatic
 from gimcli.model.source import Where
 from gimcli.nearest import guess
@@ -120,20 +120,20 @@ def check_nodes(refs: References, where: Where, gauge: Gauge, stated: str | None
         check_span(refs, where, gauge.guide or [], [str(gauge.node)])
 
 
-def _of_kind(name: Any, stated: str | None, given: set[str]) -> Iterator[Found]:
+def _of_kind(name: Any, stated: str | None, given: set[str]) -> Iterator[PartFault]:
     """Yield the error where the keys of an actuator, and its type if it is given, are of two kinds or none."""
     turning, sliding = (" and ".join(f"`{key}`" for key in keys if key in given) for keys in (ROTARY, LINEAR))
     own, other = (turning, sliding) if stated == "rotary" else (sliding, turning)
     if stated is not None and other and not own:
         kind = "linear" if stated == "rotary" else "rotary"
         text = f"`type: {stated}` contradicts {other} of a {kind} actuator; remove `type`: it follows from these"
-        yield Found(("type",), text)
+        yield PartFault(("type",), text)
     if stated is None and turning and sliding:
         text = f"{turning} of a rotary actuator and {sliding} of a linear one exclude each other; remove one of the two"
-        yield Found((), text)
+        yield PartFault((), text)
     if stated is None and not given:
         text = f"actuator '{name}' needs `pivot` and `arm` (rotary), `nodes`, or `node` and `guide` (linear)"
-        yield Found((), text, lacking=KEYS)
+        yield PartFault((), text, lacking=KEYS)
 
 
 def _check_rotary(refs: References, where: Where, gauge: Gauge) -> None:

@@ -9,9 +9,9 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from gimcli.mechanism import MOST_TURNS
-from gimcli.model.laws import ENDS, PolynomialLaw, ended, increment, run_times
-from gimcli.model.references import Found, References
-from gimcli.model.schema import LONGEST, PROFILES, SHORTEST, Actuator, Law, Profile
+from gimcli.model.laws import PolynomialLaw, ended, increment, run_times
+from gimcli.model.references import PartFault, References
+from gimcli.model.schema import ENDS, LONGEST, PROFILES, SHORTEST, Actuator, Law, Profile
 from gimcli.model.source import Where
 from gimcli.model.units import TURN
 from gimcli.nearest import near
@@ -50,34 +50,34 @@ def check_reach(refs: References, at: Where, actuator: Actuator, value: float) -
     _check_values(refs, at, actuator, [value], 0.0, "the start")
 
 
-def _of_profile(profile: Profile) -> Iterator[Found]:
+def _of_profile(profile: Profile) -> Iterator[PartFault]:
     """Yield the error of a law with several profiles."""
     if len(profile.given) > 1:
         keys = " and ".join(f"`{key}`" for key in sorted(profile.given))
-        yield Found(("profile",), f"expected one of `name`, `polynomial` and `table`, got {keys}")
+        yield PartFault(("profile",), f"expected one of `name`, `polynomial` and `table`, got {keys}")
 
 
 # -- ends -------------------------------------------------------------------------------------
 
 
-def _of_ends(actuator: Actuator, law: Law) -> Iterator[Found]:
+def _of_ends(actuator: Actuator, law: Law) -> Iterator[PartFault]:
     """Yield the errors of keys that do not fit together; those behind the first one may follow from it."""
     ends = [f"`{key}`" for key in ENDS if getattr(law, key) is not None]
     if len(ends) > 1:
         text = f"expected one of `to`, `by` and `turns`, got {' and '.join(ends)}; remove one"
-        yield Found((ends[-1].strip("`"),), text, key=True)
+        yield PartFault((ends[-1].strip("`"),), text, key=True)
     if law.turns is not None and not actuator.rotary:
-        yield Found(("turns",), "`turns` are of a rotary input, this one is linear; write `by` or `to`", key=True)
+        yield PartFault(("turns",), "`turns` are of a rotary input, this one is linear; write `by` or `to`", key=True)
     if law.from_ is not None and not ended(law):
         text = "`to` is missing beside `from`; add `to`, or `by`, `turns` or `rate`"
-        yield Found((), text, lacking=(*ENDS, "rate"))
+        yield PartFault((), text, lacking=(*ENDS, "rate"))
     if law.rate == 0.0:
-        yield Found(("rate",), "the rate 0 does not move the input; give another rate, or the law `{by: 0}`")
+        yield PartFault(("rate",), "the rate 0 does not move the input; give another rate, or the law `{by: 0}`")
     if law.profile.polynomial is not None and ended(law):
         first, last, *_ = _extremes(law.profile.polynomial)
         if not (abs(first) <= 1e-9 and abs(last - 1.0) <= 1e-9):
             text = f"with given ends the polynomial must go from 0 to 1, got {first:g} to {last:g}; correct it"
-            yield Found(("profile", "polynomial"), text)
+            yield PartFault(("profile", "polynomial"), text)
 
 
 # -- durations ----------------------------------------------------------------------------------
@@ -102,9 +102,8 @@ def _check_table(refs: References, where: Where, name: str, tables: list[Times])
 
 def _check_times(refs: References, tables: list[Times], sound: set[str]) -> float | None:
     """Return the duration that the file gives, None if it gives none; record an error where durations differ."""
-    model, known = refs.model, list[Times]()
-    if model.duration is not None:
-        known.append(("`duration`", model.duration))
+    model = refs.model
+    known: list[Times] = [] if model.duration is None else [("`duration`", model.duration)]
     known += [(f"table {name}", seconds) for name, seconds in tables]
     for name, seconds, text in run_times(model, lambda _, one: initial_value(refs, one), bool(known)):
         at = ("actuators", name, "law", "rate")
@@ -128,7 +127,7 @@ def _check_times(refs: References, tables: list[Times], sound: set[str]) -> floa
             actuator.law is not None
             and actuator.law.rate is not None
             and {"pivot", "arm", "nodes", "node", "guide"} & actuator.given
-            and not any(getattr(actuator.law, key) is not None for key in ENDS)
+            and actuator.law.end is None
             and not actuator.rotary
         ):
             text = "a rate needs an end or a time: add `to` or `by` to the law, or `duration` to the file"
@@ -137,12 +136,10 @@ def _check_times(refs: References, tables: list[Times], sound: set[str]) -> floa
 
 
 def _wrong_way(law: Law, seconds: float) -> str:
-    key = next(key for key in ENDS if getattr(law, key) is not None)
     if seconds == 0.0:
-        return f"the law does not move the input (`{key}`), so that a rate has no meaning; remove `rate`"
-    return (
-        f"the rate {law.rate:g} leads away from the end (`{key}`: {getattr(law, key):g}); write it as a positive number"
-    )
+        return f"the law does not move the input (`{law.end}`), so that a rate has no meaning; remove `rate`"
+    end = f"`{law.end}`: {getattr(law, str(law.end)):g}"
+    return f"the rate {law.rate:g} leads away from the end ({end}); write it as a positive number"
 
 
 # -- values -----------------------------------------------------------------------------------

@@ -98,7 +98,7 @@ class GearCompiler:
                 text = f"gears: '{gear.name}' contradicts the other gears and actuators: the mechanism is locked;"
                 text += " remove an actuator or a gear, or correct a ratio"
                 raise PlacedError(("gears", gear.name), text)
-        while open_ones := [gear for gear in self.gears if not self._known(gear, known)]:
+        while open_ones := [g for g in self.gears if not all(map(known.determines, self._quantities(g)))]:
             candidates = [c for gear in open_ones for c in self._candidates(gear) if not known.determines(c.row)]
             candidates.sort(key=lambda c: any(c.gear.name == one.name for one in self.actuators))  # each gear in turn
             candidate = next((c for c in candidates if every.determines(c.row)), None)
@@ -122,7 +122,7 @@ class GearCompiler:
         if part.type == RACK:
             return self._rack(name, part, angle)
         given = part.teeth or part.radii
-        ratio = part.ratio if given is None else given[0] / given[1]  # without its sense
+        ratio: Any = part.ratio if given is None else given[0] / given[1]  # without its sense
         return GearPair(
             name, part.type, (first, second), carrier, (pivots[0], pivots[1]),
             -ratio if part.type in OPPOSITE else ratio, self._radii(part, carrier, pivots, ratio), angle,
@@ -182,12 +182,9 @@ class GearCompiler:
     def _driven_travels(self, k: int, one: Input) -> Iterator[Relation]:
         for name, travel in self.travels.items():
             along = scalar(one.normal.conjugate() * travel.normal)
-            if one.members == travel.members and abs(along.imag) < PARALLEL and self._same_body(one, travel):
+            joined = any({one.node, travel.node} <= set(member.nodes) for member in self.own.members)
+            if one.members == travel.members and abs(along.imag) < PARALLEL and joined:
                 yield Relation({("rack", name): 1.0}, {k: math.copysign(1.0, along.real)})
-
-    def _same_body(self, one: Input, other: Input) -> bool:
-        both = {one.node, other.node}
-        return any(both <= set(member.nodes) for member in self.own.members)
 
     def _linked(self, gears: Sequence[GearPair], candidates: Sequence[Candidate]) -> tuple[Candidate, Candidate]:
         """Return a quantity that can follow one that the linkage moves, and that one; raise ModelError if none can."""
@@ -201,9 +198,6 @@ class GearCompiler:
         one, other = (members[m].name for m in gears[0].members)
         text = f"gears: '{gears[0].name}' couples '{one}' and '{other}', which the rest of the mechanism moves already,"
         raise PlacedError(("gears", gears[0].name), f"{text} or which nothing moves; remove or add an actuator")
-
-    def _known(self, gear: GearPair, known: Relations) -> bool:
-        return all(known.determines(row) for row in self._quantities(gear))
 
     def _quantities(self, gear: GearPair) -> tuple[Relation, Relation]:
         """Return the first and the second quantity of a gear."""

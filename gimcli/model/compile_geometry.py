@@ -91,10 +91,8 @@ class GeometryCompiler:
     def _common(self, *names: str, moving: bool = False, but: int = -1) -> int:
         """Return the first member that has all nodes, except member `but`; with `moving`, the frame is excluded."""
         nodes = {self.index[n] for n in names}
-        for k, member in enumerate(self.members):
-            if nodes <= set(member.nodes) and k != but and not (moving and k == FRAME):
-                return k
-        raise KeyError(names)
+        left_out = {but, FRAME} if moving else {but}
+        return next(k for k, m in enumerate(self.members) if k not in left_out and nodes <= set(m.nodes))
 
     def _local(self, member: int, name: str) -> complex:
         return self.members[member].local(self.index[name])

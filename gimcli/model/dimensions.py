@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 from gimcli.errors import UsageError
 from gimcli.mechanism import Mechanism
-from gimcli.model.laws import ENDS, run_times
+from gimcli.model.laws import run_times
 from gimcli.model.part import Part
 from gimcli.model.schema import Model
 from gimcli.model.source import Where
@@ -173,8 +173,7 @@ def _actuators(model: Model) -> Iterator[tuple[Where, float, bool]]:
 def _timed(model: Model) -> bool:
     """Return whether a table, or a rate with an end, gives the duration."""
     laws = [a.law for a in model.actuators.values() if a.law is not None]
-    ended = any(law.rate is not None and any(getattr(law, key) is not None for key in ENDS) for law in laws)
-    return ended or any(law.profile.table is not None for law in laws)
+    return any(law.profile.table is not None or (law.rate is not None and law.end is not None) for law in laws)
 
 
 def _unit(model: Model, where: Sequence[Any]) -> str:

@@ -86,7 +86,8 @@ def replaced(source: Source, changes: Mapping[Where, Any]) -> str:
 
     A key that is missing is added; a list of nodes becomes a mapping for it.
     """
-    edits = [_edit(source, where, value) for where, value in changes.items() if not _in_alias(source, where)]
+    inner = {where for where in changes if any(where[:k] in source.aliases for k in range(len(where) + 1))}
+    edits = [_edit(source, where, value) for where, value in changes.items() if where not in inner]
     edits += [_written_out(source, where, changes) for where in source.aliases if _changes(source, where, changes)]
     text = source.text
     for start, end, new in sorted(edits, reverse=True):
@@ -135,10 +136,6 @@ def _written_out(source: Source, alias: Where, changes: Mapping[Where, Any]) -> 
         if where[:depth] == alias:
             value = changed(value, where[depth:], new)
     return Edit(*source.extents[alias], flow(value, depth))
-
-
-def _in_alias(source: Source, where: Where) -> bool:
-    return any(where[:k] in source.aliases for k in range(len(where) + 1))
 
 
 def _changes(source: Source, alias: Where, changes: Mapping[Where, Any]) -> bool:

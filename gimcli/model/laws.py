@@ -157,9 +157,6 @@ class Sampled:
 
 # -- ends and durations -------------------------------------------------------------------------
 
-ENDS = ("to", "by", "turns")
-"""Keys of which a law may have one; a rate needs none of them where the duration is known."""
-
 
 class RunTime(NamedTuple):
     """The duration that the rate of an input gives [s]."""
@@ -171,7 +168,7 @@ class RunTime(NamedTuple):
 
 def ended(law: Law) -> bool:
     """Return whether a law has an end, so that a polynomial in it goes from 0 to 1."""
-    return law.rate is not None or any(getattr(law, key) is not None for key in ENDS)
+    return law.rate is not None or law.end is not None
 
 
 def increment(law: Law, turn: float, duration: Any | None) -> Any | None:
@@ -211,13 +208,12 @@ def run_times(model: Model, initial: Callable[[str, Actuator], Any | None], time
     found = list[RunTime]()
     for name, actuator, law, rate in rated:
         change = increment(law, turn * actuator.rotary, 0.0)
-        key = next((key for key in ENDS if getattr(law, key) is not None), None)
         if law.to is not None:
             start = initial(name, actuator) if law.from_ is None else law.from_
             change = None if start is None else law.to - start
-        if key is not None and change is not None:
+        if law.end is not None and change is not None:
             change = -change if nominal(change) < 0.0 < nominal(rate) else change  # a positive rate is a speed
-            found.append(RunTime(name, change / rate, f"`{key}` at this `rate`"))
+            found.append(RunTime(name, change / rate, f"`{law.end}` at this `rate`"))
     if found or timed:
         return found
     return [

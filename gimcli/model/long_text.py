@@ -60,7 +60,8 @@ class _LongForm:
         self.explicit: dict[str, Callable[[int, Any], dict[str, Any]]] = {
             "links": self._link, "elements": self._element, "actuators": self._actuator,
             "prismatic": lambda _, pair: {"offset": pair.offset},
-            "points": self._point, "masses": self._mass, "loads": self._load, "springs": self._spring,
+            "points": lambda k, part: self._place(part, mechanism.points[k].member, mechanism.points[k].local),
+            "masses": self._mass, "loads": self._load, "springs": self._spring,
         }  # fmt: skip
 
     def data(self) -> dict[str, Any]:
@@ -139,10 +140,6 @@ class _LongForm:
         return {"from": first, "to": last, "profile": shape}
 
     # -- what members carry -----------------------------------------------------------------------
-
-    def _point(self, number: int, point: Tracer) -> dict[str, Any]:
-        compiled = self.mechanism.points[number]
-        return self._place(point, compiled.member, compiled.local)
 
     def _place(self, part: Tracer | Load, member: int, place: complex) -> dict[str, Any]:
         """Return `local` of a point of a member, or `at` of a point of the ground."""

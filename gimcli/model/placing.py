@@ -10,7 +10,7 @@ import cmath
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
-from itertools import islice
+from itertools import compress, islice
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -77,8 +77,10 @@ def place(model: Model, folder: Path, preferred: Mapping[str, str]) -> Placing:
     size = _size(data, given)
     search = _Search(steps, asked, preferred, size)
     found = tuple(islice(search.run(given), FOUND))
-    exact = tuple(one for one in found if _fits(data, one.at, model.open.parts, size)) if len(found) > 1 else found
-    found = exact or found
+    if len(found) > 1:
+        errors = (_errors(data, one.at, set(model.open.parts)) for one in found)
+        fits = [all(error <= FITS * size for error in own) for own in errors]
+        found = tuple(compress(found, fits)) or found
     undecided = tuple(
         step.owner for step in steps
         if step.owner and (len({one.sides.get(step.owner) for one in found}) > 1
@@ -251,11 +253,6 @@ def _size(data: PlacingData, given: Mapping[str, complex]) -> float:
     groups = [list(given.values()), *(list(shape.local.values()) for shape in data.shapes)]
     spans = [abs(z - group[0]) for group in groups for z in group[1:]]
     return max([*spans, *(abs(one.value) for one in data.distances)], default=0.0)
-
-
-def _fits(data: PlacingData, at: Mapping[str, Any], opened: Mapping[str, Any], size: float) -> bool:
-    """Return whether positions satisfy all dimensions that concern an open node."""
-    return all(error <= FITS * size for error in _errors(data, at, set(opened)))
 
 
 def _errors(data: PlacingData, at: Mapping[str, Any], opened: set[str]) -> Iterator[float]:

@@ -76,17 +76,13 @@ class Written:
 
         recording = Recording()
         changes = {name: recording.variable(self.dimension(name).value) for name in names}
-        model = self.placed(self.substituted(changes, FUNCTIONS))
+        model = self.substituted(changes, FUNCTIONS)
+        if model.open.parts:
+            from gimcli.model.placing import placed_again
+
+            model = placed_again(model, self.source.folder)
         model = model if dynamics else without_dynamics(model)
         return compile_model(model, self.source.folder, (mechanism.origin, mechanism.scale)), recording
-
-    def placed(self, model: Model) -> Model:
-        """Return a model with other dimensions, with new positions of the nodes without coordinates."""
-        if not self.model.open.parts:
-            return model
-        from gimcli.model.placing import placed_again
-
-        return placed_again(model, self.source.folder)
 
     def place(self, where: Where) -> str:
         """Return file and line of a part, or its path of keys if the model was not read from a file."""

@@ -18,7 +18,7 @@ CLOSEST = 1e-12
 """Nodes closer than this fraction of the mechanism's size coincide in double precision."""
 
 
-class Found(NamedTuple):
+class PartFault(NamedTuple):
     """An error of a part: the path of keys below the part, and whether it is at the key, not at the value.
 
     It is not recorded if an unknown key of the part was probably meant as one of those that are `lacking`, nor without
@@ -41,7 +41,8 @@ class References:
 
     def __init__(self, source: Source, model: Model, sized: Collection[str], doubtful: Collection[Where] = ()) -> None:
         self.source, self.model, self.doubtful = source, model, doubtful
-        self.every = {k: v.nodes for k, v in (*model.links.items(), *model.elements.items())}
+        links = {k: v.nodes for k, v in model.links.items()}
+        self.every = links | {k: v.nodes for k, v in model.elements.items()}
         self.held = model.ground.member
         self.ground = set(model.ground.nodes if self.held is None else self.every.get(self.held, []))
         self.members = {k: v for k, v in self.every.items() if k != self.held}
@@ -58,7 +59,7 @@ class References:
         if not any((*where, key) in self.doubtful for key in keys):
             self.fault(where, text)
 
-    def sound(self, where: Where, errors: Iterator[Found]) -> bool:
+    def sound(self, where: Where, errors: Iterator[PartFault]) -> bool:
         """Return whether a part has no errors; record the first one."""
         first = next(errors, None)
         if first is not None and first.text:

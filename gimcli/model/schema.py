@@ -29,6 +29,8 @@ MOST_COEFFICIENTS = 100
 NO_FORMULAS: Mapping[tuple[str | int, ...], Expression] = MappingProxyType({})
 MEMBER_WORDS = ("member", "true", "True", "TRUE")
 """Other words for the key `on` of points and loads; programs that read YAML 1.1 write it as true."""
+ENDS = ("to", "by", "turns")
+"""Keys of which a law may have one; a rate needs none of them where the duration is known."""
 PROFILES = ("uniform", "cubic", "quintic", "cycloidal", "harmonic")
 
 
@@ -191,6 +193,11 @@ class Law(Part):
     turns: float | None = _optional(NUMBER)
     rate: float | None = _optional(NUMBER)
     profile: Profile = _default(Profile.schema, Profile())
+
+    @property
+    def end(self) -> str | None:
+        """The key of `ENDS` that is given, the first one; None if there is none."""
+        return next((key for key in ENDS if getattr(self, key) is not None), None)
 
 
 class Gauge(Part):

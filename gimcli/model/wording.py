@@ -35,6 +35,7 @@ _ACTUATOR_HINTS = {
     "link": "a motor has a `pivot` and an `arm`, two nodes of the link",
 }  # fmt: skip
 
+GROUND = "write `ground: [NODES]`, or `ground: {member: NAME}` for a floating mechanism"
 FORMS = {
     "ground": "a list of nodes or {member: NAME}", "masses": "a number or a mapping such as {mass: ...}",
     "friction": "a number or a mapping such as {mu: ..., radius: ...}",
@@ -71,7 +72,8 @@ def record(source: Source, error: dict[str, Any], refused: Mapping[Where, str] =
         hint = _ACTUATOR_HINTS.get(str(where[-1]).lower(), hint) if where[0] == "actuators" else hint
         source.fault(written(source, where), f"unknown key '{where[-1]}'; {hint}", key=True)
     elif kind == "missing":
-        source.fault(written(source, where[:-1]), f"'{where[-1]}' is missing; {_missing(where)}")
+        cure = GROUND if where == ("ground",) else f"add `{where[-1]}:`"
+        source.fault(written(source, where[:-1]), f"'{where[-1]}' is missing; {cure}")
     elif refused.get(where, kind):
         name = ".".join(str(part) for part in written(source, where)) or "the file"
         reason = f"; {refused[where]}" if where in refused else ""
@@ -135,12 +137,6 @@ def _bare(schema: Any) -> Any:
 # -- texts ----------------------------------------------------------------------------------
 
 
-def _missing(where: Where) -> str:
-    if where == ("ground",):
-        return "write `ground: [NODES]`, or `ground: {member: NAME}` for a floating mechanism"
-    return f"add `{where[-1]}:`"
-
-
 def _bound(where: Where, got: Any, limits: dict[str, Any]) -> str:
     words = {"gt": "above", "ge": "of at least", "le": "of at most"}
     side = next(side for side in words if side in limits)
@@ -161,10 +157,6 @@ def _count(where: Where, got: Any, limits: dict[str, Any]) -> str:
     if where[0] == "elements" and where[2:] == ("nodes",):
         return f"{entries}; list a member of two nodes under `links:`"
     return entries
-
-
-def _form(where: Where, got: Any, limits: dict[str, Any]) -> str:
-    return f"expected {_forms(where)}, got {shown(got)}"
 
 
 def _forms(where: Where) -> str:
@@ -195,8 +187,9 @@ _TEXTS: dict[str, Callable[[Where, Any, dict[str, Any]], str]] = {
     "too_short": _count,
     "too_long": _count,
     "list_type": _items,
-    "dict_type": _form,
-    "model_type": _form,
+    **dict.fromkeys(
+        ("dict_type", "model_type"), lambda where, got, limits: f"expected {_forms(where)}, got {shown(got)}"
+    ),
     "string_type": _name,
     "string_too_short": _name,
 }
