@@ -15,11 +15,10 @@ from math import prod
 
 import numpy as np
 
-from gimcli.assemblies.assur_loops import independent, parts
+from gimcli.assemblies.assur_loops import LoopGroup, LoopState, group_of, independent, parts
 from gimcli.assemblies.certificate import Proven, distances, mirror_distance, real_form
 from gimcli.assemblies.constants import FITS, SEARCH
 from gimcli.assemblies.dyads import DyadRoots, dyad_roots
-from gimcli.assemblies.group_loops import LoopGroup, LoopState, group_of
 from gimcli.assemblies.link_joints import NONE, BodyJoint, Linkage, linkage
 from gimcli.assemblies.loops import LoopFamily, Loops, values_and_jacobian
 from gimcli.assemblies.roots import OPEN, REACHED, REALS, Roots, all_roots

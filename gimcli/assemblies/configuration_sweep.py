@@ -11,9 +11,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from gimcli.assemblies.assemblies import ConfigurationFinder, Configurations
+from gimcli.assemblies.assur_loops import LoopGroup
 from gimcli.assemblies.certificate import distances, prove
 from gimcli.assemblies.constants import SEARCH
-from gimcli.assemblies.group_loops import LoopGroup
 from gimcli.assemblies.loops import Loops
 from gimcli.assemblies.root_paths import corrected, random_member, track
 from gimcli.assemblies.roots import AGREED, REACHED, Roots

@@ -14,8 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gimcli.comparison.absolute import BodyCoordinates
-from gimcli.comparison.pairs import BodyPair
+from gimcli.comparison.bodies import BodyCoordinates, BodyPair
 from gimcli.kernels import bodies as pairs
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
 from gimcli.structure.steps import NONE

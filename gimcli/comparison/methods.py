@@ -19,11 +19,10 @@ from typing import Protocol
 
 import numpy as np
 
-from gimcli.comparison.absolute import AbsoluteCoordinates
+from gimcli.comparison.bodies import AbsoluteCoordinates, Stop
 from gimcli.comparison.joint import JointCoordinates
 from gimcli.comparison.natural import NaturalCoordinates
 from gimcli.comparison.operations import Cost, coordinates_cost, plan_cost, sweep_cost
-from gimcli.comparison.pairs import Stop
 from gimcli.gim.sequence_switching import SwitchingState
 from gimcli.gim.sweeper import Sweeper
 from gimcli.mechanism import BoolArray, ComplexArray, FloatArray, IntArray, Mechanism

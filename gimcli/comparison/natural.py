@@ -11,7 +11,7 @@ from itertools import combinations
 
 import numpy as np
 
-from gimcli.comparison.pairs import Stop
+from gimcli.comparison.bodies import Stop
 from gimcli.kernels import coordinates as kernels
 from gimcli.kernels.points import DISTANCE, LINE, RIGID
 from gimcli.mechanism import FRAME, HEIGHT, SPAN, ComplexArray, FloatArray, Mechanism, PairRow

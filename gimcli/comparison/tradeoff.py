@@ -15,7 +15,7 @@ from functools import partial
 
 import numpy as np
 
-from gimcli.comparison.absolute import AbsoluteCoordinates
+from gimcli.comparison.bodies import AbsoluteCoordinates
 from gimcli.comparison.methods import METHODS, MotionMethod, MotionTask, Outcome
 from gimcli.comparison.operations import coordinates_cost
 from gimcli.comparison.timing import TIMING, Measured, Timing, measure

@@ -26,8 +26,8 @@ import numpy as np
 
 from gimcli.dynamics.coulomb_solver import FrictionStatus, FrictionSystem, solve_friction
 from gimcli.dynamics.equilibrium_equations import Balance, coefficients, equilibrium, right_side
-from gimcli.dynamics.friction_pairs import FrictionPair, friction_pairs
 from gimcli.dynamics.kinematic_history import Course, Turns, reading
+from gimcli.dynamics.load_arrays import FrictionPair, friction_pairs
 from gimcli.dynamics.loading import Loading
 from gimcli.dynamics.physical import require_action
 from gimcli.dynamics.statics import Statics

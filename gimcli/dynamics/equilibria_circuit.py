@@ -22,9 +22,8 @@ from gimcli.dynamics.equilibria import (
     Equilibrium,
     Push,
 )
-from gimcli.dynamics.equilibria_balance import StaticBalance
+from gimcli.dynamics.equilibria_balance import StaticBalance, released_inputs_line
 from gimcli.dynamics.equilibria_curve import BALANCE, BalanceCurve, BalancePoint, CurveStop, joined
-from gimcli.dynamics.equilibria_freedoms import released_inputs_line
 from gimcli.dynamics.equilibria_roots import CurveRoot, curve_roots
 from gimcli.input_laws import ConstantLaw
 from gimcli.mechanism import FloatArray, Mechanism

@@ -19,8 +19,7 @@ import numpy as np
 from gimcli.branching.resampling import beside, heading, settled
 from gimcli.continuation.arclength import CurvePoint, place
 from gimcli.continuation.circuit import CIRCUIT, Circuit
-from gimcli.dynamics.equilibria_balance import GeneralisedForces, StaticBalance
-from gimcli.dynamics.equilibria_freedoms import Freedoms
+from gimcli.dynamics.equilibria_balance import Freedoms, GeneralisedForces, StaticBalance
 from gimcli.mechanism import FloatArray
 from gimcli.numerics.roots import root
 from gimcli.progress import spend

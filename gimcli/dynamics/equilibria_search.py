@@ -18,9 +18,8 @@ import numpy as np
 
 from gimcli.canonical import ROUNDING, beside, ranks
 from gimcli.dynamics.equilibria import STABLE, UNDECIDED, UNSTABLE, Equilibria, Equilibrium
-from gimcli.dynamics.equilibria_balance import StaticBalance
+from gimcli.dynamics.equilibria_balance import Freedoms, StaticBalance, released_inputs_line
 from gimcli.dynamics.equilibria_curve import BALANCE
-from gimcli.dynamics.equilibria_freedoms import Freedoms, released_inputs_line
 from gimcli.errors import UnassembledError
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.motion.start import settled, start_position

@@ -15,9 +15,8 @@ import numpy as np
 
 from gimcli.calculus.numbers import RuleNumber
 from gimcli.dynamic_data import NO_NODE, AppliedLoad, DampingForce, Inertia, RotorInertia, SpringForce
-from gimcli.dynamics.friction_pairs import friction_pairs
 from gimcli.dynamics.kinematic_history import Course, Turns, reading, turning
-from gimcli.dynamics.load_arrays import is_vector, moving_loads
+from gimcli.dynamics.load_arrays import friction_pairs, is_vector, moving_loads
 from gimcli.dynamics.physical import require_action
 from gimcli.dynamics.statics import Reaction, Statics, direction
 from gimcli.kernels.equilibrium import COUPLE, PUSH

@@ -5,29 +5,161 @@
 rho: radius of the friction circle; R: pin force; N1, N2: the two contacts of a guide (or the normal force of a pin in a
 slot); L: unit of length of the normal frame, about the size of the mechanism; e [rad/s]: the slip speed. What should
 stand creeps with less than e where the load is at most 76 % of the greatest friction, tanh(1). The reactions depend on
-the accelerations and on the friction itself: the kernel solves for both in each state.
+the accelerations and on the friction itself: the kernel `gimcli.kernels.body_balance` solves the equations of all
+bodies for both in each state.
 
 Reactions along a simulation are those to this friction, which acts on the bodies as known forces.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from gimcli.dynamics.body_balance import BodyBalance
+from gimcli.dynamic_data import NO_NODE, AppliedLoad, Friction, Inertia
 from gimcli.dynamics.equilibrium_equations import directions, equilibrium
 from gimcli.dynamics.forces import Forces
 from gimcli.dynamics.kinematic_history import Course
+from gimcli.dynamics.load_arrays import FrictionPair, friction_pairs, ints, moving_loads, with_force_gauges
 from gimcli.dynamics.physical import require_action
 from gimcli.dynamics.reducer import Reducer, free_inputs
+from gimcli.dynamics.statics import Statics, statics
 from gimcli.errors import StructureError
 from gimcli.kernels import body_balance as kernels
+from gimcli.kernels.body_balance import GUIDE, PIN, SLOT, BalancedBodies, Contacts
+from gimcli.kernels.equilibrium import ALONG
 from gimcli.kernels.reduction import DISSIPATED, SUPPLIED
-from gimcli.mechanism import FloatArray, Mechanism
+from gimcli.mechanism import ANGLE, FRAME, SPAN, FloatArray, IntArray, Mechanism
+from gimcli.structure.sliding_pairs import pair_of
 from gimcli.structure.steps import NONE
 from gimcli.table import Column
+
+TURNS, TRAVELS, LENGTHS = range(3)
+"""Kinds of readings."""
+
+
+class BodyBalance:
+    """The bodies, unknowns and contacts of a mechanism; `free` are its released inputs."""
+
+    def __init__(self, mechanism: Mechanism, free: Sequence[int]) -> None:
+        read = with_force_gauges(mechanism)
+        every, self.mechanism, self.first = statics(read), read, 2 * len(mechanism.nodes)
+        couples = [pair.reaction(every) for pair in friction_pairs(read) if pair.slide == NONE]
+        count, known = len(every.reactions), len(every.reactions) + len(every.gauges)
+        self.statics: Statics = replace(every, reactions=(*every.reactions, *every.gauges, *couples))
+        self.couples = known + np.arange(len(couples), dtype=np.int64)
+        self.readings = np.array([*every.efforts, *range(count, known)], dtype=np.int64)  # of actuators and gauges
+        unknown = np.setdiff1d(np.arange(count), self.readings[list(free)])
+        self.unknown = np.full(known + len(couples), -1, dtype=np.int64)
+        self.unknown[unknown] = np.arange(len(unknown))
+        self.unknowns, self.equations = len(unknown), every.equations
+        self.pairs: list[FrictionPair] = []  # of the contacts
+        self.columns: list[int] = []
+        self.contacts = self._contacts()
+        self.bodies = self._bodies()
+
+    def _bodies(self) -> BalancedBodies:
+        every, read = self.statics, self.mechanism
+        vectors = [reaction.vector for reaction in every.reactions]
+        turned = [(c, v.u, v.v, int(every.reactions[c].kind == ALONG)) for c, v in enumerate(vectors) if v.u != NONE]
+        contact = np.full(len(vectors), -1, dtype=np.int64)
+        contact[self.columns] = np.arange(len(self.columns))
+        kinds = {ANGLE: TURNS, SPAN: LENGTHS}
+        readings = [kinds.get(i.kind, TRAVELS) for i in (*read.actuators, *read.gauges)]
+        inertias = [i for i in read.dynamics.inertias if i.member != FRAME]
+        terms, factors = self._terms()
+        rotors, ratios = self._rotors()
+        shares, share = self._shares()
+        return BalancedBodies(
+            terms, factors, np.array([(v.z.real, v.z.imag) for v in vectors]).reshape(-1, 2), ints(turned, 4),
+            self.unknown, contact, self._acted(inertias), self._acted(moving_loads(read)),
+            ints(list(zip(self.readings.tolist(), readings, strict=True)), 2), self.couples,
+            rotors, ratios, shares, share, self.first,
+        )  # fmt: skip
+
+    def _terms(self) -> tuple[IntArray, FloatArray]:
+        """Return the entries of the equations, as in `gimcli.dynamics.equilibrium_equations.equilibrium`."""
+        every, terms, factors = self.statics, list[tuple[int, ...]](), list[float]()
+        for c, reaction in enumerate(every.reactions):
+            for body, axis, kind, factor, node in every.entries(reaction):
+                terms.append((every.first_row[body] + axis, c, kind, node, every.bodies[body].node))
+                factors.append(factor)
+        return ints(terms, 5), np.array(factors)
+
+    def _rotors(self) -> tuple[IntArray, FloatArray]:
+        """Return number of the rotor and column of each actuator that turns it, and the ratios."""
+        rows, ratios = list[tuple[int, int]](), list[float]()
+        leaders = {coupling.follower: coupling.terms for coupling in self.mechanism.couplings}
+        for k, rotor in enumerate(self.mechanism.dynamics.rotors):
+            for actuator, ratio in leaders.get(rotor.actuator, ((rotor.actuator, 1.0),)):
+                rows.append((k, int(self.readings[actuator])))
+                ratios.append(ratio)
+        return ints(rows, 2), np.array(ratios, dtype=float)
+
+    def _shares(self) -> tuple[IntArray, FloatArray]:
+        """Return columns of actuators and of their followers without gears, and the ratios."""
+        rows, ratios = list[tuple[int, int]](), list[float]()
+        for coupling in self.mechanism.couplings:
+            if not coupling.geared:
+                for actuator, ratio in coupling.terms:
+                    rows.append((int(self.readings[actuator]), int(self.readings[coupling.follower])))
+                    ratios.append(ratio)
+        return ints(rows, 2), np.array(ratios, dtype=float)
+
+    def _acted(self, parts: Sequence[Inertia | AppliedLoad]) -> IntArray:
+        """Return first equation, node of reference, and whether there is an equation of moments, of the bodies."""
+        every, rows = self.statics, list[tuple[int, int, int]]()
+        for part in parts:
+            body = every.body_of_pin[part.node] if part.node != NO_NODE else every.body_of_member[part.member]
+            if body == NONE:
+                rows.append((-1, 0, 0))
+            else:
+                own = every.bodies[body]
+                rows.append((every.first_row[body], own.node, int(own.member != NONE)))
+        return ints(rows, 3)
+
+    # -- contacts -------------------------------------------------------------------------------------
+
+    def _contacts(self) -> Contacts:
+        """Return the pairs with dry friction: each member on a pin but the first, and the guides."""
+        rows, factors, turning = list[tuple[int, ...]](), list[tuple[float, float]](), 0
+        pairs = friction_pairs(self.mechanism)
+        travel = len(self.readings) - sum(pair.slide != NONE for pair in pairs)  # the last gauges are those of guides
+        for pair in pairs:
+            if pair.slide == NONE:
+                rows.append(self._on_pin(pair, turning))
+                factors.append((pair.friction.circle, 0.0))
+                self.columns.append(int(self.couples[turning]))
+                turning += 1
+            else:
+                rows.append(self._on_guide(pair.friction, travel))
+                factors.append((pair.friction.mu, pair.friction.length))
+                self.columns.append(int(self.readings[travel]))
+                travel += 1
+        dry = [k for k, factor in enumerate(factors) if factor[0] > 0.0]
+        self.columns, self.pairs = [self.columns[k] for k in dry], [pairs[k] for k in dry]
+        table = ints([rows[k] for k in dry], 8)
+        return Contacts(
+            table[:, 0].copy(), table[:, 1].copy(), table[:, 2:].copy(),
+            np.array([factors[k] for k in dry]).reshape(-1, 2),
+        )  # fmt: skip
+
+    def _on_pin(self, pair: FrictionPair, number: int) -> tuple[int, ...]:
+        """Return kind, speed, and unknowns, columns and nodes of the force of a pin on a member."""
+        x, y = pair.forces(self.statics)
+        return (PIN, number, int(self.unknown[x]), int(self.unknown[y]), x, y, pair.friction.node, pair.friction.node)
+
+    def _on_guide(self, friction: Friction, reading: int) -> tuple[int, ...]:
+        """Return kind, speed, and unknowns, columns and nodes of the normal forces of a guide."""
+        slides = pair_of(self.mechanism, friction.slide).slides
+        ends = slides[0], slides[-1]
+        columns = [self.statics.normals[k] for k in ends]
+        nodes = [self.mechanism.slides[k].node for k in ends]
+        kind = GUIDE if len(slides) > 1 and friction.length > 0.0 else SLOT
+        return (kind, self.first + reading, *(int(self.unknown[c]) for c in columns), *columns, *nodes)
+
 
 SOFT = 1e-12
 """Singular values below this fraction of the greatest belong to redundant constraints."""

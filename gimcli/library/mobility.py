@@ -230,7 +230,7 @@ def jacobian_matrix(mechanism: Mechanism, coordinates: str = NATURAL) -> Jacobia
         columns = tuple((f"{mechanism.nodes[n]}.{axis}", length) for n in own.free for axis in "xy")
         values = own.slopes(own.constraints, z, mechanism.drawn_inputs)
         return JacobianMatrix(coordinates, tuple(r.name for r in own.constraints), columns, values)
-    from gimcli.comparison.absolute import AbsoluteCoordinates
+    from gimcli.comparison.bodies import AbsoluteCoordinates
     from gimcli.comparison.joint import JointCoordinates
 
     kind = JointCoordinates if coordinates == "joint" else AbsoluteCoordinates

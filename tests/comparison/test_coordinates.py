@@ -11,9 +11,8 @@ from random_mechanisms import Growth
 from table1_operations import CASES, displaced
 
 from gimcli import GimError, load
-from gimcli.comparison.absolute import frame_poses
+from gimcli.comparison.bodies import Stop, frame_poses
 from gimcli.comparison.methods import COORDINATES, TextbookConstants, follow
-from gimcli.comparison.pairs import Stop
 from gimcli.kernels import bodies, jit, points
 from gimcli.motion.motion import trace
 from gimcli.positions.dispatch import plain

@@ -7,7 +7,7 @@ from counted import COUNT, counted_array, operations
 
 from gimcli import load
 from gimcli.comparison import operations as counts
-from gimcli.comparison.absolute import AbsoluteCoordinates, frame_poses
+from gimcli.comparison.bodies import AbsoluteCoordinates, frame_poses
 from gimcli.comparison.joint import JointCoordinates
 from gimcli.comparison.natural import NaturalCoordinates
 from gimcli.gim import sweeps

@@ -15,8 +15,7 @@ from in_process import gim
 from scipy import optimize
 
 from gimcli import equilibrium, forces, load, solve
-from gimcli.dynamics.equilibria_balance import StaticBalance
-from gimcli.dynamics.equilibria_freedoms import Freedoms, released_inputs_line
+from gimcli.dynamics.equilibria_balance import Freedoms, StaticBalance, released_inputs_line
 from gimcli.dynamics.equilibria_search import EquilibriumSearch
 from gimcli.dynamics.small_motions import linearised
 from gimcli.status import Status

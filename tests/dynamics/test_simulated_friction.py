@@ -105,6 +105,18 @@ def places(found):
 # -- a block on a spring ----------------------------------------------------------------------------
 
 
+def test_the_block_on_a_spring_without_length_turns_at_the_same_places():
+    """A spring of free length 0 between two nodes on the guide has the same force k x."""
+    model = MODELS / "spring_block.yaml"
+    text = model.read_text().replace("  P: [100, 0] ", "  K: [0, 0]\n  P: [100, 0] ")
+    text = text.replace("ground: [G, H]", "ground: [G, H, K]", 1)
+    text = text.replace(
+        "{node: P, guide: [G, H], stiffness: 100, free: 200}", "{nodes: [K, P], stiffness: 100, free: 0}"
+    )
+    found = run(text, 2.0, 201, 1e-6)
+    assert np.abs(places(found) - TURNS).max() < 1e-8
+
+
 @pytest.mark.parametrize("method", ["", "radau"])
 def test_the_block_on_a_spring_turns_and_sticks_where_the_closed_form_does(method):
     found = spring_block(1e-6, method)

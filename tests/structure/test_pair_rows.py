@@ -10,7 +10,7 @@ import pytest
 
 from gimcli.assemblies import all_configurations
 from gimcli.branching.enumeration import circuits
-from gimcli.comparison.pairs import Bodies
+from gimcli.comparison.bodies import Bodies
 from gimcli.dynamics.forces import motion_forces
 from gimcli.mechanism import ANGLE, PairRow
 from gimcli.model.compile import compile_model
