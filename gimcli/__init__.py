@@ -62,8 +62,8 @@ RENAMED = {
 }  # fmt: skip
 """Old and new names of arguments by functions; the old ones work in this version."""
 
-FREE_FIRST = ("equilibrium", "modes")
-"""Functions whose second argument was `free`, before `at`; this order works in this version."""
+BEFORE_AT = {"assembled": "assembly", "equilibrium": "free", "modes": "free", "sensitivity": "of"}
+"""Functions whose second argument was another one, before `at`; this order works in this version."""
 
 _NO_VERBS = ("load", "loads", "shipped_models")
 _ERRORS = ("GimError", "ModelError", "OutputError", "StructureError", "UnassembledError", "UsageError")
@@ -92,10 +92,11 @@ def _of_any_model(verb: Any) -> Any:
 
     @wraps(verb)
     def decorated(mechanism: Any, *args: Any, **kwargs: Any) -> Any:
-        if verb.__name__ in FREE_FIRST and args and args[0] is not None and not isinstance(args[0], Mapping):
-            text = f"{verb.__name__}: the second argument is `at`, as in all functions; give `free` by its name"
+        first = BEFORE_AT.get(verb.__name__)
+        if first and args and args[0] is not None and not isinstance(args[0], Mapping):
+            text = f"{verb.__name__}: the second argument is `at`, as in all functions; give `{first}` by its name"
             warn(text, DeprecationWarning, stacklevel=2)
-            kwargs["free"], args = args[0], args[1:]
+            kwargs[first], args = args[0], args[1:]
         known = RENAMED.get(verb.__name__, {})
         given = known.keys() & kwargs.keys()
         for old in given:

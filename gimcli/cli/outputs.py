@@ -64,7 +64,7 @@ def started(
         return decided(mechanism)
     from gimcli.library.assembled import assembled
 
-    return assembled(mechanism, assembly, at, tolerance=tolerance, progress=progress_bar)
+    return assembled(mechanism, at, assembly, tolerance=tolerance, progress=progress_bar)
 
 
 class Outputs:

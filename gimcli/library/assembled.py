@@ -27,19 +27,19 @@ LISTED = 16
 
 
 def assembled(
-    mechanism: Mechanism, assembly: int | str, at: Mapping[str, float | str] | None = None, *,
+    mechanism: Mechanism, at: Mapping[str, float | str] | None = None, assembly: int | str = "", *,
     tolerance: float = 1e-10, progress: Phases = no_phases, **inputs: float,
 ) -> Mechanism:  # fmt: skip
-    """Return the mechanism with one of its configurations as initial configuration, for example `assembled(m, 2)`.
+    """Return the mechanism with one of its configurations as the initial one, for example `assembled(m, assembly=2)`.
 
     All functions then start from this configuration; dimensions and laws are unchanged. The model file is not changed.
 
     Args:
         mechanism: from `load` or `loads`.
+        at: dict of inputs by name, for names that are not Python names or are names of arguments.
         assembly: number of the configuration in the list of `configurations` (from 1), or its signs, such as "+-" or
             "-(2)"; of several independent machines also "MACHINE=2,OTHER=+-" as `configurations` lists them. Without
             names a number or signs count the combinations of all machines.
-        at: dict of inputs by name, for names that are not Python names or are names of arguments.
         tolerance: largest accepted error of a constraint, relative to the mechanism's size; from 1e-14 to below 1.
         progress: function of the name of a phase; returns a function of (done, all), for a progress bar.
         inputs: inputs by name, in the file's units, at which the list is made. Inputs that are not given have the value
@@ -81,7 +81,7 @@ def _of_machines(
         own = one.mechanism
         if one.name in wanted:
             at = {a.name: given[a.name] for a in own.actuators if a.name in given}
-            own = assembled(own, wanted[one.name], at, tolerance=tolerance, progress=progress)
+            own = assembled(own, at, wanted[one.name], tolerance=tolerance, progress=progress)
             inputs[list(one.actuators)] = whole_inputs(mechanism, one, own.drawn_inputs)
         drawn.append(own.drawn)
     z = whole_positions(mechanism, drawn, mechanism.driven_machines)

@@ -46,7 +46,7 @@ def _in_assembly(mechanism: Mechanism, assembly: int | str | None) -> Mechanism:
         return decided(mechanism)
     from gimcli.library.assembled import assembled
 
-    return assembled(mechanism, assembly)
+    return assembled(mechanism, assembly=assembly)
 
 
 def decided(mechanism: Mechanism) -> Mechanism:

@@ -83,13 +83,13 @@ def _texts(given: str | Sequence[str]) -> list[str]:
 
 @for_each_machine(_machines, _own)
 def sensitivity(
-    mechanism: Mechanism, of: str | Sequence[str] = (), *, by: str | Sequence[str] = (),
-    at: Mapping[str, float | str] | None = None, steps: Steps = 72,
+    mechanism: Mechanism, at: Mapping[str, float | str] | None = None, of: str | Sequence[str] = (), *,
+    by: str | Sequence[str] = (), steps: Steps = 72,
     samples: Annotated[int | None, Range(0, MOST_STEPS)] = None, seed: Seed = 0,
     distribution: Annotated[str, OneOf(DEVIATIONS)] = "normal", jit: Jit = "auto", notify: Notify | None = None,
     progress: Phases = no_phases, **inputs: float,
 ) -> SensitivityResult:  # fmt: skip
-    """Find the derivatives of positions and rates by the dimensions, for example `sensitivity(m, "P", motor=30)`.
+    """Find the derivatives of positions and rates by the dimensions, for example `sensitivity(m, of="P", motor=30)`.
 
     The derivatives are exact (implicit function theorem) and at constant inputs: a dimension that also changes the
     start of a law does not move the input, nor change its speed. Without inputs they are found along the motion of the
@@ -98,13 +98,13 @@ def sensitivity(
 
     Args:
         mechanism: from `load` or `loads`.
+        at: dict of inputs by name, for names that are not Python names or are names of arguments.
         of: quantities, a text or a list: nodes or points ("P", "P.x"), members (their direction), "transmission",
             "transmission:B", "angle:A/B", velocities, accelerations and jerks ("P.vx", "rocker.alpha"); of a motion
             also numbers that `sweep` can keep, such as "range(P.y)" or "max(hypot(P.vx, P.vy))". By default the traced
             points.
         by: dimensions, such as "crank" or "B.x", or actuators for their inputs. By default all numbers of the file that
             move a node and are not given by a formula, and all inputs.
-        at: dict of inputs by name, for names that are not Python names or are names of arguments.
         steps: number of steps of the motion, if no input is given.
         samples: number of random designs for the tolerances; by default 10 000. 0: none.
         seed: seed of the random designs.

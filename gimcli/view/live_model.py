@@ -176,7 +176,7 @@ class LiveModel:
             else:
                 from gimcli.library.assembled import assembled  # imported late: few ask for it
 
-                mechanism = assembled(mechanism, self.assembly, progress=progress)
+                mechanism = assembled(mechanism, assembly=self.assembly, progress=progress)
             result = trace(mechanism, **self.settings, progress=progress)
             if not isinstance(result, MotionTraceResult) or not result.solved:
                 raise StructureError(unsolved(result))

@@ -380,7 +380,7 @@ def test_the_assembly_of_an_equilibrium_is_named():
     assert second["assembly"] == 2
     with pytest.raises(UsageError):
         gimcli.modes(mechanism, at=second["inputs"])
-    there = gimcli.modes(gimcli.assembled(mechanism, 2, second["inputs"]), at=second["inputs"])
+    there = gimcli.modes(gimcli.assembled(mechanism, assembly=2, at=second["inputs"]), at=second["inputs"])
     assert there.report()["K"][0][0] == pytest.approx(second["stiffness"][0][0], rel=1e-6)
 
 

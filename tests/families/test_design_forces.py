@@ -113,7 +113,7 @@ def test_effort_of_a_crank_with_a_mass_has_the_derivatives_of_the_closed_form():
         "gravity": [0, -9.81], "masses": {"A": 3},
     }  # fmt: skip
     m = gimcli.load(model)
-    found = gimcli.sensitivity(m, "motor.effort", by=["A.mass", "A.x", "motor"], motor=40.0)
+    found = gimcli.sensitivity(m, of="motor.effort", by=["A.mass", "A.x", "motor"], motor=40.0)
     theta = math.radians(40.0)
     assert found.value["motor.effort"] == pytest.approx(3 * 9.81 * 0.5 * math.cos(theta), rel=1e-12)
     derivatives = found.derivatives["motor.effort"]
@@ -124,4 +124,4 @@ def test_effort_of_a_crank_with_a_mass_has_the_derivatives_of_the_closed_form():
 
 def test_forces_that_depend_on_more_than_one_design_have_no_derivatives():
     with pytest.raises(GimError, match=r"of 'crank_angle.effort': forces have exact derivatives without dry friction"):
-        gimcli.sensitivity(gimcli.load(MODELS / "crank_press.yaml"), "crank_angle.effort")
+        gimcli.sensitivity(gimcli.load(MODELS / "crank_press.yaml"), of="crank_angle.effort")

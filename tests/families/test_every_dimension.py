@@ -45,4 +45,4 @@ def test_gravity_varies_beside_a_rotor():
 @pytest.mark.parametrize("name", ["wiper", "garage_door"])
 def test_sensitivities_beside_a_rotor(name):
     mechanism = gimcli.load(next(path for path in FILES if path.stem == name))
-    assert len(gimcli.sensitivity(mechanism, "T.x", steps=2, samples=0).keys()) > 2
+    assert len(gimcli.sensitivity(mechanism, of="T.x", steps=2, samples=0).keys()) > 2

@@ -39,7 +39,7 @@ def test_derivatives_of_rates_are_those_of_differences(name):
     texts = texts or [f"{m.traced[0]}.{letter}" for letter in ("vx", "ay", "jx")]
     inputs = {m.actuators[k].name: float(m.value_to_file(k, u)) + (k + 1.0) * bool(m.actuators[k].rotary)
               for k, u in enumerate(m.start_inputs)}  # fmt: skip
-    found = gimcli.sensitivity(m, texts, at=inputs)
+    found = gimcli.sensitivity(m, of=texts, at=inputs)
     own = {d.name: d.value for d in dimensions(m)}
     chosen = [d for d in found.derivatives[texts[0]] if d in own][:5]
     assert chosen
@@ -52,7 +52,7 @@ def test_derivatives_of_rates_are_those_of_differences(name):
 
 def test_derivatives_of_the_greatest_speed_are_those_of_differences():
     m, text = gimcli.load(MODELS / "crank_rocker.yaml"), "max(hypot(P.vx, P.vy))"
-    found = gimcli.sensitivity(m, text, by="coupler.length", steps=720).derivatives[text]["coupler.length"]
+    found = gimcli.sensitivity(m, of=text, by="coupler.length", steps=720).derivatives[text]["coupler.length"]
     values = gimcli.sweep(m, {"coupler.length": [119.99, 120.01]}, steps=720, keep=text)[text]
     assert found == pytest.approx((values[1] - values[0]) / 0.02, rel=1e-4)
 
@@ -60,7 +60,7 @@ def test_derivatives_of_the_greatest_speed_are_those_of_differences():
 def test_derivatives_by_the_input_are_velocity_over_speed():
     """At constant speed of the only input, the derivative of a rate by the input is the next rate over this speed."""
     m = gimcli.load(MODELS / "jansen.yaml")
-    found = gimcli.sensitivity(m, ["foot.vx", "foot.ay"], by="motor", steps=36)
+    found = gimcli.sensitivity(m, of=["foot.vx", "foot.ay"], by="motor", steps=36)
     rates = gimcli.trace(m, 36, derivatives=3)
     speed = (rates["motor"][-1] - rates["motor"][0]) / (rates["time"][-1] - rates["time"][0])
     for text, then in (("foot.vx", "foot.ax"), ("foot.ay", "foot.jy")):

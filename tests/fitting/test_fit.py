@@ -405,7 +405,7 @@ def test_reasons():
 
 def test_fitted_file_of_another_assembly(tmp_path):
     """The file gets the initial coordinates of the assembly that was fitted."""
-    other = assembled(load(FOUR_BAR), 1)
+    other = assembled(load(FOUR_BAR), assembly=1)
     targets = trace(other.with_({"r2": 1.2, "rcy": 1.4}), 12).xy["P"][[1, 3, 5, 8]]
     found = fit(other, {"r2": (1.0, 1.8), "rcy": (0.5, 2.0)}, targets, starts=100)
     assert found.dimensions == pytest.approx({"r2": 1.2, "rcy": 1.4}, abs=1e-9)

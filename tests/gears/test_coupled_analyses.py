@@ -88,7 +88,7 @@ def test_velocities_of_one_position_are_those_of_the_motion(data):
 @pytest.mark.parametrize("name", ["motor", "second.ratio", "second.phase", "crank", "B.x"])
 def test_sensitivities_include_what_follows(name):
     m = gimcli.load(five_bar(2.0, 60.0))
-    found = gimcli.sensitivity(m, ["P.x", "P.y"], by=[name], motor=40.0)
+    found = gimcli.sensitivity(m, of=["P.x", "P.y"], by=[name], motor=40.0)
 
     def place(change):
         if name == "motor":

@@ -112,7 +112,7 @@ def test_number_and_signs_choose_the_same(given):
     """Crank-rocker: the two intersections of the circles about A and O4, one on each side of the line between them."""
     m = gimcli.load(MODELS / "crank_rocker.yaml")
     listed = gimcli.configurations(m)
-    p = gimcli.solve(gimcli.assembled(m, given))
+    p = gimcli.solve(gimcli.assembled(m, assembly=given))
     np.testing.assert_allclose(p.xy["B"], listed.xy["B"][0], atol=1e-9)
     mirrored = listed.xy["B"][1] * [1.0, -1.0]  # A and O4 are on the x axis at the start
     np.testing.assert_allclose(p.xy["B"], mirrored, atol=1e-9)
@@ -141,7 +141,7 @@ def test_springs_measure_in_the_configuration(tmp_path):
     data = read_source(MODELS / "crank_rocker.yaml").data
     data["springs"] = {"spiral": {"pivot": "O4", "arm": "B", "stiffness": 1.0, "free": 0.0}}
     m = gimcli.load(data)
-    energy = [gimcli.forces(gimcli.assembled(m, k), steps=1)["energy.potential"][0] for k in (1, 2)]
+    energy = [gimcli.forces(gimcli.assembled(m, assembly=k), steps=1)["energy.potential"][0] for k in (1, 2)]
     angle = math.atan2(71.10243002567181, 136.66666666666669 - 100.0)  # of the rocker at the start
     np.testing.assert_allclose(energy, 0.5 * angle**2, rtol=1e-9)
 

@@ -37,8 +37,8 @@ def test_another_assembly_is_kept(name, changes, point):
     found = gimcli.configurations(mechanism)
     assert len(found.signs) == 2
     number = 1 if found.drawn == 1 else 2
-    kept = gimcli.assembled(mechanism, number).with_(changes)
+    kept = gimcli.assembled(mechanism, assembly=number).with_(changes)
     assert gimcli.configurations(kept).drawn == number - 1
     assert gimcli.configurations(mechanism.with_(changes)).drawn == 2 - number
-    agree(kept, gimcli.assembled(mechanism.with_(changes), number), point)
+    agree(kept, gimcli.assembled(mechanism.with_(changes), assembly=number), point)
     agree(kept.with_({}), kept, point)

@@ -199,7 +199,7 @@ CASES = {
     "sensitivity": ("crank_rocker", ["--steps", 4, "--no-png"], lambda m: gimcli.sensitivity(m, steps=4)),
     "sensitivity --at": (
         "crank_rocker", ["--at", "motor=30", "--of", "P", "--by", "crank,motor", "--no-png"],
-        lambda m: gimcli.sensitivity(m, "P", by=["crank", "motor"], motor=30),
+        lambda m: gimcli.sensitivity(m, of="P", by=["crank", "motor"], motor=30),
     ),
     "tradeoff": (
         "crank_rocker", ["--steps", 4, "--tolerances", "1e-4", "--no-png"],

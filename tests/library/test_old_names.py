@@ -50,3 +50,21 @@ def test_inputs_of_equilibrium_are_arguments_by_name():
     name = m.actuators[0].name
     start = float(m.inputs_to_file(m.start_inputs)[name])
     assert gimcli.equilibrium(m, **{name: start}).report() == gimcli.equilibrium(m, at={name: start}).report()
+
+
+@pytest.mark.parametrize(
+    ("verb", "second", "named"),
+    [("assembled", 1, {"assembly": 1}), ("assembled", "+", {"assembly": "+"}), ("sensitivity", "P", {"of": "P"})],
+)
+def test_what_was_before_the_inputs_still_works(verb, second, named):
+    m, call = gimcli.load("crank_rocker"), getattr(gimcli, verb)
+
+    def seen(found):
+        return found.drawn.tolist() if verb == "assembled" else str(found.report())
+
+    new = seen(call(m, {"motor": 30}, **named))
+    with pytest.warns(DeprecationWarning, match=f"{verb}: the second argument is `at`.*give `{next(iter(named))}`"):
+        assert seen(call(m, second, at={"motor": 30})) == new
+    with pytest.warns(DeprecationWarning, match=f"{verb}: the second argument is `at`"):
+        assert seen(call(m, second, motor=30)) == new
+    assert seen(call(m, {"motor": 30}, second)) == new

@@ -138,7 +138,7 @@ def test_a_fit_has_every_quantity_at_its_targets():
     lambda m: gimcli.trace(m, 4, plot="motor.effort"),
     lambda m: gimcli.sweep(m, {"crank.length": "39,41"}, keep="max(motor.effort)"),
     lambda m: gimcli.fit(m, {"crank.length": (39, 41)}, goal="max(energy.kinetic)"),
-    lambda m: gimcli.sensitivity(m, "A.fx"),
+    lambda m: gimcli.sensitivity(m, of="A.fx"),
 ])  # fmt: skip
 def test_without_masses_a_force_is_unknown_with_the_reason(ask):
     with pytest.raises((KeyError, gimcli.UsageError), match="need masses, loads or springs in the model file"):
@@ -210,8 +210,8 @@ def test_mechanisms_are_equal_if_their_files_say_the_same(model, tmp_path):
 
 def test_another_assembly_and_another_table_make_another_mechanism(tmp_path):
     one = gimcli.load("crank_rocker")
-    assert gimcli.assembled(one, 2) != one
-    assert gimcli.assembled(one, 2) == gimcli.load("crank_rocker", assembly=2)
+    assert gimcli.assembled(one, assembly=2) != one
+    assert gimcli.assembled(one, assembly=2) == gimcli.load("crank_rocker", assembly=2)
     text = (MODELS / "hatch.yaml").read_text(encoding="utf-8")
     found = []
     for factor in (1.0, 1.01):

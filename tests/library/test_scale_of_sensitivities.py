@@ -17,7 +17,7 @@ def test_all_lengths_and_strokes_together(name):
     at = gimcli.solve(mechanism).inputs
     members = [member.name for member in mechanism.members[1:3]]
     nodes = [node for k, node in enumerate(mechanism.nodes) if k not in mechanism.members[0].nodes]
-    found = gimcli.sensitivity(mechanism, [*nodes, *members], at=at)
+    found = gimcli.sensitivity(mechanism, of=[*nodes, *members], at=at)
     report = found.report()
     lengths = {name: d for name, d in report["dimensions"].items() if d["unit"] == mechanism.length_unit}
     sizes = {name: at.get(name, d["value"]) for name, d in lengths.items()}

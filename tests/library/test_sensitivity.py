@@ -40,7 +40,7 @@ EXACT = [
 @pytest.mark.parametrize(("distribution", "tolerance", "first", "exact", "shift"), EXACT)
 def test_tolerances_of_a_four_bar(distribution, tolerance, first, exact, shift):
     mechanism = four_bar(tolerance)
-    found = gimcli.sensitivity(mechanism, "follower", motor=30, samples=40_000, distribution=distribution)
+    found = gimcli.sensitivity(mechanism, of="follower", motor=30, samples=40_000, distribution=distribution)
     assert only(found, "sd") == pytest.approx(first, rel=1e-9)
     assert only(found, "worst") == pytest.approx(tolerance / 0.02 * 0.646011406577562, rel=1e-9)
     deviation, error = only(found, "sampled_sd"), only(found, "sampled_sd_error")
@@ -63,7 +63,7 @@ def test_the_tolerances_of_a_slider_crank():
         "actuators": {"motor": {"type": "rotary", "pivot": "O", "arm": "A", "law": {"from": 60, "to": 90}}},
         "tolerances": {"crank": 0.15, "rod": 0.3, "O.y": 0.06},
     }
-    found = gimcli.sensitivity(gimcli.load(model), "B.x", motor=60, samples=0)
+    found = gimcli.sensitivity(gimcli.load(model), of="B.x", motor=60, samples=0)
     assert only(found, "sd") == pytest.approx(0.1026856524230372, rel=1e-9)
     assert only(found, "worst") == pytest.approx(3.0 * 0.122888365890413, rel=1e-9)
     assert found.most["B.x"].dimension == "rod.length"
@@ -71,7 +71,7 @@ def test_the_tolerances_of_a_slider_crank():
 
 
 def test_the_uniform_spread_stays_within_the_corners():
-    found = gimcli.sensitivity(four_bar(0.05), "follower", motor=30, distribution="uniform")
+    found = gimcli.sensitivity(four_bar(0.05), of="follower", motor=30, distribution="uniform")
     assert only(found, "least") > -1.64383891567
     assert only(found, "greatest") < 1.59859917618
     assert only(found, "least") < -1.2
@@ -98,7 +98,7 @@ def test_errors_of_a_skewed_sample():
 
 def test_random_designs_depend_on_the_seed_only():
     first, second, other = (
-        gimcli.sensitivity(four_bar(0.05), "B", motor=30, samples=500, seed=seed) for seed in (3, 3, 4)
+        gimcli.sensitivity(four_bar(0.05), of="B", motor=30, samples=500, seed=seed) for seed in (3, 3, 4)
     )
     assert first.sampled.deviation.tolist() == second.sampled.deviation.tolist()
     assert first.sampled.deviation.tolist() != other.sampled.deviation.tolist()
@@ -108,8 +108,8 @@ def test_random_designs_depend_on_the_seed_only():
 
 def test_the_spread_over_a_motion_is_that_of_each_position():
     mechanism = four_bar(0.05)
-    motion = gimcli.sensitivity(mechanism, "B.y", steps=5, samples=200)
-    position = gimcli.sensitivity(mechanism, "B.y", motor=30, samples=200)
+    motion = gimcli.sensitivity(mechanism, of="B.y", steps=5, samples=200)
+    position = gimcli.sensitivity(mechanism, of="B.y", motor=30, samples=200)
     assert motion["motor"][2] == pytest.approx(30.0)
     for name in ("worst", "rss", "sampled_sd"):
         assert motion[f"B.y.{name}"][2] == pytest.approx(only(position, name), rel=1e-9)
@@ -120,10 +120,10 @@ def test_the_spread_over_a_motion_is_that_of_each_position():
 def test_numbers_of_a_motion_have_the_derivatives_of_differences(word):
     mechanism = gimcli.load(MODELS / "crank_rocker.yaml")
     texts = [f"{word}({one})" for one in ("P.y", "rocker.angle", "transmission")]
-    found = gimcli.sensitivity(mechanism, texts, by="crank", steps=24)
+    found = gimcli.sensitivity(mechanism, of=texts, by="crank", steps=24)
     step = 1e-4
     sides = [
-        gimcli.sensitivity(mechanism.with_({"crank": 40.0 + h}), texts, by="crank", steps=24).value
+        gimcli.sensitivity(mechanism.with_({"crank": 40.0 + h}), of=texts, by="crank", steps=24).value
         for h in (step, -step)
     ]  # fmt: skip
     for name, value in found.derivatives.items():
@@ -136,9 +136,9 @@ def test_numbers_of_a_motion_have_the_derivatives_of_differences(word):
 ])  # fmt: skip
 def test_expressions_have_the_derivatives_of_differences(text):
     mechanism, step = gimcli.load(MODELS / "crank_rocker.yaml"), 1e-4
-    found = gimcli.sensitivity(mechanism, text, by="crank", steps=24)
+    found = gimcli.sensitivity(mechanism, of=text, by="crank", steps=24)
     high, low = (
-        gimcli.sensitivity(mechanism.with_({"crank": 40.0 + h}), text, by="crank", steps=24).value[text]
+        gimcli.sensitivity(mechanism.with_({"crank": 40.0 + h}), of=text, by="crank", steps=24).value[text]
         for h in (step, -step)
     )
     assert found.derivatives[text]["crank.length"] == pytest.approx((high - low) / (2 * step), abs=1e-6)
@@ -147,7 +147,7 @@ def test_expressions_have_the_derivatives_of_differences(text):
 def test_expressions_are_those_of_a_sweep():
     """The distance of two points of one member is that of their local coordinates, (60, 40) and (120, 0)."""
     mechanism = gimcli.load(MODELS / "crank_rocker.yaml")
-    found = gimcli.sensitivity(mechanism, "max(hypot(P.x - B.x, P.y - B.y))", steps=6)
+    found = gimcli.sensitivity(mechanism, of="max(hypot(P.x - B.x, P.y - B.y))", steps=6)
     (name,) = found.names
     far = math.hypot(60, 40)
     assert found.value[name] == pytest.approx(far)
@@ -157,7 +157,7 @@ def test_expressions_are_those_of_a_sweep():
 
 
 def test_an_expression_without_a_value_is_reported():
-    found = gimcli.sensitivity(gimcli.load(MODELS / "crank_rocker.yaml"), "log(min(P.x))", steps=6)
+    found = gimcli.sensitivity(gimcli.load(MODELS / "crank_rocker.yaml"), of="log(min(P.x))", steps=6)
     assert math.isnan(found.value["log(min(P.x))"])
     assert not found.answered
     assert "not defined" in found.reason
@@ -166,13 +166,13 @@ def test_an_expression_without_a_value_is_reported():
 def test_the_spread_of_an_expression_is_that_of_its_linear_part():
     model = yaml.safe_load(four_bar_text(2.0, 7.0, 9.0, 6.0, 0.2, law=", law: {from: 10, to: 60}"))
     mechanism = gimcli.load(model | {"tolerances": {"crank": 0.01, "coupler": 0.02}})
-    found = gimcli.sensitivity(mechanism, "max(B.y) - min(B.y)", samples=20_000, steps=6)
+    found = gimcli.sensitivity(mechanism, of="max(B.y) - min(B.y)", samples=20_000, steps=6)
     assert only(found, "sampled_sd") == pytest.approx(only(found, "sd"), abs=4 * only(found, "sampled_sd_error"))
     assert abs(only(found, "mean_shift")) < 4 * only(found, "mean_shift_error") + 1e-5
 
 
 def test_a_turning_member_counts_its_turns():
-    found = gimcli.sensitivity(gimcli.load(MODELS / "crank_rocker.yaml"), "range(crank.angle)", steps=24)
+    found = gimcli.sensitivity(gimcli.load(MODELS / "crank_rocker.yaml"), of="range(crank.angle)", steps=24)
     assert found.value["range(crank.angle)"] == pytest.approx(360.0)
     assert found.derivatives["range(crank.angle)"]["crank.length"] == pytest.approx(0.0, abs=1e-9)
 
@@ -184,12 +184,12 @@ def test_a_dead_point_has_a_status_and_no_derivatives():
         5.0, 7.0, 9.0, 6.0, math.radians(angle + 2), law=f", law: {{from: {angle + 2!r}, to: {angle!r}}}"
     )
     mechanism = gimcli.loads(text)
-    motion = gimcli.sensitivity(mechanism, "B", steps=2)
+    motion = gimcli.sensitivity(mechanism, of="B", steps=2)
     assert motion.status.tolist() == ["ok", "ok", "singular"]
     assert np.isnan(motion["B.x/crank.length"]).tolist() == [False, False, True]
     assert motion.reason.startswith("1 of 3 rows: ")
     assert not motion.answered
-    position = gimcli.sensitivity(mechanism, "B", motor=angle)
+    position = gimcli.sensitivity(mechanism, of="B", motor=angle)
     assert position.status in ("singular", "unreachable")
     assert not position.answered
     assert position.report()["quantities"]["B.x"]["derivatives"]["crank.length"]["value"] is None
@@ -203,11 +203,11 @@ def test_a_position_out_of_reach_is_reported():
 
 
 def test_the_dimension_with_the_largest_effect_is_named():
-    found = gimcli.sensitivity(four_bar(), "follower", motor=30)
+    found = gimcli.sensitivity(four_bar(), of="follower", motor=30)
     assert found.most["follower.angle"].dimension == "coupler.length"
     assert f"{math.degrees(0.2332436083100963):.4g} deg" in found.most["follower.angle"].text
     tolerated = gimcli.sensitivity(
-        four_bar(tolerances={"crank": 0.5, "coupler": 0.01}), "follower", motor=30, samples=0
+        four_bar(tolerances={"crank": 0.5, "coupler": 0.01}), of="follower", motor=30, samples=0
     ).most["follower.angle"]  # fmt: skip
     parts = np.array([0.5 * 0.1206967863242586, 0.01 * 0.2332436083100963]) ** 2
     assert tolerated.dimension == "crank.length"
@@ -216,22 +216,22 @@ def test_the_dimension_with_the_largest_effect_is_named():
 
 def test_by_default_numbers_that_move_no_node_are_left_out():
     mechanism = gimcli.load(MODELS / "crank_rocker.yaml")
-    names = [one.name for one in gimcli.sensitivity(mechanism, "P", motor=30).dimensions]
+    names = [one.name for one in gimcli.sensitivity(mechanism, of="P", motor=30).dimensions]
     assert names == [
         "O2.x", "O2.y", "O4.x", "O4.y", "crank.length", "coupler.length", "rocker.length", "P.x", "P.y", "motor",
     ]  # fmt: skip
-    assert [one.name for one in gimcli.sensitivity(mechanism, "P", by=["motor", "crank"], motor=30).dimensions] == [
+    assert [one.name for one in gimcli.sensitivity(mechanism, of="P", by=["motor", "crank"], motor=30).dimensions] == [
         "motor", "crank.length",
     ]  # fmt: skip
 
 
 def test_tolerances_of_dimensions_that_are_not_named_are_reported_as_left_out():
-    found = gimcli.sensitivity(four_bar(0.05), "follower", by=["crank", "O4.x"], motor=30, samples=0)
+    found = gimcli.sensitivity(four_bar(0.05), of="follower", by=["crank", "O4.x"], motor=30, samples=0)
     assert found.left_out == ("coupler.length", "follower.length")
     assert found.report()["tolerances_left_out"] == ["coupler.length", "follower.length"]
     parts = np.degrees([0.1206967863242586, 0.004733113356602814])
     assert only(found, "worst") == pytest.approx(0.05 * parts.sum(), rel=1e-9)
-    assert gimcli.sensitivity(four_bar(0.05), "follower", motor=30, samples=0).left_out == ()
+    assert gimcli.sensitivity(four_bar(0.05), of="follower", motor=30, samples=0).left_out == ()
 
 
 def test_formulas_follow_their_parameters():
@@ -239,7 +239,7 @@ def test_formulas_follow_their_parameters():
     model["parameters"] = {"a": 2.0}
     model["links"]["crank"]["length"] = "a"
     model["links"]["coupler"]["length"] = "a + 5"
-    found = gimcli.sensitivity(gimcli.load(model), "follower", motor=30).derivatives["follower.angle"]
+    found = gimcli.sensitivity(gimcli.load(model), of="follower", motor=30).derivatives["follower.angle"]
     assert "coupler.length" not in found
     assert math.radians(found["a"]) == pytest.approx(-0.1206967863242586 - 0.2332436083100963, abs=1e-10)
 
@@ -247,35 +247,35 @@ def test_formulas_follow_their_parameters():
 def test_masses_do_not_disturb():
     model = yaml.safe_load(four_bar_text(2.0, 7.0, 9.0, 6.0, math.radians(30.0), law=", law: {from: 30, to: 60}"))
     model |= {"units": {"length": "m"}, "masses": {"coupler": {"mass": 2.0}}, "gravity": [0, -9.81]}
-    found = gimcli.sensitivity(gimcli.load(model), "follower", motor=30).derivatives["follower.angle"]
+    found = gimcli.sensitivity(gimcli.load(model), of="follower", motor=30).derivatives["follower.angle"]
     assert math.radians(found["crank.length"]) == pytest.approx(-0.1206967863242586, abs=1e-10)
 
 
 def test_dimensions_that_redundant_constraints_fix_are_left_out():
     mechanism = gimcli.load(MODELS / "parallelogram_third_crank.yaml")
-    found = gimcli.sensitivity(mechanism, "B", steps=4)
+    found = gimcli.sensitivity(mechanism, of="B", steps=4)
     assert {"left.length", "middle.length", "A.x"} <= set(found.fixed)
     assert [one.name for one in found.dimensions] == ["motor"]
     with pytest.raises(UsageError):
-        gimcli.sensitivity(mechanism, "B", by="left", steps=4)
+        gimcli.sensitivity(mechanism, of="B", by="left", steps=4)
 
 
 @pytest.mark.filterwarnings("error")
 def test_tolerances_that_move_no_node_or_hardly_one():
     with pytest.raises(UsageError):
-        gimcli.sensitivity(four_bar(tolerances={"duration": 0.1}), "B", motor=30, samples=10)
-    found = gimcli.sensitivity(four_bar(tolerances={"crank": 1e-300}), "follower", motor=30, samples=0)
+        gimcli.sensitivity(four_bar(tolerances={"duration": 0.1}), of="B", motor=30, samples=10)
+    found = gimcli.sensitivity(four_bar(tolerances={"crank": 1e-300}), of="follower", motor=30, samples=0)
     assert found.most["follower.angle"].share == 1.0
 
 
 def test_files(tmp_path):
-    found = gimcli.sensitivity(four_bar(0.05), ["B", "follower"], steps=4, samples=50)
+    found = gimcli.sensitivity(four_bar(0.05), of=["B", "follower"], steps=4, samples=50)
     found.save(tmp_path / "s.csv", tmp_path / "s.svg", tmp_path / "s.json")
     head = (tmp_path / "s.csv").read_text().splitlines()[0].split(",")
     assert head[:5] == ["step", "time", "motor", "B.x", "B.x/O2.x"]
     assert "worst case" in (tmp_path / "s.svg").read_text()
     assert json.loads((tmp_path / "s.json").read_text())["monte_carlo"]["samples"] == 50
-    bars = gimcli.sensitivity(four_bar(), "B", motor=30)
+    bars = gimcli.sensitivity(four_bar(), of="B", motor=30)
     bars.save(tmp_path / "b.svg")
     assert "coupler.length" in (tmp_path / "b.svg").read_text()
     assert bars["dimension"].tolist()[:2] == ["O2.x", "O2.y"]

@@ -16,7 +16,7 @@ SOLVED = ROCKER < LIMIT
 
 def test_a_limit_of_one_machine_leaves_the_derivatives_of_the_other():
     """Coordinates of a link's end by its length: cosine and sine of its angle, in the rows of its own machine."""
-    found = gimcli.sensitivity(gimcli.loads(ROCKER_AND_CRANK), ["F.x", "B.y"], by=["e", "a"], steps=36)
+    found = gimcli.sensitivity(gimcli.loads(ROCKER_AND_CRANK), of=["F.x", "B.y"], by=["e", "a"], steps=36)
     assert found.each["crank"].derivatives["F.x"]["e.length"] == pytest.approx(np.cos(ANGLE), abs=1e-12)
     own = found.each["rocker"].derivatives["B.y"]["a.length"]
     assert own == pytest.approx(np.where(SOLVED, np.sin(ROCKER), np.nan), abs=1e-12, nan_ok=True)
@@ -26,15 +26,17 @@ def test_a_limit_of_one_machine_leaves_the_derivatives_of_the_other():
 def test_dimensions_of_another_machine_give_zero_in_words():
     heard = []
     mechanism = gimcli.loads(ROCKER_AND_CRANK)
-    found = gimcli.sensitivity(mechanism, ["F.x", "B.y"], by="a", steps=36, notify=heard.append)
+    found = gimcli.sensitivity(mechanism, of=["F.x", "B.y"], by="a", steps=36, notify=heard.append)
     assert list(found.derivatives) == ["B.y"]
     assert len(heard) == 1
     with pytest.raises(gimcli.UsageError):
-        gimcli.sensitivity(mechanism, "F.x", by="a", crank=30)
+        gimcli.sensitivity(mechanism, of="F.x", by="a", crank=30)
 
 
 def test_a_quantity_of_two_machines_has_the_rows_in_which_both_are_solved():
-    found = gimcli.sensitivity(gimcli.loads(ROCKER_AND_CRANK), ["angle:a/e", "F.x"], by=["rocker", "crank"], steps=36)
+    found = gimcli.sensitivity(
+        gimcli.loads(ROCKER_AND_CRANK), of=["angle:a/e", "F.x"], by=["rocker", "crank"], steps=36
+    )
     both = found.each["rocker+crank"]
     assert both.derivatives["angle:a/e"]["crank"] == pytest.approx(np.where(SOLVED, -1.0, np.nan), nan_ok=True)
     assert found.each["crank"].derivatives["F.x"]["crank"] == pytest.approx(-np.sin(ANGLE) * math.pi / 180.0, abs=1e-12)

@@ -381,7 +381,7 @@ def test_an_assembly_overrides_a_side():
     numbers = [gimcli.configurations(left).drawn, gimcli.configurations(right).drawn]
     for one in (left, right):
         for k, wanted in zip(numbers, (left, right), strict=True):
-            assert np.allclose(gimcli.assembled(one, k + 1).drawn, wanted.drawn, atol=1e-12)
+            assert np.allclose(gimcli.assembled(one, assembly=k + 1).drawn, wanted.drawn, atol=1e-12)
 
 
 def test_a_side_is_not_needed_where_only_one_position_closes():
@@ -579,7 +579,7 @@ def the_model_is_found_without_its_coordinates(name):
     mechanism = gimcli.load(name)
     data = without_coordinates(mechanism, read_yaml(MODELS.joinpath(f"{name}.yaml").read_text(), MODELS).data)
     number = gimcli.configurations(mechanism).drawn + 1
-    wanted, found = gimcli.assembled(mechanism, number), gimcli.load(data, assembly=number)
+    wanted, found = gimcli.assembled(mechanism, assembly=number), gimcli.load(data, assembly=number)
     order = [wanted.nodes.index(name) for name in found.nodes]
     away = np.abs(found.to_file(found.drawn) - wanted.to_file(wanted.drawn)[order])
     assert np.max(away) <= 1e-10 * mechanism.size * mechanism.scale

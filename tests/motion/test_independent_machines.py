@@ -155,8 +155,8 @@ def test_a_part_that_nothing_drives_is_an_error_and_a_strut_is_not():
 
 
 def test_machines_of_another_assembly_keep_it():
-    mechanism = gimcli.assembled(gimcli.loads(TWO), 1)
-    other = gimcli.assembled(gimcli.loads(TWO), 2)
+    mechanism = gimcli.assembled(gimcli.loads(TWO), assembly=1)
+    other = gimcli.assembled(gimcli.loads(TWO), assembly=2)
     first, second = (gimcli.trace(replace(one), steps=4).xy["G"][0] for one in (mechanism, other))
     configurations = gimcli.configurations(gimcli.loads(TWO)).each["crank"].xy["G"]
     assert np.allclose([first, second], configurations[:2], rtol=0, atol=1e-9)
@@ -170,12 +170,12 @@ def test_configurations_are_listed_and_chosen_for_each_machine():
     assert [one["machine"] for one in found.report()["configurations"]] == ["crank", "crank"]
     both = gimcli.configurations(mechanism)
     for k in (1, 2):
-        chosen = gimcli.assembled(mechanism, f"crank={k}")
+        chosen = gimcli.assembled(mechanism, assembly=f"crank={k}")
         position = gimcli.solve(chosen)
         assert np.allclose(position.xy["G"], both.each["crank"].xy["G"][k - 1], rtol=0, atol=1e-12)
         assert np.allclose(position.xy["C"], both.each["rocker"].xy["C"][both.each["rocker"].drawn], rtol=0, atol=1e-12)
     with pytest.raises(gimcli.UsageError):
-        gimcli.assembled(mechanism, "crnk=1")
+        gimcli.assembled(mechanism, assembly="crnk=1")
 
 
 def test_circuits_limits_and_workspaces_are_those_of_each_machine():
@@ -285,7 +285,7 @@ def test_a_strut_without_a_determined_place_leaves_the_results_of_the_machine_be
     assert gimcli.holding_forces(mechanism, motor=60).each["motor"]["motor.effort"] == pytest.approx(10.0)
     assert gimcli.reduce(mechanism, steps=12)["J"] == pytest.approx([2.0] * 13, rel=1e-9)
     assert sorted(gimcli.equilibrium(mechanism)["motor"] % 360.0) == pytest.approx([90.0, 270.0])
-    derivatives = gimcli.sensitivity(mechanism, "B.x", by="crank", steps=12).derivatives["B.x"]["crank.length"]
+    derivatives = gimcli.sensitivity(mechanism, of="B.x", by="crank", steps=12).derivatives["B.x"]["crank.length"]
     assert derivatives == pytest.approx(np.cos(MOTOR), abs=1e-12)
     swept = gimcli.sweep(mechanism, {"B.x": "6,7", "K.y": "1e-7,1"}, steps=12, keep=["range(B.x)", "max(K.y)"])
     assert swept["range(B.x)"] == pytest.approx([2.0, 2.0, 4.0, 4.0])
@@ -304,8 +304,8 @@ def test_a_loaded_strut_has_reactions_beside_a_machine():
 def test_derivatives_of_a_strut_beside_a_machine():
     """K is at (1, h) with h^2 = s^2 - 1 for equal bars s: a longer left bar moves it by s/2 to the right."""
     mechanism = gimcli.loads(STRUT.format(height=0.5, mass=""))
-    found = gimcli.sensitivity(mechanism, ["K.x", "B.x"], by=["s", "crank"], steps=4)
+    found = gimcli.sensitivity(mechanism, of=["K.x", "B.x"], by=["s", "crank"], steps=4)
     assert found.each["K"].derivatives["K.x"]["s.length"] == pytest.approx(math.sqrt(1.25) / 2.0)
-    both = gimcli.sensitivity(mechanism, ["B.x", "angle:crank/s"], by="motor", steps=4)
+    both = gimcli.sensitivity(mechanism, of=["B.x", "angle:crank/s"], by="motor", steps=4)
     assert both.each["motor"].derivatives["B.x"]["motor"][1] == pytest.approx(-math.pi / 180.0)
     assert both.each["K+motor"].derivatives["angle:crank/s"]["motor"] == pytest.approx([1.0] * 5)

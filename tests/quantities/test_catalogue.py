@@ -99,12 +99,12 @@ def test_derivatives_are_differences(traced):
     known, step = 0, 1e-4 * own
     for text in texts:
         try:
-            found = gimcli.sensitivity(m, text, by=dimension, samples=0, at={motor.name: start})
+            found = gimcli.sensitivity(m, of=text, by=dimension, samples=0, at={motor.name: start})
         except UsageError:
             continue
         for name in found.names:
             ends = [
-                gimcli.sensitivity(m.with_({dimension: own + sign * step}), text, by=dimension, samples=0,
+                gimcli.sensitivity(m.with_({dimension: own + sign * step}), of=text, by=dimension, samples=0,
                                    at={motor.name: start}).value[name]
                 for sign in (1.0, -1.0)
             ]  # fmt: skip
@@ -176,10 +176,10 @@ def test_quantities_of_the_file_are_names_like_any_other():
     angle = t.angle["rocker"]
     assert s["swing"][0] == pytest.approx(np.ptp(angle))
     assert s["max(strut)"][0] == pytest.approx(strut.max())
-    found = gimcli.sensitivity(m, "strut", by="C.x", motor=30)
-    plain = gimcli.sensitivity(m, "hypot(C.x - 50, C.y + 550)", by="C.x", motor=30)
+    found = gimcli.sensitivity(m, of="strut", by="C.x", motor=30)
+    plain = gimcli.sensitivity(m, of="hypot(C.x - 50, C.y + 550)", by="C.x", motor=30)
     assert found.derivatives["strut"]["C.x"] == plain.derivatives["hypot(C.x - 50, C.y + 550)"]["C.x"]
-    assert gimcli.sensitivity(m, "swing", by="crank").names == ["swing"]
+    assert gimcli.sensitivity(m, of="swing", by="crank").names == ["swing"]
 
 
 @pytest.mark.parametrize(

@@ -157,7 +157,7 @@ def test_elsewhere_a_result_names_the_place_that_has_it(found, circuit, text, pl
 @asked("of", "yes")
 def test_derivatives_are_those_of_differences(hatch, traced, text):
     """By a mass, a stiffness and a place; differences of changed files, of the second order."""
-    result = gimcli.sensitivity(hatch, text, by=list(CHANGES), steps=STEPS, samples=0)
+    result = gimcli.sensitivity(hatch, of=text, by=list(CHANGES), steps=STEPS, samples=0)
     for name in result.names:
         alike(result.value[name], traced[name])
         for dimension, step in CHANGES.items():
@@ -174,7 +174,7 @@ def test_derivatives_are_those_of_differences(hatch, traced, text):
 @asked("of", "no")
 def test_elsewhere_sensitivities_name_the_place_that_has_it(hatch, text):
     with pytest.raises(GimError, match="`gim sweep"):
-        gimcli.sensitivity(hatch, text, at={"hinge": FAR}, samples=0)
+        gimcli.sensitivity(hatch, of=text, at={"hinge": FAR}, samples=0)
 
 
 @asked("trace", "Python")

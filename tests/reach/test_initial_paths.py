@@ -89,7 +89,7 @@ def test_a_range_that_ends_before_the_limit_leaves_the_other_branch_out() -> Non
     assert own["length"] == pytest.approx(both[0]["length"], rel=1e-7)
     start = gimcli.solve(mechanism).xy["C"]
     assert own["bounds"]["x"][0] - 1e-9 <= start[0] <= own["bounds"]["x"][1] + 1e-9
-    (other,) = gimcli.workspace(gimcli.assembled(mechanism, 1), "C").report()["paths"]
+    (other,) = gimcli.workspace(gimcli.assembled(mechanism, assembly=1), "C").report()["paths"]
     lengths = sorted(path["length"] for path in both)
     assert sorted([own["length"], other["length"]]) == pytest.approx(lengths, rel=1e-7)
 
