@@ -58,12 +58,12 @@ def circuits_picture(found: Circuits, labels: Sequence[str], title: str) -> Cont
     firsts = {s.number: k for k, s in reversed(list(enumerate(found.strands)))}
     poses = starts[[k for _, k in sorted(firsts.items())]]
     curves = {f"{name}, {_joined(labels, own)}": paths[own[0]] for own in groups}
-    graph = _graph(found, lines, paths, labels)
     axis = "x" if all(np.ptp(p.imag) < 0.01 * np.ptp(p.real) for p in paths) else "y"
     together = list(curves.values())
     nested = any(overlap(a, b, _near(together)) for k, b in enumerate(together) for a in together[:k])
     drawing = motion_picture(mechanism, poses, curves, title, nested=nested)
-    return with_panels(drawing, [graph_of(f"{name}.{axis}", graph(axis))])
+    values = [path.imag if axis == "y" else path.real for path in paths]
+    return with_panels(drawing, [graph_of(f"{name}.{axis}", _coordinates(found, lines, values, labels))])
 
 
 def circuits_geometry(found: Circuits, labels: Sequence[str]) -> Geometry:
@@ -132,23 +132,20 @@ def _joined(labels: Sequence[str], own: Sequence[int]) -> str:
     return f"circuit{'s' * (len(own) > 1)} {', '.join(labels[k] for k in own)}"
 
 
-def _graph(found: Circuits, lines: Sequence[FloatArray], paths: Sequence[ComplexArray], labels: Sequence[str]) -> Any:
-    """Return a function of "x" or "y" that returns this coordinate of the paths over the input, a column a circuit."""
+def _coordinates(
+    found: Circuits, lines: Sequence[FloatArray], values: Sequence[FloatArray], labels: Sequence[str]
+) -> Table:
+    """Return a coordinate on each circuit over the input, a column a circuit."""
     across = np.concatenate([_values(found, p[-1]) for p in lines])
-
-    def graph(axis: str) -> Table:
-        columns = []
-        for k, label in enumerate(labels):
-            column = np.full(len(across), np.nan)
-            first = sum(p.shape[1] for p in lines[:k])
-            own = slice(first, first + lines[k].shape[1])
-            column[own] = paths[k].imag if axis == "y" else paths[k].real
-            jumps = np.flatnonzero(np.abs(np.diff(across[own])) > 0.5 * float(np.ptp(across))) + 1
-            column[first + jumps] = np.nan
-            columns.append(Column(f"circuit {label}", column, found.curve.mechanism.length_unit))
-        return Table((Column(*_abscissa(found, across)), *columns))
-
-    return graph
+    columns, last = [Column(*_abscissa(found, across))], 0
+    for label, own in zip(labels, values, strict=True):
+        first, last = last, last + len(own)
+        column = np.full(len(across), np.nan)
+        column[first:last] = own
+        jumps = np.flatnonzero(np.abs(np.diff(across[first:last])) > 0.5 * float(np.ptp(across))) + 1
+        column[first + jumps] = np.nan
+        columns.append(Column(f"circuit {label}", column, found.curve.mechanism.length_unit))
+    return Table(tuple(columns))
 
 
 def _values(found: Circuits, q: Any) -> Any:

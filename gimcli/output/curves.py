@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from itertools import pairwise
 
 import numpy as np
@@ -40,10 +41,10 @@ def thinned(curve: ComplexArray, cell: float) -> ComplexArray:
     return curve[keep]
 
 
-def pieces(curve: ComplexArray) -> list[ComplexArray]:
-    """Return the pieces of a curve between its gaps."""
+def pieces(curve: ComplexArray, cuts: Iterable[int] = ()) -> list[ComplexArray]:
+    """Return the pieces of a curve between its gaps and before the rows `cuts` that do not continue the row before."""
     gaps = np.flatnonzero(~np.isfinite(curve))
-    pieces = np.split(curve, np.unique(np.concatenate((gaps, gaps + 1))))
+    pieces = np.split(curve, sorted({*gaps.tolist(), *(gaps + 1).tolist(), *cuts}))
     return [piece for piece in pieces if len(piece) and np.all(np.isfinite(piece))]
 
 

@@ -17,6 +17,7 @@ from gimcli.output import style
 from gimcli.output.animation import Animation, Clip
 from gimcli.output.atomic import written_bytes
 from gimcli.output.axes import fill
+from gimcli.output.curves import pieces
 from gimcli.output.figure import drawn
 from gimcli.output.look import dressed
 from gimcli.output.picture import LAYOUT, Picture, PictureLayout, Text, composition
@@ -138,20 +139,24 @@ class Frames:
 
     def __init__(self, animation: Animation) -> None:
         self.animation, self.scene, self.options = animation, animation.scene, animation.options or PictureOptions()
-        self.paths = {clip.name: curves(self.scene, clip) for clip in animation.clips}
+        traced = self.scene.traced
+        self.paths = {
+            clip.name: {name: self.scene.place(at, clip.positions) for name, at in traced.items()}
+            for clip in animation.clips
+        }
         shown = [
             *(z for paths in self.paths.values() for z in paths.values()),
             *(np.ravel(clip.positions[:, sorted(self.scene.used)]) for clip in animation.clips),
         ]
-        names = list(next(iter(self.paths.values()), {}))
-        self.background = self.options.printed(film_background(self.scene, animation.title, shown, names))
+        background = film_background(self.scene, animation.title, shown, list(traced))
+        self.background = self.options.printed(background)
 
     def picture(self, clip: Clip, row: int) -> Picture:
         """Return the moving part of one frame: mechanism and curves up to a row, or the reason why it is not solved."""
         picture = Picture("", cast(Picture, self.background.content).frame)
         for index, path in enumerate(self.paths[clip.name].values()):
-            picture.draw(AHEAD, *pieces(path, clip.breaks))
-            picture.draw(curve_pen(index), *pieces(path[: row + 1], clip.breaks))
+            picture.draw(AHEAD, *(run for run in pieces(path, clip.breaks) if len(run) > 1))
+            picture.draw(curve_pen(index), *(run for run in pieces(path[: row + 1], clip.breaks) if len(run) > 1))
         words = [clip.name] if len(self.animation.clips) > 1 else []
         if clip.good[row]:
             Drawing(picture, self.scene).strong(self.scene, clip.positions[row], {})
@@ -162,21 +167,3 @@ class Frames:
             middle, top = (frame.low.real + frame.high.real) / 2, frame.high.imag - 10.0 * frame.point
             picture.texts.append(Text(complex(middle, top), ": ".join(words)))
         return cast(Picture, dressed(picture, self.background.look))
-
-
-def curves(scene: Scene, clip: Clip) -> dict[str, ComplexArray]:
-    """Return the paths of the traced nodes and points (rows,) by name."""
-    mechanism, found = scene.mechanism, {}
-    for name in mechanism.traced:
-        if name in scene.tracers:
-            found[name] = np.asarray(scene.place(scene.tracers[name], clip.positions), dtype=np.complex128)
-        else:
-            found[name] = clip.positions[:, mechanism.nodes.index(name)]
-    return found
-
-
-def pieces(path: ComplexArray, breaks: tuple[int, ...]) -> list[ComplexArray]:
-    """Return the parts of a path between its gaps and the rows that do not continue the row before."""
-    gaps = np.flatnonzero(~np.isfinite(path))
-    cuts = sorted({int(c) for gap in gaps for c in (gap, gap + 1)} | {b for b in breaks if b < len(path)})
-    return [part for part in np.split(path, cuts) if len(part) > 1 and np.all(np.isfinite(part))]

@@ -46,8 +46,7 @@ def gallery_picture(
     def draw(drawing: Drawing, number: int) -> None:
         for path in paths[number : number + 1]:
             with drawing.picture.named("curve"):
-                runs = drawn_runs(path, drawing.picture.frame.point)
-                drawing.picture.draw(curve_pen(0), *(run for run in runs if len(run) > 1))
+                drawing.picture.draw_runs(curve_pen(0), drawn_runs(path, drawing.picture.frame.point))
 
     scenes = [Scene(mechanism, z[None, :]) for z in positions]
     return panels_of(scenes, titles, title, draw, layout, [positions.ravel(), *paths])

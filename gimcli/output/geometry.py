@@ -115,9 +115,8 @@ class _MechanismLayers:
             geometry.add(f"member {name}", Polyline(outline, body.kind == "plate"))
         for slider in scene.sliders:
             self._add_slider(slider)
-        for drive in scene.drives:
-            if drive.kind == "cylinder":
-                geometry.add(f"actuator {drive.name}", Polyline(self.z[list(drive.nodes)]))
+        for drive in scene.cylinders:
+            geometry.add(f"actuator {drive.name}", Polyline(self.z[list(drive.nodes)]))
         if scene.gears:
             self._add_gears(scene.gears)
         for element in scene.elements:

@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from gimcli.mechanism import FloatArray
+import numpy as np
+
+from gimcli.mechanism import ComplexArray, FloatArray
 from gimcli.table import Table
 
 ORDINARY, EQUAL, POLAR = "ordinary", "equal", "polar"
@@ -27,6 +29,13 @@ class Curve:
     name: str
     x: FloatArray  # (rows,)
     y: FloatArray  # (rows,)
+
+    @property
+    def places(self) -> ComplexArray:
+        """The places x + iy (rows,)."""
+        z = np.array(self.x, dtype=np.complex128)
+        z.imag = self.y  # a value may be infinite
+        return z
 
 
 @dataclass(frozen=True)

@@ -45,7 +45,7 @@ def light_symbols(scene: Scene) -> Iterator[Symbol]:
     if scene.gears:
         yield from gear_symbols().light_gears(scene, scene.gears)
     rod = Stroke(style.GHOST, share=(0.0, 1.0))
-    yield from (_between(drive, (rod,)) for drive in scene.drives if drive.kind == "cylinder")
+    yield from (_between(drive, (rod,)) for drive in scene.cylinders)
     yield from (_block(scene, slider, style.GHOST_BLOCK) for slider in scene.sliders)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -60,8 +60,7 @@ def panel(graph: CurveGraph, width: float) -> Picture:
     low, high = _with_margin(*_values(graph))
     left, right = _abscissa_limits(graph)
     picture = Picture("", Frame(complex(left, low), complex(right, high), width, HEIGHT), _labels(graph))
-    if low < 0.0 < high:
-        picture.draw(ZERO, [complex(left, 0.0), complex(right, 0.0)])
+    _draw_zero(picture)
     for place, word in graph.verticals:
         if left <= place <= right:
             picture.draw(VERTICAL, [complex(place, low), complex(place, high)])
@@ -78,18 +77,21 @@ def _equal_axes(graph: CurveGraph, *, layout: PictureLayout = LAYOUT) -> Picture
     low, high = value_window(np.asarray(c.y, dtype=np.float64) for c in shown)
     corners = [complex(left, low), complex(right, high), *([0.0j] if graph.origin else [])]
     picture = Picture("", Frame.around(np.array(corners), layout), _labels(graph))
-    low, high = picture.frame.low.imag, picture.frame.high.imag
-    left, right = picture.frame.low.real, picture.frame.high.real
-    if low < 0.0 < high:
-        picture.draw(ZERO, [complex(left, 0.0), complex(right, 0.0)])
-    if left < 0.0 < right:
-        picture.draw(ZERO, [complex(0.0, low), complex(0.0, high)])
-    starts = [z[np.isfinite(z)][:1] for z in (_places(c.x, c.y) for c in shown)]
+    _draw_zero(picture, upright=True)
     _draw_curves(picture, graph)
     _draw_marks(picture, graph.marks)
-    picture.draw(DOT, *(complex(z[0]) for z in starts if len(z)))
-    picture.legend.append(("start", DOT))
+    starts = [z[np.isfinite(z)][:1] for z in (curve.places for curve in shown)]
+    picture.draw(DOT, *np.concatenate([*starts, np.zeros(0)]).tolist(), key="start")
     return picture
+
+
+def _draw_zero(picture: Picture, upright: bool = False) -> None:
+    """Draw the line on which the values are zero, and an `upright` one."""
+    low, high = picture.frame.low, picture.frame.high
+    if low.imag < 0.0 < high.imag:
+        picture.draw(ZERO, [complex(low.real, 0.0), complex(high.real, 0.0)])
+    if upright and low.real < 0.0 < high.real:
+        picture.draw(ZERO, [complex(0.0, low.imag), complex(0.0, high.imag)])
 
 
 def _draw_marks(picture: Picture, marks: Sequence[PlaceMark]) -> None:
@@ -135,22 +137,16 @@ def _labels(graph: CurveGraph) -> tuple[str, str]:
 
 def _draw_curves(picture: Picture, graph: CurveGraph) -> None:
     """Draw the curves of a graph, its events, and the legend."""
-    frame = picture.frame
     for index, curve in enumerate(_shown(graph)):
-        pen = curve_pen(index)
-        z = _places(curve.x, curve.y)
-        runs = list(runs_of(z, frame))
-        picture.draw(pen, *(run for run in runs if len(run) > 1))
-        picture.draw(Mark("o", 2.0, pen.color, pen.color), *(complex(run[0]) for run in runs if len(run) == 1))
+        z = curve.places
+        picture.draw_runs(curve_pen(index), pieces(z, _jumps(z, picture.frame)))
         if len(graph.curves) > 1:
-            picture.legend.append((curve.name, pen))
+            picture.legend.append((curve.name, curve_pen(index)))
         _mark_cut(picture, curve.name, z, graph)
     if len(graph.curves) > MOST_CURVES:
         picture.legend.append((f"and {len(graph.curves) - MOST_CURVES} more: name the columns", Pen(0.0)))
     for index, (kind, places) in enumerate(graph.events.items()):
-        if len(places):
-            picture.draw(event_mark(index), *places)
-            picture.legend.append((kind, event_mark(index)))
+        picture.draw(event_mark(index), *places, key=kind)
 
 
 def _mark_cut(picture: Picture, name: str, z: ComplexArray, graph: CurveGraph) -> None:
@@ -170,21 +166,12 @@ def _mark_cut(picture: Picture, name: str, z: ComplexArray, graph: CurveGraph) -
     picture.legend.append((f"cut at a pole: {name} up to {short(most)} {graph.up.unit}".rstrip(), CUT))
 
 
-def _places(x: FloatArray, y: FloatArray) -> ComplexArray:
-    z = np.asarray(x, dtype=np.complex128)
-    z = z.copy()
-    z.imag = y
-    return z
-
-
-def runs_of(z: ComplexArray, frame: Frame) -> Iterable[ComplexArray]:
-    """Yield the pieces of a curve between its gaps, and between jumps from one infinite value to the other."""
+def _jumps(z: ComplexArray, frame: Frame) -> list[int]:
+    """Return the rows before which a curve jumps from one infinite value to the other."""
     span = frame.high.imag - frame.low.imag
-    gap = ~np.isfinite(z)
     with np.errstate(all="ignore"):
         jump = (np.abs(np.diff(z.imag)) > span) & (z.imag[1:] * z.imag[:-1] < 0.0)
-    cuts = np.flatnonzero(gap[1:] | gap[:-1] | jump) + 1
-    return (run for run in np.split(z, cuts) if len(run) and np.all(np.isfinite(run)))
+    return (np.flatnonzero(jump) + 1).tolist()
 
 
 def _with_margin(low: float, high: float) -> tuple[float, float]:

@@ -128,6 +128,12 @@ class Picture:
             self.things.setdefault(style, []).extend(own)
             self.legend += [(key, cast(Key, style))] if key else []
 
+    def draw_runs(self, pen: Pen, runs: Iterable[ComplexArray]) -> None:
+        """Add the pieces of a curve; a piece of one point is a small mark."""
+        every = list(runs)
+        self.draw(pen, *(run for run in every if len(run) > 1))
+        self.draw(Mark("o", 2.0, pen.color, pen.color), *(run[0] for run in every if len(run) == 1))
+
     @property
     def ordered(self) -> list[tuple[Style, list[tuple[str, Any]]]]:
         """The things of each style: lines, then areas, then marks."""

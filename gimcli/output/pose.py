@@ -137,10 +137,8 @@ class Drawing:
             pen, above = curve_pen(index), (len(curves) - 1 - index) / max(1, len(curves) - 1)
             if nested:
                 pen = replace(pen, width=NARROW + above * (WIDE - NARROW))
-            runs = drawn_runs(curve, self.picture.frame.point)
             with self.picture.named(f"curve:{name}"):
-                self.picture.draw(pen, *(run for run in runs if len(run) > 1))
-                self.picture.draw(Mark("o", 2.0, pen.color, pen.color), *(run[0] for run in runs if len(run) == 1))
+                self.picture.draw_runs(pen, drawn_runs(curve, self.picture.frame.point))
             if index < MOST_KEYS:
                 self.picture.legend.append((name, pen))
         if len(curves) > MOST_KEYS:

@@ -154,6 +154,12 @@ class Scene(Anchors):
         """The points that members carry, by name."""
         return {p.name: self.on(p.member, p.local) for p in self.mechanism.points}
 
+    @cached_property
+    def traced(self) -> dict[str, Anchor]:
+        """The nodes and points whose curves are drawn, by name."""
+        nodes = self.mechanism.nodes
+        return {n: Anchor(nodes.index(n)) if n in nodes else self.tracers[n] for n in self.mechanism.traced}
+
     # -- items ----------------------------------------------------------------------------------
 
     @property

@@ -16,7 +16,8 @@ import gimcli
 from gimcli import OutputError
 from gimcli.output import film as film_module, style
 from gimcli.output.animation import Animation, Clip
-from gimcli.output.film import Frames, frame_rows, pieces
+from gimcli.output.curves import pieces
+from gimcli.output.film import Frames, frame_rows
 from gimcli.output.printed import PictureOptions
 from gimcli.table import Column, Table
 

@@ -63,9 +63,7 @@ class SceneData:
 
     def curves(self) -> list[dict[str, Any]]:
         """Return the traced points by name, each as a node or as a point of a member."""
-        nodes, own = self.scene.mechanism.nodes, self.scene.tracers
-        names = self.scene.mechanism.traced
-        return [{"name": n, "at": nodes.index(n) if n in nodes else self.place(own[n])} for n in names]
+        return [{"name": name, "at": self.place(anchor)} for name, anchor in self.scene.traced.items()]
 
     def place(self, anchor: Anchor) -> int | list[float]:
         """Return an anchor as a node, or as a member with the coordinates of a point in its coordinate system."""
@@ -76,7 +74,7 @@ class SceneData:
 
     def _lines(self) -> list[dict[str, Any]]:
         """Return cylinders, springs and dampers between two places."""
-        cylinders = [(drive.name, map(Anchor, drive.nodes)) for drive in self.scene.drives if drive.kind == "cylinder"]
+        cylinders = [(drive.name, map(Anchor, drive.nodes)) for drive in self.scene.cylinders]
         elements = [(f"{one.kind} {one.name}", one.ends) for one in self.scene.elements if one.pivot < 0]
         return [{"name": name, "ends": [self.place(end) for end in ends]} for name, ends in (*cylinders, *elements)]
 
