@@ -29,10 +29,18 @@ def grouped(pairs: Iterable[tuple[Key, Value]]) -> dict[Key, list[Value]]:
     return groups
 
 
+def alike(items: Iterable[Value], same: Callable[[Value, Value], bool]) -> list[list[Value]]:
+    """Return the elements, each with those that are the same; `same` compares one with the first of such a group."""
+    groups: list[list[Value]] = []
+    for one in items:
+        own = next((group for group in groups if same(one, group[0])), None)
+        if own is None:
+            groups.append([one])
+        else:
+            own.append(one)
+    return groups
+
+
 def unlike(items: Iterable[Value], same: Callable[[Value, Value], bool]) -> list[Value]:
     """Return the elements without those that are the same as one before; `same` compares one with an earlier one."""
-    kept: list[Value] = []
-    for one in items:
-        if not any(same(one, other) for other in kept):
-            kept.append(one)
-    return kept
+    return [group[0] for group in alike(items, same)]

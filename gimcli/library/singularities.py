@@ -139,8 +139,8 @@ class SingularitiesResult(Result):
     def picture(self) -> Content:
         """Return the numbered positions and the curves of the traced points."""
         from gimcli.branching.resampling import along
+        from gimcli.output.numbered_positions import singular_picture
         from gimcli.output.pose import Shown
-        from gimcli.output.singular import singular_picture
         from gimcli.structure.carried import carried_point
 
         found, curve, mechanism = self._found, self._found.curve, self.mechanism

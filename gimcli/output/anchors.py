@@ -5,6 +5,7 @@ Lengths and positions are in the file's length unit, directions are unit complex
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -75,6 +76,10 @@ class Anchors:
         origin = self.carriers[anchor.member].origin
         start = z[..., origin] if origin >= 0 else 0.0j
         return start + self.turn(anchor.member, z) * anchor.local
+
+    def line(self, anchors: Iterable[Anchor], z: ComplexArray) -> ComplexArray:
+        """Return the places of anchors (anchors,) for positions of the nodes (nodes,)."""
+        return np.array([self.place(anchor, z) for anchor in anchors])
 
     def turn(self, member: int, z: ComplexArray) -> Any:
         """Return the direction (unit) of the x axis of a member's coordinate system."""

@@ -9,6 +9,7 @@ import numpy as np
 
 from gimcli.branching.enumeration import Circuits
 from gimcli.branching.resampling import along
+from gimcli.connected import alike
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.output.curves import overlap, same_path
 from gimcli.structure.carried import carried_point
@@ -102,16 +103,8 @@ def _point(mechanism: Mechanism, nodes: Sequence[ComplexArray]) -> tuple[str, li
 
 def _alike(paths: Sequence[ComplexArray]) -> list[list[int]]:
     """Return the numbers of the paths, those that are the same together."""
-    near, groups = _near(paths), list[list[int]]()
-    if near == 0.0:
-        return [list(range(len(paths)))]
-    for k, path in enumerate(paths):
-        own = next((group for group in groups if same_path(paths[group[0]], path, near)), None)
-        if own is None:
-            groups.append([k])
-        else:
-            own.append(k)
-    return groups
+    near = _near(paths)
+    return alike(range(len(paths)), lambda k, first: near == 0.0 or same_path(paths[first], paths[k], near))
 
 
 def _near(paths: Sequence[ComplexArray]) -> float:

@@ -110,9 +110,8 @@ class _MechanismLayers:
         """Add everything."""
         scene, geometry = self.scene, self.geometry
         for body in scene.bodies:
-            outline = np.array([scene.place(anchor, self.z) for anchor in body.outline])
-            name = scene.mechanism.members[body.member].name
-            geometry.add(f"member {name}", Polyline(outline, body.kind == "plate"))
+            layer = f"member {scene.mechanism.members[body.member].name}"
+            geometry.add(layer, Polyline(scene.line(body.outline, self.z), body.kind == "plate"))
         for slider in scene.sliders:
             self._add_slider(slider)
         for drive in scene.cylinders:
@@ -121,8 +120,7 @@ class _MechanismLayers:
             self._add_gears(scene.gears)
         for element in scene.elements:
             if element.pivot < 0:
-                ends = np.array([scene.place(anchor, self.z) for anchor in element.ends])
-                geometry.add(f"{element.kind} {element.name}", Polyline(ends))
+                geometry.add(f"{element.kind} {element.name}", Polyline(scene.line(element.ends, self.z)))
         self._add_nodes({name: complex(scene.place(a, self.z)) for name, a in scene.tracers.items()} | dict(points))
 
     def _add_gears(self, outlines: GearOutlines) -> None:
@@ -133,8 +131,7 @@ class _MechanismLayers:
             first, second = (complex(self.z[pivot]) for pivot in belt.pivots)
             self.geometry.add(f"gear {belt.gear}", Polyline(belt.path(first, second)[:-1], closed=True))
         for rack in outlines.racks:
-            line = np.array([self.scene.place(end, self.z) for end in rack.ends])
-            self.geometry.add(f"gear {rack.gear}", Polyline(line))
+            self.geometry.add(f"gear {rack.gear}", Polyline(self.scene.line(rack.ends, self.z)))
 
     def _add_slider(self, slider: Slider) -> None:
         """Add the line of a guide, the block on it, and the line from the guide to its member."""
@@ -143,13 +140,12 @@ class _MechanismLayers:
         layer = FRAME if slider.side else GUIDES
         self.geometry.add(layer, Polyline(np.array([first, last])))
         if slider.bracket:
-            self.geometry.add(layer, Polyline(np.array([scene.place(a, self.z) for a in slider.bracket])))
+            self.geometry.add(layer, Polyline(scene.line(slider.bracket, self.z)))
         nodes = self.z[list(slider.nodes)]
         length, half = (nodes * along.conjugate()).real, 1.5 * self.radius
         low, high = (complex(nodes[at(length)]) for at in (np.argmin, np.argmax))
-        corners = low - along * (2 - 1j) * half, high + along * (2 + 1j) * half
-        others = low - along * (2 + 1j) * half, high + along * (2 - 1j) * half
-        self.geometry.add(BLOCKS, Polyline(np.array([others[0], others[1], corners[1], corners[0]]), closed=True))
+        right, left = (2 - 1j) * half * along, (2 + 1j) * half * along
+        self.geometry.add(BLOCKS, Polyline(np.array([low - left, high + right, high + left, low - right]), closed=True))
 
     def _add_nodes(self, points: Mapping[str, complex]) -> None:
         """Add pins, fixed nodes with a second circle, points, and all names."""

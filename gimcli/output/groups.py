@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from gimcli.connected import grouped
 from gimcli.mechanism import ComplexArray, Mechanism
 from gimcli.output.labels import Labels
 from gimcli.output.picture import LAYOUT, Frame, Picture, PictureLayout, Text, composition
@@ -110,17 +111,12 @@ def formation_picture(boxes: Sequence[Box], joints: Sequence[BoxJoint], *, layou
     centres, size = _places(boxes)
     picture = Picture("", _frame(size, layout), ("", ""), bare=True)
     for box, centre in zip(boxes, centres, strict=True):
-        half = box.size / 2
-        corners = [centre + complex(x * half.real, y * half.imag) for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
-        picture.draw(box.fill, corners)
+        picture.draw(box.fill, _corners(centre, box.size / 2))
         top = centre.imag + LINE * (len(box.lines) - 1) / 2
         picture.texts += [Text(complex(centre.real, top - LINE * k), line) for k, line in enumerate(box.lines)]
-    lanes: dict[int, int] = {}
-    for joint in joints:
-        total = sum(j.lower == joint.lower for j in joints)
-        lane = lanes.get(joint.lower, 0)
-        lanes[joint.lower] = lane + 1
-        _arrow(picture, boxes, centres, joint, (lane + 1) / (total + 1))
+    for together in grouped((joint.lower, joint) for joint in joints).values():
+        for lane, joint in enumerate(together, start=1):
+            _arrow(picture, boxes, centres, joint, lane / (len(together) + 1))
     shrunk = min(1.0, picture.frame.width / (picture.frame.high - picture.frame.low).real)
     return replace(picture, texts=[replace(text, size=shrunk * text.size) for text in picture.texts])
 
@@ -151,6 +147,11 @@ def _places(boxes: Sequence[Box]) -> tuple[list[complex], complex]:
     return centres, complex(width, height)
 
 
+def _corners(centre: complex, half: complex) -> list[complex]:
+    """Return the corners of a box of half a width and a height."""
+    return [centre + complex(x * half.real, y * half.imag) for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+
+
 def _arrow(picture: Picture, boxes: Sequence[Box], centres: list[complex], joint: BoxJoint, share: float) -> None:
     """Draw the arrow of a joint to the upper side of the lower box, at the part `share` of its width; name the pairs.
 
@@ -161,8 +162,7 @@ def _arrow(picture: Picture, boxes: Sequence[Box], centres: list[complex], joint
     if lower.layer - upper.layer > 1:
         start = to + 0.30j
         half = complex(LETTER * FONT * len(joint.tag) / 2 + 0.08, 0.10)
-        corners = [complex(x * half.real, y * half.imag) for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
-        picture.draw(upper.fill, [start + 0.10j + corner for corner in corners])
+        picture.draw(upper.fill, _corners(start + 0.10j, half))
         picture.texts.append(Text(start + 0.10j, joint.tag))
     else:
         start = centres[joint.upper] - 0.5j * upper.size.imag

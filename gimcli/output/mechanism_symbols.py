@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from gimcli.mechanism import FRAME, FloatArray
-from gimcli.output import force_symbols, style, symbols
+from gimcli.output import style, symbols
 from gimcli.output.anchors import Anchor
 from gimcli.output.scene import Drive, ForceElement, LoadArrow, MemberOutline, Scene, Slider
 from gimcli.output.style import Fill, Mark, Pen, tint
@@ -35,7 +35,7 @@ def strong_symbols(scene: Scene) -> Iterator[Symbol]:
     yield from map(_drive, scene.drives)
     yield from (_load(load) for load in scene.loads if load.torque or load.force)
     for at in scene.centres:
-        yield Symbol("centres-of-mass", force_symbols.centre_of_mass(), Seat(at, None, 1.0))
+        yield Symbol("centres-of-mass", symbols.centre_of_mass(), Seat(at, None, 1.0))
 
 
 def light_symbols(scene: Scene) -> Iterator[Symbol]:
@@ -115,13 +115,13 @@ def _element(scene: Scene, element: ForceElement) -> Symbol:
     """Return a spring or a damper, also about a pivot."""
     part, kind = f"{element.kind}:{element.name}", element.kind
     if element.pivot < 0:
-        return Symbol(part, force_symbols.STRAIGHT[kind](element.lane), Seat(*element.ends))
+        return Symbol(part, symbols.STRAIGHT[kind](element.lane), Seat(*element.ends))
     (arm, reference), pivot = element.ends, Anchor(element.pivot)
     seat = Seat(pivot, reference, arm=arm)
     angles = [seat.axes(scene, z).turn for z in scene.poses]
-    least = force_symbols.LEAST_TURN[kind]
+    least = symbols.LEAST_TURN[kind]
     turn = least + (_middle(np.array(angles)) - least) % (2.0 * np.pi)
-    return Symbol(part, force_symbols.TORSIONAL[kind](element.lane), replace(seat, turn=turn))
+    return Symbol(part, symbols.TORSIONAL[kind](element.lane), replace(seat, turn=turn))
 
 
 def _middle(angles: FloatArray) -> float:
@@ -135,10 +135,10 @@ def _middle(angles: FloatArray) -> float:
 def _load(load: LoadArrow) -> Symbol:
     """Return a force as an arrow from its point, a torque as an arc."""
     if load.torque:
-        return Symbol(f"load:{load.name}", force_symbols.torque(load.torque), Seat(load.at, None, 1.0))
+        return Symbol(f"load:{load.name}", symbols.torque(load.torque), Seat(load.at, None, 1.0))
     size = abs(load.force)
     seat = Seat(load.at, None, load.force / size, load.at.member if load.follower else FRAME)
-    return Symbol(f"load:{load.name}", force_symbols.force(size), seat)
+    return Symbol(f"load:{load.name}", symbols.force(size), seat)
 
 
 def coloured(own: Pen | Fill, colour: str | None) -> Pen | Fill:

@@ -202,18 +202,11 @@ def composition(compose: Callable[Arguments, Composed]) -> Callable[Arguments, C
     `compose` has a keyword argument `layout`.
     """
 
-    @wraps(compose)
-    def composed(*given: Arguments.args, **named: Arguments.kwargs) -> Composed:
-        return cast(Composed, _repeatable(compose, given, named))
+    def composed(*given: Any, layout: PictureLayout = LAYOUT, **named: Any) -> Any:
+        found = cast(Any, compose)(*given, layout=layout, **named)
+        return replace(found, again=lambda other: composed(*given, layout=other, **named))
 
-    return composed
-
-
-def _repeatable(compose: Any, given: tuple[Any, ...], named: dict[str, Any]) -> Any:
-    def again(layout: PictureLayout) -> Any:
-        return _repeatable(compose, given, {**named, "layout": layout})
-
-    return replace(compose(*given, **named), again=again)
+    return cast(Callable[Arguments, Composed], wraps(compose)(composed))
 
 
 def _array(path: ComplexArray | Iterable[complex]) -> ComplexArray:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from gimcli.connected import alike
 from gimcli.errors import UsageError
 from gimcli.mechanism import ComplexArray, Mechanism
 from gimcli.output import style
@@ -148,16 +149,10 @@ class Drawing:
         """Draw the marks of numbered positions by their kind, and request their numbers beside them."""
         for kind, mark in marks.items():
             self.picture.draw(mark, *(z for one in shown if one.kind == kind for z in one.at), key=kind)
-        together: list[tuple[complex, list[str]]] = []
-        for number, at in ((str(one.number), z) for one in shown for z in one.at):
-            near = TOGETHER * self.picture.frame.point
-            own = next((numbers for place, numbers in together if abs(place - at) < near), None)
-            if own is None:
-                together.append((at, [number]))
-            elif number not in own:
-                own.append(number)
-        for place, numbers in together:
-            self.labels.beside(place, ", ".join(numbers), color, size)
+        near = TOGETHER * self.picture.frame.point
+        every = ((z, str(one.number)) for one in shown for z in one.at)
+        for together in alike(every, lambda one, first: abs(first[0] - one[0]) < near):
+            self.labels.beside(together[0][0], ", ".join(dict.fromkeys(number for _, number in together)), color, size)
 
     def write(self, nodes: Sequence[int] = (), points: Mapping[str, complex] | None = None) -> Picture:
         """Write the names of nodes and the requested texts, and return the picture.

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, cast
 
 from gimcli.errors import UsageError
-from gimcli.output.fitting import fitted, recomposed
+from gimcli.output.gallery import panel_size
 from gimcli.output.look import PLAIN, Look, dressed, read_look
-from gimcli.output.picture import GHOSTS, LAYOUT, Content, Sheet, changed
+from gimcli.output.picture import GHOSTS, LAYOUT, Content, PictureLayout, Sheet, changed
+from gimcli.output.sizes import borders, title_height, whole_height
 
 UNITS = {"mm": 1 / 25.4, "cm": 1 / 2.54, "in": 1.0}
 """Units of the size [in]."""
@@ -22,6 +23,10 @@ COARSEST, FINEST = 20, 2400
 
 PIXELS = 30_000
 """Largest number of pixels along a side."""
+
+
+NARROWEST = 0.4
+"""Smallest side of the axes [in]."""
 
 
 @dataclass(frozen=True)
@@ -81,6 +86,49 @@ class PictureOptions:
     def animated(self, animation: Any) -> Any:
         """Return an Animation with these options."""
         return replace(animation, title=animation.title if self.title is None else self.title, options=self)
+
+
+def recomposed(content: Any, layout: PictureLayout) -> Any:
+    """Return a content that is composed again in a layout; its titles are kept, and a graph only gets another frame."""
+    if content.again is not None:
+        return replace(content.again(layout), title=content.title)
+    if isinstance(content, Sheet):
+        return replace(content, pictures=tuple(recomposed(one, layout) for one in content.pictures))
+    frame = content.frame
+    width, height = (layout.width, layout.height) if layout.fills else (frame.width, frame.height)
+    return replace(content, frame=replace(frame, width=width, height=height, font=layout.font))
+
+
+def fitted(content: Content, size: tuple[float, float], layout: PictureLayout) -> Content:
+    """Return a content that fills a size (width, height) [in]; raise UsageError if that is too small."""
+    if isinstance(content, Sheet) and content.columns:
+        width, height = _enough(*panel_size(content, size, layout.font), size)
+        content = recomposed(content, replace(layout, width=width, height=height, fills=True))
+        return content
+    left, right = borders(layout.font)
+    width = size[0] - left - right
+    around = sum(whole_height(one, size[0]) - one.frame.height for one in content.pictures)
+    heading = title_height(content.title, size[0], layout.font) if isinstance(content, Sheet) else 0.0
+    spare = size[1] - around - heading
+    _enough(width, spare / len(content.pictures), size)
+    over = [max(one.frame.height - NARROWEST, 1e-9) for one in content.pictures]
+    part = (spare - len(content.pictures) * NARROWEST) / sum(over)
+    filled = tuple(
+        recomposed(one, replace(layout, width=width, height=NARROWEST + part * own, fills=True))
+        for one, own in zip(content.pictures, over, strict=True)
+    )
+    return replace(content, pictures=filled) if isinstance(content, Sheet) else cast(Content, filled[0])
+
+
+def _enough(width: float, height: float, size: tuple[float, float]) -> tuple[float, float]:
+    """Return the size of axes; raise UsageError if it is too small."""
+    if min(width, height) < NARROWEST:
+        wide, high = (25.4 * side for side in size)
+        raise UsageError(
+            f"size: {wide:.0f}x{high:.0f}mm leaves no space for the axes beside titles, legends and numbers;"
+            " use a larger size"
+        )
+    return width, height
 
 
 def _titled(content: Content, title: str) -> Content:

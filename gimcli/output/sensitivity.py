@@ -95,9 +95,7 @@ def _panels(abscissa: Column, band: Band) -> list[Picture]:
     found = [value]
     if band.spreads:
         found.append(_deviation(across, x, band))
-        for label, (_, fill) in BANDS.items():
-            if label in band.spreads:
-                value.draw(fill, *_outlines(x, band.values, band.spreads[label]))
+        _draw_bands(value, x, band.values, band.spreads)
     units = Counter(unit for unit, _ in band.slopes.values()).most_common()
     for unit, _ in units:
         own = {name: rows for name, (of, rows) in band.slopes.items() if of == unit and np.nanmax(np.abs(rows)) > 0.0}
@@ -117,10 +115,14 @@ def _deviation(across: Axis, x: FloatArray, band: Band) -> Picture:
         name, factor = (SAMPLED, 3.0) if label == "sampled_sd" else (BANDS[label][0], 1.0)
         curves.append(Curve(name, both, factor * np.concatenate([rows, [np.nan], -rows])))
     chart = panel(CurveGraph(across, Axis(f"tolerance of {band.name}", band.unit), curves), WIDEST)
-    for label, (_, fill) in BANDS.items():
-        if label in band.spreads:
-            chart.draw(fill, *_outlines(x, np.zeros_like(x), band.spreads[label]))
+    _draw_bands(chart, x, np.zeros_like(x), band.spreads)
     return chart
+
+
+def _draw_bands(chart: Picture, x: FloatArray, middle: FloatArray, spreads: Mapping[str, FloatArray]) -> None:
+    for label, (_, fill) in BANDS.items():
+        if label in spreads:
+            chart.draw(fill, *_outlines(x, middle, spreads[label]))
 
 
 def _outlines(x: FloatArray, middle: FloatArray, half: FloatArray) -> list[FloatArray]:

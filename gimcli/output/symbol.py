@@ -100,5 +100,5 @@ class Symbol:
     def paths(self, stroke: Stroke, places: Anchors, z: ComplexArray, point: float) -> list[ComplexArray]:
         """Return the lines or the outline of one of its strokes, for positions of the nodes (nodes,)."""
         if self.seat is None:
-            return [np.array([places.place(corner, z) for corner in self.corners])]
+            return [places.line(self.corners, z)]
         return stroke.paths(self.seat.axes(places, z), point)

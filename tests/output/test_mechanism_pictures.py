@@ -11,9 +11,9 @@ import gimcli
 from gimcli.output.circuits import _alike
 from gimcli.output.curves import overlap
 from gimcli.output.drawing import motion_picture
-from gimcli.output.force_symbols import CENTRE_RADIUS, COIL, LANE, LONGEST
 from gimcli.output.picture import Sheet
 from gimcli.output.style import CENTRE, GHOST, LOAD, PALETTE, SPRING, curve_pen, group_colour, tint
+from gimcli.output.symbols import CENTRE_RADIUS, COIL, LANE, LONGEST
 
 
 def load(name):

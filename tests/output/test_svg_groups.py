@@ -11,8 +11,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 import gimcli
 from gimcli.output import write
+from gimcli.output.axes import PartNames
 from gimcli.output.figure import drawn
-from gimcli.output.part_groups import PartNames
 from gimcli.output.printed import Printed
 from gimcli.output.workspace import workspace_picture
 

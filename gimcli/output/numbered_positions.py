@@ -1,29 +1,58 @@
-"""The picture of equilibria: stable positions with full lines, the others with dashes, each with its number.
+"""Pictures of numbered positions: singular ones with the curves of the traced points, and equilibria.
 
-With one released input also potential and holding effort over it.
+Stable equilibria have full lines, the others dashes. With one released input also potential and holding effort over it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gimcli.dynamics.equilibria import BalanceHistory, Equilibria
 from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.output.graph import Axis, Curve, CurveGraph
 from gimcli.output.panels import with_panels
 from gimcli.output.picture import LAYOUT, Content, Picture, PictureLayout, composition
-from gimcli.output.pose import Drawing, Shown
+from gimcli.output.pose import Drawing, Shown, solved
 from gimcli.output.scene import Scene
-from gimcli.output.style import GHOST_PIN, INK, Mark, Pen
+from gimcli.output.style import GHOST_PIN, INK, PALETTE, Mark, Pen
+
+if TYPE_CHECKING:
+    from gimcli.dynamics.equilibria import BalanceHistory, Equilibria
+
+SINGULAR = {
+    "change point": Mark("s", 7.0, width=1.4, layer=9),
+    "tangency": Mark("D", 6.0, layer=9),
+    "limit": Mark("^", 7.0, face=INK, layer=9),
+    "dead point": Mark("X", 7.0, face=INK, width=0.4, layer=9),
+    "stationary": Mark("o", 5.0, layer=9),
+}
+"""The mark of each kind of singular position."""
+
+
+@composition
+def singular_picture(
+    mechanism: Mechanism, shown: Sequence[Shown], curves: Mapping[str, ComplexArray], title: str, *,
+    layout: PictureLayout = LAYOUT,
+) -> Picture:  # fmt: skip
+    """Return the first position in the order of the kinds strong, some others light, and numbered marks."""
+    order = list(SINGULAR)
+    chosen = sorted(shown, key=lambda one: order.index(one.kind))[: layout.ghosts + 1]
+    scene = solved(mechanism, np.array([one.pose for one in chosen])) if chosen else None
+    drawing = Drawing.around(mechanism, scene, title, curves.values(), layout)
+    drawing.poses(range(1, len(chosen)), layout.members)
+    drawing.curves(curves)
+    drawing.numbered(shown, SINGULAR, PALETTE[0])
+    return drawing.write(sorted(scene.used) if scene else (), {})
+
 
 STABLE = Pen(1.6, "#3577bd", layer=4)
 OTHER = Pen(1.3, "#a50f15", (3.0, 2.0), layer=3)
 """Lines of the members in further stable positions, and in the others."""
 
-MARKS = {
+BALANCED = {
     "stable": Mark("s", 5.5, face=INK, width=0.5, layer=11),
     "unstable": Mark("o", 5.5, width=1.1, layer=11),
     "undecided": Mark("D", 5.0, layer=11),
@@ -49,7 +78,7 @@ def equilibria_picture(
     drawing.poses()
     node = _free_node(scene)
     placed = [replace(one, at=(complex(one.pose[node]),)) for one in sorted(drawn, key=lambda one: one.number)]
-    drawing.numbered(placed, MARKS, size=10.0)
+    drawing.numbered(placed, BALANCED, size=10.0)
     return drawing.write(sorted(scene.used & scene.fixed), {})
 
 
