@@ -7,12 +7,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from gimcli.branching.singularities import Singularity, interval, singularities
+from gimcli.branching.singularities import Singularity, interval, limits, singularities
 from gimcli.continuation.branches import SAME, Branches, all_circuits, first_circuit
 from gimcli.continuation.circuit import Circuit
 from gimcli.continuation.curve import PositionCurve
-from gimcli.errors import StructureError, UnassembledError
+from gimcli.errors import GimError, StructureError, UnassembledError
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+from gimcli.motion.motion import Motion
 from gimcli.motion.motion_curve import arrival
 from gimcli.motion.start import settled, start_position
 from gimcli.positions.dispatch import plain
@@ -22,8 +23,8 @@ from gimcli.structure.drive_check import require_consistent, require_driven_if_d
 from gimcli.structure.plan import make_plan
 from gimcli.structure.residual import holds
 
-MOST_NODES = 100
-"""Most nodes of a mechanism whose circuits are followed."""
+MOST_NODES, FEW_NODES = 100, 60
+"""Most nodes of a mechanism whose circuits are followed, and of one whose circuit is followed after its motion."""
 
 
 @dataclass(frozen=True)
@@ -90,6 +91,28 @@ def _refuse_contradiction(mechanism: Mechanism, z: ComplexArray, u: FloatArray, 
     """Raise StructureError if redundant constraints contradict the others at the start."""
     good = holds(mechanism, z[:, None], u[:, None], tolerance)[0]
     require_consistent(mechanism, z, u, Status.OK if good else Status.CONTRADICTORY, tolerance)
+
+
+def circuit_ranges(motion: Motion) -> dict[str, list[float]]:
+    """Return the least and greatest value of every input on the whole circuit of a motion, in the file's unit.
+
+    Empty if the circuit is not known, or the mechanism is too large for it to be followed in addition to the motion.
+    """
+    mechanism = motion.mechanism
+    if motion.first_status is not Status.OK or len(mechanism.nodes) > FEW_NODES:
+        return {}
+    curve = PositionCurve(mechanism)
+    good = np.flatnonzero(motion.good)
+    ends = [curve.point(motion.z[:, k], curve.at_time(float(motion.time[k]))) for k in (0, good[min(1, len(good) - 1)])]
+    try:
+        circuit = first_circuit(curve, motion.z[:, 0], curve.begin(), ends[1] - ends[0])
+    except GimError:
+        return {}
+    inputs = np.array([curve.inputs(q) for q in interval(circuit, limits(circuit))])
+    return {
+        a.name: sorted(float(v) for v in mechanism.value_to_file(k, inputs[:, k]))
+        for k, a in enumerate(mechanism.actuators)
+    }
 
 
 def survey(mechanism: Mechanism, tolerance: float = 1e-10, progress: Progress = no_progress) -> Survey:

@@ -16,12 +16,17 @@ import numpy as np
 from gimcli.continuation.arclength import ArclengthConstants, beside
 from gimcli.continuation.bifurcation import Crossing
 from gimcli.continuation.curve import PositionCurve
-from gimcli.continuation.gap_interpolation import AT_LIMIT, BEYOND, GapInterpolation
 from gimcli.mechanism import FloatArray
 from gimcli.numerics.interpolation import lagrange
 from gimcli.positions.position import Row
 
 EPS = float(np.finfo(float).eps)
+
+AT_LIMIT = 8.0 * EPS
+"""Distance from a limit, relative to the parameter, below which an input is at the limit."""
+
+BEYOND = 1e-12
+"""Distance beyond a limit, relative to the parameter, up to which an input is at it: the accuracy of limits."""
 
 NODES = 4
 """Number of positions on each side of the singular one."""
@@ -46,7 +51,12 @@ class SingularArc:
     curve: PositionCurve = field(repr=False)
     distances: FloatArray = field(repr=False)
     p: FloatArray = field(repr=False)
-    limit: bool  # whether the parameter reverses there
+    met: Crossing | None  # the meeting of branches there; None: the parameter reverses there
+
+    @property
+    def limit(self) -> bool:
+        """Whether the parameter reverses at the singular position."""
+        return self.met is None
 
     @property
     def q(self) -> float:
@@ -116,7 +126,7 @@ def _tried(
     distances = step * np.arange(-NODES, NODES + 1.0)
     table = [p if d == 0.0 else _beside(curve, p, tangent, d) for d in distances.tolist()]
     found = [one for one in table if one is not None]
-    return SingularArc(curve, distances, np.array(found).T, met is None) if len(found) == len(table) else None
+    return SingularArc(curve, distances, np.array(found).T, met) if len(found) == len(table) else None
 
 
 def _beside(curve: PositionCurve, p: FloatArray, tangent: FloatArray, distance: float) -> FloatArray | None:
@@ -198,7 +208,3 @@ class ArcPassage:
 
     def _place(self, q: float) -> float:
         return self.sense * q / self.arc.curve.span
-
-
-Gap = GapInterpolation | ArcPassage
-"""An interval around a singular position in which rows are interpolated."""

@@ -10,6 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
+from gimcli.continuation.arc import BEYOND
 from gimcli.continuation.arclength import CurvePoint, place
 from gimcli.continuation.bifurcation import Crossing
 from gimcli.continuation.circuit import (
@@ -25,7 +26,6 @@ from gimcli.continuation.circuit import (
     start_place,
 )
 from gimcli.continuation.curve import PositionCurve
-from gimcli.continuation.gap_interpolation import BEYOND
 from gimcli.errors import UnassembledError
 from gimcli.mechanism import ComplexArray, FloatArray
 from gimcli.positions.options import TOLERANCE

@@ -110,12 +110,6 @@ class PositionCurve:
             return time * self.span
         return float(self.mechanism.actuators[self.line.main].law(np.array([time]))[0])
 
-    def rate_at(self, time: float) -> float:
-        """Return the derivative of the parameter by the time 0..1."""
-        if self.line is None:
-            return self.span
-        return float(self.mechanism.actuators[self.line.main].law(np.array([time]), 1)[0])
-
     def begin(self) -> float:
         """Return the parameter at the start of the laws."""
         return self.at_time(0.0)

@@ -235,13 +235,7 @@ class ForcesResult(RowsResult):
     @property
     def events(self) -> list[dict[str, Any]]:
         """Singular positions and limits of the motion."""
-        return events(self._motion)
-
-    @cached_property
-    def _motion(self) -> Motion:
-        from gimcli.branching.event_refinement import sharpened
-
-        return sharpened(self._found.summary.motion)
+        return events(self._found.summary.motion)
 
     def headline(self) -> str:
         """Return the result in one line."""

@@ -185,13 +185,8 @@ class MotionTraceResult(TraceResult):
 
     @cached_property
     def motion(self) -> Motion:
-        """The rows that are drawn, and all events; change points are refined to full accuracy."""
-        motion = self.summary.motion
-        if not motion.bridged:
-            return motion
-        from gimcli.branching.event_refinement import sharpened
-
-        return sharpened(motion)
+        """The rows that are drawn, and all events."""
+        return self.summary.motion
 
     @property
     def rows(self) -> int:
@@ -223,9 +218,9 @@ class MotionTraceResult(TraceResult):
         found = events(part)
         limits = [event for event in found if event["kind"] == "limit"]
         if limits:
-            from gimcli.branching.event_refinement import reach
+            from gimcli.branching.singular_positions import circuit_ranges
 
-            interval = reach(part)
+            interval = circuit_ranges(part)
             for event in limits:
                 event["interval"] = interval
         name = {"machine": part.mechanism.as_machine.name} if self.motion.parts else {}

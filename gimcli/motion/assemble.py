@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gimcli.continuation.arc import Gap
+from gimcli.continuation.arc import ArcPassage
 from gimcli.errors import StructureError
 from gimcli.kernels.plan_steps import ORIENT, TILT
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
@@ -93,7 +93,7 @@ class Assembly:
     error: float  # estimated error of the nodes
     work: float  # number of iterations
     surplus: bool = False  # whether the plan has redundant constraints, which are only checked
-    gap: Gap | None = None  # at a singular position: the interpolation through it
+    gap: ArcPassage | None = None  # at a singular position: the arc through it
     came: bool = False  # whether a motion has led there
 
     @property

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gimcli.continuation.arc import Gap
+from gimcli.continuation.arc import ArcPassage
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.positions import newton
 from gimcli.positions.block import NEW, RowBlock, sides
@@ -37,13 +37,8 @@ class FollowingConstants:
     first: tuple[float, ...] = (1 / 512, 1 / 64, 1 / 8, 1.0)  # fractions of the first step, if these steps fail
     split: int = 8  # number of parts of an interval that is refined
     resolution: float = 1e-12  # relative accuracy of the location of a limit
-    leaps: tuple[float, ...] = (2e-3, 2e-4, 2e-5, 2e-6)  # in turns: half widths of the gap at a singular position
-    window: float = 1e-4  # in turns: interval in which two branches may meet
-    zooms: int = 9  # number of refinements of this interval
-    meeting: float = 64.0  # quality below which two branches meet; the rounding of the time limits the quality
+    doubtful: int = 100  # most doubtful rows that are refined one after the other; a limit needs 30
     loosest: float = 1e-6  # error of the nodes of a coupled group that is allowed near a singular position
-    closure: float = 2e-13  # greatest residual of a position interpolated at a singular one
-    agreement: float = 0.2  # greatest relative difference of the position beyond the gap from its prediction
     memory: int = 400  # number of solved rows that are kept
 
 
@@ -63,8 +58,7 @@ class BranchState:
         self.program = plan_program(mechanism, plan)
         self.determinant = dict.fromkeys(self.program.packed, 0.0)
         self.log: list[Row] = []
-        self.bridges: list[Gap] = []  # gaps (intervals with interpolated rows) that the motion has passed
-        self.passed = 0  # number of bridges that have been accepted
+        self.bridges: list[ArcPassage] = []  # arcs through singular positions that the motion has passed
         self.lenient = False  # passing a position that cannot be solved to the tolerance
         self._motion_curve = motion_curve
         self.turn = 1.0  # change of the time for one turn of the input, or a travel of 2 pi sizes
@@ -78,7 +72,7 @@ class BranchState:
         """Start from a solved position."""
         self.log, self.sign = [row], signs.copy()
         self.determinant = dict.fromkeys(self.program.packed, 0.0)
-        self.bridges, self.passed = [], 0
+        self.bridges = []
 
     def sides(self, row: Row) -> FloatArray:
         """Return the branch signs (branches,) of a row."""

@@ -1,9 +1,10 @@
 """Follow a motion from a solved position, on its branch, through singular positions.
 
 Rows are solved in blocks until one is doubtful: it has no solution, may have jumped, or does not reach the tolerance. A
-doubtful row is approached on a refined grid; a singular position is passed by interpolation (singular_crossing). If
-this fails, the curve of the motion (motion_curve) shows whether the motion continues or has reached a limit. The "time"
-of a row is the independent variable of the inputs: the coordinate on a leg of the laws, or the time.
+doubtful row is approached on a refined grid. If it is at a limit of the input, or where branches meet, the curve of the
+motion (motion_curve) shows whether the motion continues; near the singular position the rows are then those of an arc
+of this curve. The "time" of a row is the independent variable of the inputs: the coordinate on a leg of the laws, or
+the time.
 """
 
 from __future__ import annotations
@@ -11,20 +12,21 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple, cast
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from gimcli.kernels import jit
 from gimcli.mechanism import ComplexArray, FloatArray, IntArray
-from gimcli.motion.singular_crossing import SingularCrossing
+from gimcli.motion.branch_state import BranchState
 from gimcli.positions.block import NEW
 from gimcli.positions.position import Row
 from gimcli.positions.program import Marcher
-from gimcli.status import CHANGE, Status
+from gimcli.status import Status
 
 if TYPE_CHECKING:
-    from gimcli.continuation.arc import ArcPassage, Gap
+    from gimcli.continuation.arc import ArcPassage
+    from gimcli.continuation.bifurcation import Crossing
 
 Stop = tuple[float, tuple[float, ...]]
 """Time and inputs (actuators,) at a limit."""
@@ -35,7 +37,12 @@ class PassedMeeting(NamedTuple):
 
     z: ComplexArray  # (nodes,)
     inputs: FloatArray  # (actuators,)
-    kind: str = CHANGE  # TANGENCY if there is one branch only
+    found: Crossing
+
+    @property
+    def kind(self) -> str:
+        """Whether branches cross there, or there is only one."""
+        return self.found.kind
 
 
 @dataclass
@@ -63,18 +70,19 @@ class FollowedPath:
         z, codes = np.empty((nodes, rows), dtype=complex), np.zeros(rows, dtype=np.int64)
         return FollowedPath(time, inputs, z, codes, np.full(rows, np.nan), np.zeros(rows))  # a NaN fails every check
 
-    def met(self, time: float, gap: Gap, inputs: FloatArray) -> None:
-        """Record a singular position that was passed, and its inputs (actuators,)."""
+    def met(self, time: float, gap: ArcPassage, inputs: FloatArray) -> None:
+        """Record a meeting of branches that was passed, and its inputs (actuators,)."""
         row = gap.at(gap.centre)
         self.bridged.append(time)
-        self.meetings.append(PassedMeeting(row.x + 1j * row.y, inputs))
+        assert gap.arc.met is not None
+        self.meetings.append(PassedMeeting(row.x + 1j * row.y, inputs, gap.arc.met))
 
     def end(self, row: int) -> None:
         """Set the status of the rows from `row` on to LIMIT."""
         self.codes[row:] = int(Status.LIMIT)
 
 
-class BranchFollower(SingularCrossing):
+class BranchFollower(BranchState):
     """Follows a branch through the rows of a motion.
 
     sense: of the parameter of the motion curve with increasing time. Without a motion curve, a position that cannot be
@@ -84,22 +92,23 @@ class BranchFollower(SingularCrossing):
     limit_ahead: ArcPassage | None = None  # the passage towards a limit that the motion is on
     progress: Callable[[int, int], None] | None = None  # called with the rows done and the total
     sense = 1.0
+    doubtful = 0  # number of doubtful rows since the last row that was not
 
     def begin(self, row: Row, signs: FloatArray) -> None:
         """Start from a solved position."""
         super().begin(row, signs)
         self.limit_ahead = None
 
-    def enter(self, gap: Gap) -> bool:
-        """Start in a gap: towards a limit, or away from a singular position; return whether this is possible."""
+    def enter(self, gap: ArcPassage) -> bool:
+        """Start on an arc: towards a limit, or away from a singular position; return whether this is possible."""
         if gap.inwards:
-            self.log, self.limit_ahead = [], cast("ArcPassage", gap)
+            self.log, self.limit_ahead = [], gap
         elif (out := gap.exit) is not None:
             signs = self.sides(out)
             self.begin(Row(out.time, out.x, out.y, signs * np.abs(out.g)), signs)
         else:
             return False
-        self.bridges, self.passed = [gap], 1
+        self.bridges = [gap]
         return True
 
     @property
@@ -107,8 +116,8 @@ class BranchFollower(SingularCrossing):
         """The time up to which the motion is solved."""
         return self.limit_ahead.ends[1] if self.limit_ahead is not None else self.log[-1].time
 
-    def gap_at(self, time: float) -> Gap | None:
-        """Return the gap that contains a time; None if there is none."""
+    def gap_at(self, time: float) -> ArcPassage | None:
+        """Return the arc that contains a time; None if there is none."""
         found = [gap for gap in reversed(self.bridges) if gap.ends[0] < time < gap.ends[1]]
         return found[0] if found else None
 
@@ -141,25 +150,50 @@ class BranchFollower(SingularCrossing):
     def _crosses(self, time: float) -> bool:
         """Pass doubtful rows up to a time; return the success."""
         self.doubtful = 0
-        return self.cross(time)
+        return self._cross(time)
+
+    def _cross(self, time: float) -> bool:
+        """Solve rows from the last one to a time on a refined grid; return whether the log reaches that time."""
+        start = self.log[-1].time
+        grid = start + (time - start) * np.arange(1, self.constants.split + 1) / self.constants.split
+        grid[-1] = time
+        while len(grid := grid[grid > self.log[-1].time]):
+            block = self.evaluate(grid, self.log)
+            self.remember(block.rows())
+            good = block.end - NEW
+            if good == len(grid):
+                break
+            self.doubtful += 1
+            finest = grid[good] - self.log[-1].time <= self.constants.resolution * max(1.0, abs(grid[good]))
+            hopeless = finest or (block.singular and not self.lenient) or self.doubtful > self.constants.doubtful
+            if hopeless or not self._cross(float(grid[good])):
+                return False
+        return True
+
+    def _approach(self, time: float) -> bool:
+        """Solve rows up to a time, near a singular position not to the tolerance; return the success."""
+        self.lenient = True
+        crossed = self._crosses(time)
+        self.lenient = False
+        return crossed
 
     def _beyond(self, path: FollowedPath, i: int, crossed: bool) -> int:
         """Fill the rows that have been passed, and return the next row; or end the motion at its limit."""
         if crossed:
             return self._fill(path, i)
-        target = float(path.time[i])
-        gap = (
-            self.motion_curve.ahead(self.log, self.sense, target, self.turn) if self.motion_curve is not None else None
-        )
+        target, bridges = float(path.time[i]), self.bridges
+        gap = None
+        if self.motion_curve is not None:
+            gap = self.motion_curve.ahead(self.log, self.sense, target, self.turn)
         if isinstance(gap, float):
             path.end(i)
             path.limit = max(gap, self.log[-1].time)
             return i
-        if gap is not None and gap.ends[0] <= self.log[-1].time:
-            bridges = self.bridges
-            if self.enter(gap):
-                self.bridges, self.passed = [*bridges, gap], len(bridges) + 1
-                return self._fill(path, i)
+        crossed = self._approach(target if gap is None else min(target, gap.ends[0]))
+        if gap is not None and gap.ends[0] <= self.log[-1].time and self.enter(gap):
+            self.bridges, crossed = [*bridges, gap], True
+        if crossed:
+            return self._fill(path, i)
         self.lenient = True
         row = self.evaluate(path.time[i : i + 1], self.log)
         self.lenient = False
@@ -219,7 +253,6 @@ class BranchFollower(SingularCrossing):
         if gap is None or isinstance(gap, float) or not gap.ends[0] <= row.time <= gap.ends[1]:
             return row
         self.bridges.append(gap)
-        self.passed = len(self.bridges)
         return gap.at(row.time)
 
     def at(self, time: float) -> Row:

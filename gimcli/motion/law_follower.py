@@ -10,13 +10,11 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from typing import cast
 
 import numpy as np
 
 from gimcli.canonical import TURN
-from gimcli.continuation.arc import ArcPassage, Gap
-from gimcli.continuation.gap_interpolation import BEYOND
+from gimcli.continuation.arc import BEYOND, ArcPassage
 from gimcli.errors import UsageError
 from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.motion.assemble import Assembly
@@ -30,9 +28,6 @@ from gimcli.structure.steps import Plan
 
 SAME = 1e-6
 """In turns: meetings of branches that are closer are the same."""
-
-BESIDE = 1e-4
-"""In turns: distance from a meeting of branches within which it is located exactly."""
 
 
 class LawFollower:
@@ -48,7 +43,9 @@ class LawFollower:
         self.follower: BranchFollower = self.follow(self.leg)
         self.place = self.leg.sense * self.leg.begin  # coordinate on the leg up to which rows are solved
         self.ended: Status | None = None  # status of all rows after this coordinate
-        self.waiting: tuple[float, Gap] | None = None  # time at which the input is reachable again, and the gap there
+        self.waiting: tuple[float, ArcPassage] | None = (
+            None  # time at which the input is reachable again, and the gap there
+        )
         self.noted: list[float] = []  # coordinates on the leg of the meetings of branches that have been recorded
         self.progress: Progress | None = None
 
@@ -89,7 +86,7 @@ class LawFollower:
         status = Status.SINGULAR if start.status is Status.OK else start.status
         return Assembly(status, start.row, start.signs, start.error, start.work, start.surplus)
 
-    def _first_gap(self, start: Assembly) -> Gap | None:
+    def _first_gap(self, start: Assembly) -> ArcPassage | None:
         """Return the gap at the start position, on the chosen branch, if it is singular."""
         gap, leg = start.gap, self.leg
         if start.status is not Status.SINGULAR and gap is None:
@@ -109,14 +106,14 @@ class LawFollower:
         along = arrival(motion_curve.curve, start, single)
         return self._around(settled(self.mechanism, start), self.place, along)
 
-    def _other_arc(self, gap: Gap) -> Gap:
+    def _other_arc(self, gap: ArcPassage) -> ArcPassage:
         """Return the gap on the other of the two arcs that meet at a limit."""
         if self.branch > 2:
             raise UsageError(f"branch {self.branch}: only 2 arcs meet at the start position, which is a limit")
         self.branch = 1
-        return cast("ArcPassage", gap).other_side().mirrored()
+        return gap.other_side().mirrored()
 
-    def _is_at(self, gap: Gap) -> bool:
+    def _is_at(self, gap: ArcPassage) -> bool:
         """Return whether the present position is the singular position of a gap."""
         return abs(gap.centre - self.place) <= BEYOND * max(1.0, abs(self.place))
 
@@ -215,7 +212,7 @@ class LawFollower:
         self._come_to_end(path)
         self._enter(self.legs.popleft(), follower.gap_at(leg.goal), leg.goal)
 
-    def _enter(self, leg: Leg, gap: Gap | None, goal: float) -> None:
+    def _enter(self, leg: Leg, gap: ArcPassage | None, goal: float) -> None:
         """Start the next leg, which returns from the end of the last one."""
         before, self.leg = self.follower, leg
         if gap is not None:
@@ -228,7 +225,7 @@ class LawFollower:
         row.time = self.place
         self.follower.begin(row, before.sign)
 
-    def _resume(self, place: float, gap: Gap) -> None:
+    def _resume(self, place: float, gap: ArcPassage) -> None:
         """Continue the motion on the leg from a coordinate that is in a gap."""
         self.follower, self.place, self.noted = self.follow(self.leg), place, []
         self.ended = None if self.follower.enter(gap) else Status.SINGULAR
@@ -239,32 +236,23 @@ class LawFollower:
         if gap is not None and gap.limit and self._is_at(gap):
             self._touch(path, gap, self.leg.last)
 
-    def _touch(self, path: FollowedPath, gap: Gap, time: float) -> None:
+    def _touch(self, path: FollowedPath, gap: ArcPassage, time: float) -> None:
         """Record that the law reaches a limit at a time, but does not exceed it."""
         if time not in [known for known, _ in path.touched]:
             path.touched.append((time, tuple(self.leg.inputs(np.array([gap.centre]))[:, 0].tolist())))
 
-    def _note(self, path: FollowedPath, *gaps: Gap) -> None:
+    def _note(self, path: FollowedPath, *gaps: ArcPassage) -> None:
         """Record the meetings of branches that the motion has reached, each once."""
         for gap in gaps or self.follower.bridges:
             if self._is_new(gap, self.place):
                 self.noted.append(gap.centre)
                 path.met(self.leg.time_at(gap.centre), gap, self.leg.inputs(np.array([gap.centre]))[:, 0])
 
-    def _is_new(self, gap: Gap, place: float) -> bool:
+    def _is_new(self, gap: ArcPassage, place: float) -> bool:
         """Return whether a gap is a meeting of branches, reached at a coordinate and not recorded yet."""
         near = SAME * self.leg.turn
         known = gap.limit or any(abs(gap.centre - centre) <= near for centre in self.noted)
-        return not known and self._has_reached(gap, place)
-
-    def _has_reached(self, gap: Gap, place: float) -> bool:
-        """Return whether a motion up to a coordinate has reached the singular position of a gap."""
-        centre = gap.centre
-        if abs(centre - place) <= BESIDE * self.leg.turn and self.follower.motion_curve is not None:
-            centre = self.follower.motion_curve.exact(
-                gap, self.leg.sense
-            )  # the centre of an interpolated gap is less accurate
-        return centre <= place + BEYOND * max(1.0, abs(place))
+        return not known and gap.centre <= place + BEYOND * max(1.0, abs(place))
 
     # -- branches ------------------------------------------------------------------------
 
@@ -322,7 +310,7 @@ class LawFollower:
             self.waiting = self._back(limit, time)
             self.ended = None if self.waiting is not None else Status.LIMIT
 
-    def _back(self, limit: ArcPassage, time: float) -> tuple[float, Gap] | None:
+    def _back(self, limit: ArcPassage, time: float) -> tuple[float, ArcPassage] | None:
         """Return the time at which the law returns to the interval between limits that it has left, and the passage."""
         passages = [limit.mirrored()]
         turning = len(self.mechanism.actuators) == 1 and self.mechanism.actuators[0].rotary

@@ -11,7 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from gimcli.continuation.arc import NODES, ArcPassage, Gap, SingularArc, make_arc
+from gimcli.continuation.arc import NODES, ArcPassage, SingularArc, make_arc
 from gimcli.continuation.arclength import place
 from gimcli.continuation.bifurcation import crossing
 from gimcli.continuation.branches import Departure, departure
@@ -25,7 +25,7 @@ from gimcli.positions.inputs import InputLine
 from gimcli.positions.position import Row
 from gimcli.status import Status
 
-LARGEST = 120
+LARGEST = 400
 """Greatest number of coordinates for which the curve is followed, because its matrices are dense."""
 
 MOST = 400
@@ -172,14 +172,6 @@ class MotionCurve:
         fold = between(circuit, k - 1, k, lambda at: float(at.tangent[-1]))
         return None if fold is None else make_arc(curve, fold.p, fold.tangent)
 
-    def exact(self, gap: Gap, sense: float) -> float:
-        """Return the exact coordinate of the meeting of branches in a gap."""
-        curve, row = self.curve, gap.at(gap.centre)
-        if curve is None:
-            return gap.centre
-        found = crossing(curve, curve.point(row.x + 1j * row.y, sense * gap.centre * curve.span))
-        return gap.centre if found is None else sense * float(found.p[-1]) / curve.span
-
     def assembled(self, p: FloatArray, at: float) -> Row | None:
         """Return the row of the plan for a position and parameter (n + 1,); None if the plan cannot assemble it."""
         curve = self.curve
@@ -190,7 +182,7 @@ class MotionCurve:
         return found.row if found.status is Status.OK and np.all(far <= NEAR * self.mechanism.size) else None
 
 
-def direction(curve: PositionCurve, gap: Gap, sense: float = 1.0) -> FloatArray:
+def direction(curve: PositionCurve, gap: ArcPassage, sense: float = 1.0) -> FloatArray:
     """Return the direction (n + 1,) of a curve through a singular position, or towards a limit.
 
     sense: of the parameter with increasing times of the gap; 0 for several inputs that arrived along another line.

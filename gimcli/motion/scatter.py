@@ -14,11 +14,9 @@ from gimcli.kernels import scatter as kernels
 from gimcli.kernels.plan_steps import WIDTH
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.motion.assemble import Assembly
-from gimcli.motion.follow import BranchFollower
-from gimcli.motion.legs import STEPS_A_TURN
-from gimcli.motion.start import start_position
+from gimcli.motion.legs import dense, straight
+from gimcli.motion.start import follower_of, start_position
 from gimcli.positions.dispatch import choose, plain
-from gimcli.positions.inputs import pace, straight_inputs
 from gimcli.positions.newton import Run
 from gimcli.positions.program import by_numbers, plan_program
 from gimcli.status import Status
@@ -215,15 +213,13 @@ def _followed(job: Scatterer, start: Assembly, inputs: FloatArray) -> ComplexArr
     z = np.full((len(mechanism.nodes), rows), complex(math.nan, math.nan))
     z[:, 0] = start.row.x + 1j * start.row.y
     if rows > 1:
-        follower = BranchFollower(
-            mechanism, job.plan, straight_inputs(inputs[:, 0], inputs[:, -1]), plain, job.tolerance
-        )
-        turns = pace(mechanism, inputs[:, [0, -1]])
-        follower.turn = 1.0 / max(turns, 1e-3)
-        follower.begin(replace(start.row, time=0.0), start.signs)  # its present time is the input of an earlier motion
-        parts = max(1, math.ceil(turns * STEPS_A_TURN / (rows - 1)))
-        path = follower.run_to(np.arange(1, parts * (rows - 1) + 1) / (parts * (rows - 1)))
-        own = slice(parts - 1, None, parts)
+        leg = straight(mechanism, inputs[:, 0], inputs[:, -1])
+        follower, place = follower_of(mechanism, job.plan, leg, plain, job.tolerance), leg.sense * leg.begin
+        follower.begin(
+            replace(start.row, time=place), start.signs
+        )  # its present time is the input of an earlier motion
+        grid, own = dense(place, np.linspace(place, leg.goal, rows)[1:], leg.turn)
+        path = follower.run_to(grid)
         z[:, 1:] = np.where(path.codes[own] == Status.OK, path.z[:, own], complex(math.nan, math.nan))
     error = residual(mechanism, z, inputs).total
     return np.where(error <= allowed(mechanism, job.tolerance), job.on.place(z), complex(math.nan, math.nan))

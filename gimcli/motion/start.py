@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gimcli.continuation.arc import Gap
+from gimcli.continuation.arc import ArcPassage
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
 from gimcli.motion.assemble import Assembler, Assembly
 from gimcli.motion.follow import BranchFollower
@@ -93,7 +93,7 @@ def settled(mechanism: Mechanism, found: Assembly) -> ComplexArray:
     return np.where(np.isfinite(z), z, mechanism.drawn)
 
 
-def on_gap(gap: Gap, found: Assembly) -> Assembly:
+def on_gap(gap: ArcPassage, found: Assembly) -> Assembly:
     """Return an assembly at the interpolated position of a gap."""
     row = gap.at(found.row.time)
     return Assembly(Status.OK, row, found.signs, row.error, found.work, found.surplus, gap)

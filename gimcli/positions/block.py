@@ -20,7 +20,6 @@ from gimcli.mechanism import FloatArray
 from gimcli.positions.newton import Accuracy, NewtonConstants, Packed, Run
 from gimcli.positions.position import Row
 from gimcli.positions.program import PlanProgram, by_numbers
-from gimcli.structure.steps import NONE
 
 FLAT = 1e-9
 """If a guess is closer to the line between both sides than this, relative to the size, the sign is +1 (left)."""
@@ -87,9 +86,7 @@ class RowBlock:
         self.end = NEW + len(time)
         self.blocked = False  # the row at `end` has no solution
         self.singular = False  # the row at `end` is solved, but not to the tolerance
-        self.weak_branch = NONE  # the branch (step with two solutions) that ended the block
         self.lenient = False  # ignore the tolerance; a row only has to distinguish the branches
-        self.quality: dict[int, FloatArray] = {}  # if lenient: by branch, of the new rows, see `_distinguished`
 
     def step(self, k: int, sign: FloatArray, tolerance: float) -> None:
         """Execute closed-form step k; the block ends before a row without solution, a singular or a jumped one."""
@@ -97,31 +94,26 @@ class RowBlock:
         if not kernels.place(w, q, at, k, sign, self.end):
             return
         end = kernels.guard(w, q, at, k, math.inf if self.lenient else tolerance, self.followed, self.end)
-        branch = q.steps[k][5]
         if self.lenient:
-            end = min(end, self._distinguished(branch))
+            end = min(end, self._distinguished())
         if end < self.end:
             g, g2, noise = (self.value(lane, end) for lane in (MEASURE, SQUARE, NOISE))
             blocked = not g2 >= -noise
             singular = g2 / noise <= 1.0 if self.lenient else not loci.intersection_error(g, noise) <= tolerance
-            self.stop(end, bool(blocked), bool(singular and not blocked), branch)
+            self.stop(end, bool(blocked), bool(singular and not blocked))
 
     def value(self, lane: int, row: int = NEW) -> Any:
         """Return the value of a lane in a row."""
         whole = self.lanes[lane * kernels.WIDTH]
         return whole[row] if getattr(whole, "ndim", 0) else whole
 
-    def _distinguished(self, branch: int) -> int:
+    def _distinguished(self) -> int:
         """Return the first row in which the two solutions of the last step cannot be distinguished.
 
-        The quality is the square of the measure over its rounding error; they are not distinguished if it is <= 1.
+        They are not distinguished if the square of the measure is not above its rounding error.
         """
-        quality = np.full(len(self.time) - NEW, np.nan)
         g2, noise = (kernels.earlier(self.lanes, lane, slice(NEW, self.end), 0) for lane in (SQUARE, NOISE))
-        quality[: self.end - NEW] = g2 / noise
-        self.quality[branch] = quality
-        vague = np.flatnonzero(quality <= 1.0)
-        return NEW + int(vague[0]) if len(vague) else self.end
+        return NEW + int(np.argmax(np.append(g2 / noise <= 1.0, True)))
 
     def follow(self, packed: Packed, run: Run, sign: float, accuracy: Accuracy) -> float:
         """Solve a coupled group in all rows; return the sign of the determinant at the last solved row."""
@@ -161,10 +153,10 @@ class RowBlock:
     def _known(self) -> tuple[Any, ...]:
         return self.x, self.y, self.rx, self.ry, self.inputs, self.cos, self.sin
 
-    def stop(self, row: int, blocked: bool = False, singular: bool = False, weak_branch: int = NONE) -> None:
+    def stop(self, row: int, blocked: bool = False, singular: bool = False) -> None:
         """End the block before a row, unless it ends earlier."""
         if row < self.end:
-            self.end, self.blocked, self.singular, self.weak_branch = row, blocked, singular, weak_branch
+            self.end, self.blocked, self.singular = row, blocked, singular
 
     def rows(self, last: int | None = None) -> list[Row]:
         """Return the solved rows, or only the `last` ones of them."""

@@ -18,7 +18,6 @@ from typer.testing import CliRunner
 
 import gimcli
 from gimcli import UsageError, load
-from gimcli.branching.event_refinement import sharpened
 from gimcli.cli import app
 from gimcli.model.source import read_source
 from gimcli.motion.motion import Motion, trace
@@ -149,7 +148,7 @@ def test_several_inputs_reverse_together(tmp_path: Path) -> None:
     stopped, motion = (trace(mechanism, 40, at_limit=how) for how in ("stop", "reverse"))
     assert stopped.limit is not None
     assert motion.solved == 41
-    limit, time = sharpened(stopped).limit, motion.time
+    limit, time = stopped.limit, motion.time
     assert limit is not None
     back = np.where(time > limit, 2.0 * limit - time, time)
     for k, actuator in enumerate(mechanism.actuators):
@@ -192,7 +191,7 @@ def test_a_limit_is_exact(name: str, tmp_path: Path) -> None:
     begin, _, rest = tail.partition(", to: ")
     rest = rest.partition("}")[2]
     (tmp_path / "m.yaml").write_text(f"{head}law: {{from: {begin}, to: {float(begin) + 400.0}}}{rest}")
-    motion = sharpened(trace(load(tmp_path / "m.yaml"), 100))
+    motion = trace(load(tmp_path / "m.yaml"), 100)
     assert motion.limit is not None
     limit = (float(begin) + 400.0 * motion.limit) / unit * scale
     assert min(abs(limit - e) for e in above) < 1e-12
@@ -212,18 +211,13 @@ def test_a_limit_agrees_with_the_law_of_cosines(tmp_path: Path) -> None:
 def test_a_change_point_is_exact(steps: int, tmp_path: Path) -> None:
     text = (MODELS / "double_butterfly_symmetric.yaml").read_text()
     (tmp_path / "m.yaml").write_text(text.replace("{from: -100, to: 20}", "{from: -100, to: 60}"))
-    motion = sharpened(trace(load(tmp_path / "m.yaml"), steps))
+    motion = trace(load(tmp_path / "m.yaml"), steps)
     (time,) = motion.bridged
     from gimcli.branching.singular_positions import survey
     from gimcli.status import CHANGE
 
     wanted = [math.degrees(f.what.p[-1]) for f in survey(load(tmp_path / "m.yaml")).found if f.what.kind == CHANGE]
     assert min(abs(-100.0 + 160.0 * time - w) for w in wanted) < 1e-11
-
-
-def test_a_motion_without_events_is_not_refined() -> None:
-    motion = trace(load(MODELS / "crank_rocker.yaml"), 36)
-    assert sharpened(motion) is motion
 
 
 def test_a_branch_is_taken_at_the_first_change_point(tmp_path: Path) -> None:
@@ -242,7 +236,7 @@ def test_a_branch_is_taken_at_the_first_change_point(tmp_path: Path) -> None:
         crossed = 3.0 + mirror**2 * (parallel - 3.0).conjugate()  # mirrored in the line A-O4
         assert abs(b[k] - (parallel if angle[k] <= 180.0 else crossed)) < 1e-12
     assert np.abs(straight.z[:, 36:] - motion.z[:, 36:]).max() > 0.1
-    assert sharpened(motion).bridged == pytest.approx([175.0 / 360.0, 355.0 / 360.0], abs=1e-14)
+    assert motion.bridged == pytest.approx([175.0 / 360.0, 355.0 / 360.0], abs=1e-14)
 
 
 def test_a_branch_that_does_not_exist_is_an_error(tmp_path: Path) -> None:
