@@ -11,12 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from gimcli.mechanism import FRAME, FloatArray, Mechanism, PairRow
+from gimcli.mechanism import FRAME, FloatArray, Mechanism
 from gimcli.quantities import naming
+from gimcli.quantities.extremes import RateRows
 from gimcli.quantities.quantity import Head, Kind, Quantity, unit_of
 from gimcli.quantities.state import State
 from gimcli.rates.derivatives import MotionRates
-from gimcli.structure.residual import pose
 
 STILL = 1e-12
 """Rate of the output for a unit rate of the input (normal frame) below which the output is at rest."""
@@ -48,34 +48,21 @@ class Advantage(Quantity):
         if self.member is not None:
             return np.asarray(rates.angular(self.member)[0])
         if self.slide is not None:
-            return sliding_rate(rates, self.slide)
+            return np.asarray(RateRows(np.empty(0), rates).travel(self.slide).slopes[0])
         assert self.point is not None
         return np.asarray(np.abs(rates.point(self.point)[1]))
 
 
-def sliding_rate(rates: MotionRates, slide: PairRow) -> FloatArray:
-    """Return the sliding velocity of a node along its guide (rows,), positive in the guide's direction."""
-    z, v = rates.nodes[0], rates.nodes[1]
-    _, turn = pose(rates.mechanism, slide.guide, z)
-    speed = v[slide.node]
-    if slide.guide != FRAME:
-        carrier = rates.mechanism.members[slide.guide].nodes[0]
-        speed = speed - v[carrier] - 1j * rates.angular(slide.guide)[0] * (z[slide.node] - z[carrier])
-    return np.asarray((np.conj(slide.along * turn) * speed).real)
-
-
-def _output(mechanism: Mechanism, spec: str, name: str) -> tuple[int | None, PairRow | None, str | None]:
-    """Return the moving member, sliding pair, or point or node of a name; the two others are None."""
+def _output(mechanism: Mechanism, spec: str, name: str) -> tuple[int | None, int | None, str | None]:
+    """Return the moving member, slide, or point or node of a name; the two others are None."""
     members = [m.name for m in mechanism.members]
     if name in members[FRAME + 1 :]:
         return members.index(name, FRAME + 1), None, None
-    for slide in mechanism.slides:
-        if name == slide.pair:
-            return None, slide, None
-    points = [*(p.name for p in mechanism.points), *mechanism.nodes]
+    points, pairs = [*(p.name for p in mechanism.points), *mechanism.nodes], [s.pair for s in mechanism.slides]
+    if name in pairs:
+        return None, pairs.index(name), None
     if name in points:
         return None, None, name
-    pairs = [s.pair for s in mechanism.slides]
     raise naming.unknown(spec, "member, sliding pair, point or node", name, [*members[FRAME + 1 :], *pairs, *points])
 
 

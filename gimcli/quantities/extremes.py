@@ -19,7 +19,7 @@ from gimcli.calculus.dual import Dual
 from gimcli.canonical import phase
 from gimcli.mechanism import FloatArray
 from gimcli.numerics.roots import Bracket
-from gimcli.quantities.state import ApartError, State
+from gimcli.quantities.state import State
 from gimcli.rates.derivatives import MotionRates
 
 
@@ -61,10 +61,6 @@ class RateRows(State):
         first, second = self.mechanism.members[member].nodes[:2]
         arm = self.rates.nodes[0, second] - self.rates.nodes[0, first]
         return Dual(phase(arm), self.rates.angular(member)[:1])
-
-    def row(self, name: str) -> Any:
-        """Raise ApartError: only what moves is asked for."""
-        raise ApartError
 
 
 @dataclass(frozen=True)

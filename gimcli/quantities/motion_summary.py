@@ -59,15 +59,6 @@ def _rotation(member: int, time: FloatArray, angle: FloatArray, state: RateRows)
     return own - TURN * whole_turns(own.value - np.interp(state.time, time, angle))
 
 
-def travel(slide: int, state: State) -> Any:
-    """Return the position of a slider along its guide [normal length]."""
-    row = state.mechanism.slides[slide]
-    place, along = state.node(row.node), -1j * state.normal(slide)
-    if row.guide != FRAME:
-        place = place - state.node(state.mechanism.members[row.guide].nodes[0])
-    return (np.conj(along) * place).real
-
-
 def flatness(joint: TransmissionJoint, state: State) -> Any:
     """Return the magnitude of the cosine of a transmission angle: 0 at 90 degrees, 1 at 0 and 180 degrees."""
     first, second = (state.line(line, joint.node) for line in (joint.first, joint.second))
@@ -269,7 +260,7 @@ class _Summarizer:
         for pair in sliding_pairs(mechanism):
             if pair.actuator == NONE:
                 guide = "frame" if pair.guide == FRAME else members[pair.guide].name
-                found.append((pair.name, guide, Sought(partial(travel, pair.slides[0]), True)))
+                found.append((pair.name, guide, Sought(partial(RateRows.travel, slide=pair.slides[0]), True)))
         hinged = {
             link
             for joint in kinematic_chain(mechanism).joints

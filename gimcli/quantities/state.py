@@ -83,17 +83,17 @@ class State(ABC):
             return [z for member in own.members for z in member.shape][row]
         return own.points[row].local if table == "points" else own.slides[row].normal
 
-    @abstractmethod
     def turning(self, member: int, order: int) -> Any:
-        """Return omega, alpha or angular jerk of a member (order 1 to 3)."""
+        """Return omega, alpha or angular jerk of a member (order 1 to 3); raise ApartError without rates."""
+        raise ApartError
 
     @abstractmethod
     def counted(self, member: int) -> Any:
         """Return the direction of a member in the file's unit, full turns counted."""
 
-    @abstractmethod
     def row(self, name: str) -> Any:
-        """Return the step, the time [s], the residual, or an input in the file's unit."""
+        """Return the step, the time [s], the residual, or an input in the file's unit; raise ApartError if unknown."""
+        raise ApartError
 
     @cached_property
     def path(self) -> PathDerivatives:
@@ -157,6 +157,14 @@ class State(ABC):
         unit = (self.node(member.nodes[member.base]) - self.node(member.nodes[0])) / own
         return normal * (unit / abs(unit))
 
+    def travel(self, slide: int) -> Any:
+        """Return the position of a slider along its guide [normal length]."""
+        row = self.mechanism.slides[slide]
+        place, along = self.node(row.node), -1j * self.normal(slide)
+        if row.guide != FRAME:
+            place = place - self.node(self.mechanism.members[row.guide].nodes[0])
+        return (np.conj(along) * place).real
+
 
 class Positions(State):
     """Positions z (..., nodes, rows) alone, plain or dual: no rates, and directions that are not counted."""
@@ -171,10 +179,6 @@ class Positions(State):
             raise ApartError
         return self.z[..., node, :]
 
-    def turning(self, member: int, order: int) -> Any:
-        """Raise ApartError: there are no rates."""
-        raise ApartError
-
     def counted(self, member: int) -> Any:
         """Return the direction of a member (..., rows) in the file's unit, in (-180, 180] degrees."""
         if member == FRAME:
@@ -183,10 +187,6 @@ class Positions(State):
         angle = np.angle(self.node(second) - self.node(first))
         angle = angle - TURN * whole_turns(nominal(angle))
         return np.degrees(angle) if self.mechanism.angle_unit == "deg" else angle
-
-    def row(self, name: str) -> Any:
-        """Raise ApartError: a position has no time."""
-        raise ApartError
 
     def first(self, key: str, rows: Any) -> Any:
         """Return the values themselves: each row is a position of its own."""

@@ -88,22 +88,10 @@ def _joined(mechanism: Mechanism, joint: int) -> Iterator[tuple[ForceLine, Force
             for m, line in lines.items():
                 if m not in (slide.guide, body):
                     yield line, ForceLine(slide.pair, slide=slide)
-    for ram in _rams(mechanism):
-        if joint in (ram.node, ram.other):
-            yield from (
-                (ForceLine(ram.name, ram.other if joint == ram.node else ram.node), line) for line in lines.values()
-            )
-
-
-@dataclass(frozen=True)
-class _Ram:
-    name: str
-    node: int
-    other: int
-
-
-def _rams(mechanism: Mechanism) -> list[_Ram]:
-    return [_Ram(a.name, a.node, a.nodes[1]) for a in mechanism.actuators if a.kind == SPAN]
+    for ram in mechanism.actuators:
+        if ram.kind == SPAN and joint in ram.nodes:
+            other = ram.nodes[1 - ram.nodes.index(joint)]
+            yield from ((ForceLine(ram.name, other), line) for line in lines.values())
 
 
 def output_joints(mechanism: Mechanism) -> list[TransmissionJoint]:
@@ -199,7 +187,7 @@ def _between(mechanism: Mechanism, spec: str, first: str, second: str) -> Quanti
     known = [
         *(m.name for m in mechanism.members[FRAME + 1 :]),
         *(s.pair for s in mechanism.slides),
-        *(r.name for r in _rams(mechanism)),
+        *(a.name for a in mechanism.actuators if a.kind == SPAN),
     ]
     for name in (first, second):
         if name not in known:

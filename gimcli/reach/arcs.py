@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import pairwise
 
 import numpy as np
 
 from gimcli.continuation.arclength import correct, place
 from gimcli.mechanism import FloatArray, IntArray
-from gimcli.reach.critical_curves import WALK, CriticalCurve, CriticalPoint, point_between, seamless, spacing
+from gimcli.reach.critical_curves import WALK, CriticalCurve, CriticalPoint, point_between, seamless
 
 GAUSS = np.array([0.5 - np.sqrt(0.15), 0.5, 0.5 + np.sqrt(0.15)]), np.array([5.0, 8.0, 5.0]) / 18.0
 """Gauss nodes and weights on 0..1, exact for polynomials of fifth degree."""
@@ -42,22 +41,9 @@ class PathArc:
         return np.asarray(self.branch.x @ self.table.T + self.shift)
 
     @cached_property
-    def rate(self) -> FloatArray:
-        """Derivatives of the points (knots, 2) by the length of the branch."""
-        n = self.table.shape[1]
-        return np.array([self.table @ k.tangent[:n] for k in self.branch.knots])
-
-    @cached_property
-    def span(self) -> FloatArray:
-        """Lengths (pieces,) of the branch between its knots."""
-        return np.array([spacing(a, b) for a, b in pairwise(self.branch.knots)])
-
-    @cached_property
     def hull(self) -> FloatArray:
         """Control points (pieces, 4, 2) of the cubics."""
-        reach = self.span[:, None] / 3.0
-        inner = self.y[:-1] + reach * self.rate[:-1], self.y[1:] - reach * self.rate[1:]
-        return np.stack([self.y[:-1], *inner, self.y[1:]], axis=1)
+        return np.asarray(self.branch.cubics @ self.table.T + self.shift)
 
     @cached_property
     def boxes(self) -> tuple[FloatArray, FloatArray]:
@@ -75,13 +61,13 @@ class PathArc:
     def dense(self, parts: int = 4) -> FloatArray:
         """Return points (rows, 2) of the path, `parts` per piece."""
         grid = np.arange(parts) / parts
-        piece = np.repeat(np.arange(len(self.span)), parts)
-        return np.concatenate([self.at(piece, np.tile(grid, len(self.span))), self.y[-1:]])
+        piece = np.repeat(np.arange(len(self.hull)), parts)
+        return np.concatenate([self.at(piece, np.tile(grid, len(self.hull))), self.y[-1:]])
 
     @cached_property
     def lengths(self) -> FloatArray:
         """Lengths (pieces,) of the path."""
-        every = np.arange(len(self.span))
+        every = np.arange(len(self.hull))
         return np.asarray(sum(w * np.linalg.norm(self.slope(every, t), axis=1) for t, w in zip(*GAUSS, strict=True)))
 
     @cached_property
@@ -92,7 +78,7 @@ class PathArc:
     @property
     def moment(self) -> float:
         """The integral of (x dy - y dx) / 2 along the path."""
-        every, total = np.arange(len(self.span)), 0.0
+        every, total = np.arange(len(self.hull)), 0.0
         for t, w in zip(*GAUSS, strict=True):
             y, slope = self.at(every, t), self.slope(every, t)
             total += 0.5 * w * float(np.sum(y[:, 0] * slope[:, 1] - y[:, 1] * slope[:, 0]))
@@ -107,7 +93,7 @@ class PathArc:
         lean = -0.5 * (b + np.where(b >= 0.0, root, -root))
         with np.errstate(divide="ignore", invalid="ignore"):
             parts = [np.where(np.isfinite(t), np.clip(t, 0.0, 1.0), 0.0) for t in (lean / a, c / lean)]
-        every = np.arange(len(self.span))
+        every = np.arange(len(self.hull))
         return np.concatenate([self.y, *(self.at(every, t[:, k]) for t in parts for k in (0, 1))])
 
     @property
@@ -186,7 +172,7 @@ def footpoints(arc: PathArc, z: FloatArray) -> list[Cut | None]:
     found: list[Cut | None] = [None] * len(z)
     row, piece = np.nonzero(near)
     if len(row):
-        gap, t = _feet(arc.hull[piece], z[row])
+        gap, t = feet(arc.hull[piece], z[row])
         for k in np.argsort(gap, kind="stable")[::-1]:  # the nearest comes last
             if gap[k] < MEETING.same:
                 found[row[k]] = int(piece[k]), float(t[k])
@@ -197,7 +183,7 @@ class PathIndex:
     """The cubics of many paths with their boxes, for distances of points and for crossings."""
 
     def __init__(self, arcs: Sequence[PathArc]) -> None:
-        counts = [len(arc.span) for arc in arcs]
+        counts = [len(arc.hull) for arc in arcs]
         self.hull = np.concatenate([arc.hull for arc in arcs])
         self.owner = np.repeat(np.arange(len(arcs)), counts)
         self.first = np.cumsum([0, *counts])
@@ -209,7 +195,7 @@ class PathIndex:
         pairs = [self._near(place, own, most) for place, own in zip(z, but.tolist(), strict=True)]
         row, near = np.repeat(np.arange(len(z)), [len(found) for found in pairs]), np.concatenate(pairs)
         room = np.full(len(z), most)
-        np.minimum.at(room, row, _feet(self.hull[near], z[row])[0])
+        np.minimum.at(room, row, feet(self.hull[near], z[row])[0])
         return room
 
     def _near(self, z: FloatArray, but: int, most: float) -> IntArray:
@@ -252,8 +238,8 @@ class PathIndex:
         return np.array([i[keep], j[keep]])
 
 
-def _feet(hull: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the distances (rows,) of points (rows, 2) from cubics (rows, 4, 2), and the parameters of the feet."""
+def feet(hull: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the distances (rows,) of points (rows, n) from cubics (rows, 4, n), and the parameters of the feet."""
     t = np.full(len(hull), 0.5)
     for _ in range(MEETING.rounds):
         slope = _cubic_slope(hull, t)

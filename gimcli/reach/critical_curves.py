@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 
@@ -58,6 +60,13 @@ class CriticalCurve:
     def x(self) -> FloatArray:
         """Positions (knots, n)."""
         return np.array([k.p[: self.curve.stratum.n] for k in self.knots])
+
+    @cached_property
+    def cubics(self) -> FloatArray:
+        """Control points (pieces, 4, n) of the cubics between the knots."""
+        ends = np.array([_ends(*pair) for pair in pairwise(self.knots)])[..., : self.curve.stratum.n]
+        here, ahead, there, behind = np.moveaxis(ends, 1, 0)
+        return np.stack([here, here + ahead / 3.0, there - behind / 3.0, there], axis=1)
 
 
 Tests = Callable[[CriticalPoint], FloatArray]

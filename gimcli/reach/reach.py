@@ -15,10 +15,9 @@ from gimcli.positions.inputs import law_inputs
 from gimcli.progress import Progress, no_progress, spend
 from gimcli.reach.arcs import PathArc
 from gimcli.reach.boundary import task_of
-from gimcli.reach.circuit_paths import along_circuits
+from gimcli.reach.circuit_paths import StartAssemblies, along_circuits, initial_paths
 from gimcli.reach.critical_curves import CriticalCurve, CriticalPoint, CriticalWalker, split
 from gimcli.reach.critical_positions import CriticalPath, Stratum
-from gimcli.reach.initial_paths import StartAssemblies, initial_paths
 from gimcli.reach.sampling import Bank
 from gimcli.reach.task import FULL, SETTLED, WorkspaceTask, unreached
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.reach.boundary import Workspace
-from gimcli.reach.initial_paths import StartAssemblies
+from gimcli.reach.circuit_paths import StartAssemblies
 from gimcli.reach.reach import Interval, Reach, ReachedPath
 from gimcli.reach.region import HOLE, INNER, OUTER, Edge
 from gimcli.reach.task import WorkspaceTask

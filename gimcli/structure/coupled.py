@@ -116,17 +116,12 @@ def _reachable_bodies(
     system: CoupledSystem, unknowns: list[Unknown], rows: list[list[int]], matched: Sequence[int]
 ) -> list[int]:
     """Return the bodies with unknowns that the equations cannot determine."""
-    taken = {int(c): i for i, c in enumerate(matched)}
-    todo = [k for k in range(len(unknowns)) if k not in taken]
-    seen = set(todo)
-    while todo:
-        c = todo.pop()
-        for i, row in enumerate(rows):
-            other = int(matched[i])
-            if c in row and other >= 0 and other not in seen:
-                seen.add(other)
-                todo.append(other)
-    loose = {unknowns[k] for k in seen}
+    entered, own = (
+        [[i for i, row in enumerate(rows) if c in row] for c in range(len(unknowns))],
+        dict(enumerate(matched)),
+    )
+    open_ones = set(range(len(unknowns))) - set(matched)
+    loose = {unknowns[k] for k in open_ones.union(*([own[i] for i in reached(entered, own, c)] for c in open_ones))}
     return [b for b, body in system.bodies.items() if loose & set(body)]
 
 

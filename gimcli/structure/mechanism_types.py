@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise, product
 
+from gimcli.connected import connected
 from gimcli.errors import StructureError
 from gimcli.mechanism import FRAME, ComplexArray, Mechanism
 from gimcli.structure.assur import Formation, formation
@@ -103,7 +104,7 @@ def _simple_name(chain: KinematicChain, edges: dict[Edge, str]) -> str:
         return ""
     hubs = [link for link in near if len(near[link]) > 2]
     if not hubs:
-        return f"{len(near)}-bar loop" if _connected(near) else ""
+        return f"{len(near)}-bar loop" if len(connected(edges, set())) == 1 else ""
     if len(hubs) != 2:
         return ""
     paths = _paths(near, *hubs)
@@ -112,14 +113,6 @@ def _simple_name(chain: KinematicChain, edges: dict[Edge, str]) -> str:
     if len(near) == 6 and len(edges) == 7:
         return _six_bar(hubs, paths)
     return _platform(hubs, paths, edges)
-
-
-def _connected(near: dict[int, list[int]]) -> bool:
-    seen, front = {FRAME}, [FRAME]
-    while front:
-        front = list({other for link in front for other in near[link]} - seen)
-        seen |= set(front)
-    return len(seen) == len(near)
 
 
 def _paths(near: dict[int, list[int]], start: int, end: int) -> list[list[int]]:

@@ -16,7 +16,7 @@ from in_process import gim, ran, read_rows
 import gimcli
 from gimcli import UnassembledError
 from gimcli.model.source import read_source
-from gimcli.reach import initial_paths
+from gimcli.reach import circuit_paths
 
 DOUBLE_ROCKER = {
     "nodes": {"A": [0, 0], "B": [3.7, 1.5], "C": [5.2, 2.4], "D": [4, 0]},
@@ -145,15 +145,15 @@ def test_a_circuit_outside_the_range_is_an_error_that_names_the_option() -> None
 
 
 def test_paths_that_were_not_followed_to_their_end_are_reported(monkeypatch: Any, tmp_path: Any) -> None:
-    followed = initial_paths.all_circuits
-    monkeypatch.setattr(initial_paths, "all_circuits", lambda *given: replace(followed(*given), complete=False))
+    followed = circuit_paths.all_circuits
+    monkeypatch.setattr(circuit_paths, "all_circuits", lambda *given: replace(followed(*given), complete=False))
     done = ran("workspace", MODELS / "crank_rocker.yaml", "--no-png", cwd=tmp_path)
     assert done.code == 5
     assert "was not followed to its end" in done.text
 
 
 def test_groups_of_many_loops_are_not_counted(monkeypatch: Any, tmp_path: Any) -> None:
-    monkeypatch.setattr(initial_paths, "LOOPS", 1)
+    monkeypatch.setattr(circuit_paths, "LOOPS", 1)
     text = gim("workspace", MODELS / "gim_fig13c.yaml", "-o", tmp_path / "paths.json").text
     assert "were not counted" in text
     report = json.loads((tmp_path / "paths.json").read_text())
