@@ -15,7 +15,7 @@ from gimcli.errors import GimError, StructureError, UnassembledError
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.motion.motion import Motion
 from gimcli.motion.motion_curve import arrival
-from gimcli.motion.start import settled, start_position
+from gimcli.motion.solve import settled, start_position
 from gimcli.positions.dispatch import plain
 from gimcli.progress import Progress, no_progress
 from gimcli.status import CHANGE, Status

@@ -30,7 +30,7 @@ from gimcli.motion.assemble import Assembly
 from gimcli.motion.follow import BranchFollower, FollowedPath
 from gimcli.motion.legs import STEPS_A_TURN
 from gimcli.motion.motion import checked, stream, trace
-from gimcli.motion.start import start_position
+from gimcli.motion.solve import start_position
 from gimcli.positions.inputs import law_inputs, pace
 from gimcli.positions.newton import Run
 from gimcli.positions.options import Options

@@ -22,7 +22,7 @@ from gimcli.dynamics.equilibria_balance import Freedoms, StaticBalance, released
 from gimcli.dynamics.equilibria_curve import BALANCE
 from gimcli.errors import UnassembledError
 from gimcli.mechanism import FloatArray, Mechanism
-from gimcli.motion.start import settled, start_position
+from gimcli.motion.solve import settled, start_position
 from gimcli.positions.dispatch import plain
 from gimcli.progress import Progress, no_progress, spend
 from gimcli.status import Status

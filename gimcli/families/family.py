@@ -23,7 +23,7 @@ from gimcli.kernels import family as kernels, jit, march as marching, plan_steps
 from gimcli.mechanism import FRAME, BoolArray, ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.motion.assemble import Assembler
 from gimcli.motion.motion import trace
-from gimcli.motion.start import moved, settled, start_position
+from gimcli.motion.solve import moved, settled, start_position
 from gimcli.positions.block import NEW, RowBlock
 from gimcli.positions.dispatch import choose, plain
 from gimcli.positions.inputs import law_inputs, scales

@@ -16,7 +16,7 @@ from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.motion.assemble import Assembler
 from gimcli.motion.follow import BranchFollower, FollowedPath
 from gimcli.motion.legs import Leg, dense, straight
-from gimcli.motion.start import follower_of
+from gimcli.motion.solve import follower_of
 from gimcli.positions.dispatch import choose, plan_work
 from gimcli.positions.inputs import scales
 from gimcli.status import Status

@@ -20,7 +20,7 @@ from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.motion.assemble import Assembly
 from gimcli.motion.follow import BranchFollower, FollowedPath
 from gimcli.motion.legs import Leg, dense, fine, legs
-from gimcli.motion.start import follower_of, on_gap, settled
+from gimcli.motion.solve import follower_of, on_gap, settled
 from gimcli.positions.newton import Run
 from gimcli.progress import Progress
 from gimcli.status import Status

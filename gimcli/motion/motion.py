@@ -16,7 +16,7 @@ from gimcli.motion.follow import FollowedPath, PassedMeeting, Stop
 from gimcli.motion.law_follower import LawFollower
 from gimcli.motion.legs import STEPS_A_TURN
 from gimcli.motion.side_by_side import side_by_side
-from gimcli.motion.start import moved, start_position
+from gimcli.motion.solve import moved, start_position
 from gimcli.positions.dispatch import choose, gim_work, plain, plan_work, with_earlier
 from gimcli.positions.inputs import law_inputs
 from gimcli.positions.newton import Run

@@ -15,7 +15,7 @@ from gimcli.kernels.plan_steps import WIDTH
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.motion.assemble import Assembly
 from gimcli.motion.legs import dense, straight
-from gimcli.motion.start import follower_of, start_position
+from gimcli.motion.solve import follower_of, start_position
 from gimcli.positions.dispatch import choose, plain
 from gimcli.positions.newton import Run
 from gimcli.positions.program import by_numbers, plan_program
@@ -103,7 +103,7 @@ class Scatterer:
         """The combinations of signs (branches,) that are solved; only the drawn one if there are coupled groups."""
         count = self.plan.branches
         if not self.closed or count > MOST_SIDES:
-            return [self._drawn_sides()]
+            return [start_position(self.mechanism, self.plan, self.mechanism.drawn_inputs, plain, self.tolerance).signs]
         return [np.array(turn) for turn in product((1.0, -1.0), repeat=count)]
 
     @property
@@ -143,10 +143,6 @@ class Scatterer:
             for sign, out in zip(self.sides, found, strict=True):
                 self.run(kernels.scatter)(w, tables, program.at, values, sign, on, bound, out)
         return np.asarray(found[..., 0] + 1j * found[..., 1])
-
-    def _drawn_sides(self) -> FloatArray:
-        start = start_position(self.mechanism, self.plan, self.mechanism.drawn_inputs, plain, self.tolerance)
-        return start.signs
 
 
 def cores() -> int:

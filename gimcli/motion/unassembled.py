@@ -129,7 +129,8 @@ class Unassembled:
         if not isinstance(step, Dyad):
             return None
         loci = step.first, step.second
-        if any(v is not None and v.register != NONE for one in loci for v in _vectors(one)):
+        vectors = (v for one in loci for v in (one.offset, one.normal if isinstance(one, Line) else None))
+        if any(v is not None and v.register != NONE for v in vectors):
             return None
         first, second = loci
         if isinstance(first, Circle) and isinstance(second, Circle):
@@ -313,10 +314,6 @@ class Unassembled:
     def _at(self) -> str:
         named = [f"{a.name} = {self._input(k, float(self.inputs[k]))}" for k, a in enumerate(self.mechanism.actuators)]
         return f" at {', '.join(named)}" if named else ""
-
-
-def _vectors(locus: Circle | Line) -> list[Vector | None]:
-    return [locus.offset] if isinstance(locus, Circle) else [locus.normal, locus.offset]
 
 
 def _nearest(closes: Callable[[float], bool], values: list[float], given: float) -> tuple[float, float] | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -26,11 +27,4 @@ def hermite_slope(here: FloatArray, low: FloatArray, there: FloatArray, high: Fl
 
 def lagrange(nodes: Sequence[float], time: float) -> list[float]:
     """Return the weights, at a time, of the values at `nodes` in the interpolation polynomial."""
-    weights = []
-    for i, a in enumerate(nodes):
-        w = 1.0
-        for k, b in enumerate(nodes):
-            if k != i:
-                w *= (time - b) / (a - b)
-        weights.append(w)
-    return weights
+    return [math.prod((time - b) / (a - b) for b in nodes if b != a) for a in nodes]

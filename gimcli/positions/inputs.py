@@ -72,20 +72,14 @@ def leading(mechanism: Mechanism) -> int | None:
     return mechanism.drivers[0]
 
 
-def coupled_line(mechanism: Mechanism, driver: int) -> InputLine:
-    """Return the line along which one driver moves and all other inputs follow it; its input is the parameter."""
-    return InputLine(
-        mechanism.coupled(np.zeros(len(mechanism.actuators))), mechanism.following[:, 0].copy(), driver
-    )  # fmt: skip
-
-
 def input_line(mechanism: Mechanism) -> InputLine | None:
     """Return the line that the inputs follow under the laws; None if there is none or all inputs are constant.
 
     Where one actuator leads all others, its input is the parameter.
     """
     if mechanism.couplings and (driver := leading(mechanism)) is not None:
-        return coupled_line(mechanism, driver)
+        base = mechanism.coupled(np.zeros(len(mechanism.actuators)))
+        return InputLine(base, mechanism.following[:, 0].copy(), driver)
     few = len(mechanism.actuators) < 2
     return line_through(mechanism, law_inputs(mechanism)(np.zeros(1) if few else law_times(mechanism)))
 

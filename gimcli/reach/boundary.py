@@ -19,8 +19,17 @@ from gimcli.errors import UnassembledError, UsageError
 from gimcli.mechanism import FRAME, Dynamics, FloatArray, Mechanism, PairRow
 from gimcli.progress import Progress, no_progress, spend
 from gimcli.reach.arcs import MEETING, Cut, PathArc, PathIndex, footpoints
-from gimcli.reach.critical_curves import CriticalCurve, CriticalPoint, CriticalWalker, split
-from gimcli.reach.critical_positions import Critical, CriticalPath, Stratum, critical, sides
+from gimcli.reach.critical_curves import (
+    Critical,
+    CriticalCurve,
+    CriticalPath,
+    CriticalPoint,
+    CriticalWalker,
+    Stratum,
+    critical,
+    sides,
+    split,
+)
 from gimcli.reach.region import ALONE, INNER, OPEN, Edge, Loop, loops, outside, sorted_edges
 from gimcli.reach.sampling import Bank, SamplingConstants
 from gimcli.reach.task import SLACK, WorkspaceTask, unreached

@@ -30,8 +30,7 @@ from gimcli.positions.inputs import InputLine, nearest_turns
 from gimcli.positions.options import TOLERANCE
 from gimcli.progress import Progress, no_progress
 from gimcli.reach.arcs import feet
-from gimcli.reach.critical_curves import WALK, CriticalCurve, CriticalPoint, point_between, split
-from gimcli.reach.critical_positions import CriticalPath, Stratum
+from gimcli.reach.critical_curves import WALK, CriticalCurve, CriticalPath, CriticalPoint, Stratum, point_between, split
 from gimcli.reach.task import SETTLED, SLACK, WorkspaceTask, law_range, unreached
 
 LOOPS = 4

@@ -16,8 +16,7 @@ from gimcli.progress import Progress, no_progress, spend
 from gimcli.reach.arcs import PathArc
 from gimcli.reach.boundary import task_of
 from gimcli.reach.circuit_paths import StartAssemblies, along_circuits, initial_paths
-from gimcli.reach.critical_curves import CriticalCurve, CriticalPoint, CriticalWalker, split
-from gimcli.reach.critical_positions import CriticalPath, Stratum
+from gimcli.reach.critical_curves import CriticalCurve, CriticalPath, CriticalPoint, CriticalWalker, Stratum, split
 from gimcli.reach.sampling import Bank
 from gimcli.reach.task import FULL, SETTLED, WorkspaceTask, unreached
 
@@ -93,7 +92,11 @@ def reach(
         own = initial_paths(task, progress)
         branches, complete, initial, start = own.curves, own.complete, own.initial, own.start
     else:
-        branches, complete = along_circuits(task, progress) if driven else _from_everywhere(task)
+        if driven:
+            branches, complete = along_circuits(task, progress)
+        else:  # orientations or several inputs are given: through positions from random starts
+            walker = CriticalWalker(task, CriticalPath(Stratum(task.free, task.output[0])))
+            branches, complete = walker.take(Bank(task).x), True
         if not branches:
             raise UnassembledError(unreached(task))
         initial = _initial_branch(task, branches)
@@ -104,11 +107,6 @@ def reach(
     order = ranks(np.array([-run.length for run in good]), SETTLED)
     ordered = tuple(good[k] for k in np.lexsort((order, np.array([not run.drawn for run in good]))))
     return Reach(task, ordered, complete and len(good) == len(runs) and not spend(), start)
-
-
-def _from_everywhere(task: WorkspaceTask) -> tuple[list[CriticalCurve], bool]:
-    """Return the curves through positions from random starts; used if orientations or several inputs are given."""
-    return CriticalWalker(task, CriticalPath(Stratum(task.free, task.output[0]))).take(Bank(task).x), True
 
 
 def _initial_branch(task: WorkspaceTask, branches: list[CriticalCurve]) -> int:

@@ -9,7 +9,7 @@ import numpy as np
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.reach.boundary import Workspace
 from gimcli.reach.circuit_paths import StartAssemblies
-from gimcli.reach.reach import Interval, Reach, ReachedPath
+from gimcli.reach.reach import Interval, Reach
 from gimcli.reach.region import HOLE, INNER, OUTER, Edge
 from gimcli.reach.task import WorkspaceTask
 from gimcli.table import Column, Table, xy_columns
@@ -111,7 +111,14 @@ def reach_report(found: Reach) -> dict[str, Any]:
     return {
         "point": found.task.point, "freedoms": 1, "complete": found.complete,
         "all": found.start is None, "assemblies": None if found.start is None else _assemblies(mechanism, found.start),
-        "paths": [_run_report(mechanism, run) for run in found.runs],
+        "paths": [
+            {
+                "drawn": run.drawn, "closed": run.closed, "length": run.length * mechanism.scale,
+                "bounds": _bounds(mechanism, run.bounds),
+                "inputs": {mechanism.actuators[i.actuator].name: _interval(mechanism, i) for i in run.intervals},
+            }
+            for run in found.runs
+        ],
     }  # fmt: skip
 
 
@@ -120,14 +127,6 @@ def _assemblies(mechanism: Mechanism, start: StartAssemblies) -> dict[str, Any]:
     return {
         "at": mechanism.inputs_to_file(start.inputs), "count": start.count,
         "left_out": start.left_out if counted else None, "complete": start.complete,
-    }  # fmt: skip
-
-
-def _run_report(mechanism: Mechanism, run: ReachedPath) -> dict[str, Any]:
-    return {
-        "drawn": run.drawn, "closed": run.closed, "length": run.length * mechanism.scale,
-        "bounds": _bounds(mechanism, run.bounds),
-        "inputs": {mechanism.actuators[i.actuator].name: _interval(mechanism, i) for i in run.intervals},
     }  # fmt: skip
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from gimcli.continuation.gauss_newton import Equations, GaussNewtonConstants, settle
 from gimcli.mechanism import BoolArray, FloatArray, IntArray
-from gimcli.reach.critical_positions import Critical
+from gimcli.reach.critical_curves import Critical
 from gimcli.reach.task import WorkspaceTask
 
 

@@ -10,7 +10,7 @@ from gimcli.connected import connected
 from gimcli.errors import StructureError
 from gimcli.mechanism import FRAME, ComplexArray, Mechanism
 from gimcli.structure.assur import Formation, formation
-from gimcli.structure.kinematic_chain import ChainJoint, KinematicChain, kinematic_chain, loops_of_frame
+from gimcli.structure.kinematic_chain import KinematicChain, kinematic_chain, loops_of_frame
 from gimcli.structure.loop_types import LoopType, loop_type
 
 COUNTS = {2: "two", 3: "three", 4: "four", 5: "five", 6: "six", 7: "seven", 8: "eight", 9: "nine", 10: "ten"}
@@ -85,14 +85,10 @@ def _resolved(chain: KinematicChain) -> Iterator[dict[Edge, str]]:
     if sum(joint.pairs > 1 for joint in chain.joints) > 3:
         return
     for bases in product(*choices):
-        stars = (_star(joint, base) for joint, base in zip(chain.joints, bases, strict=True))
-        edges = {edge: kind for star in stars for edge, kind in star.items()}
+        stars = zip(chain.joints, bases, strict=True)
+        edges = {(min(b, k), max(b, k)): joint.kind for joint, b in stars for k in joint.links if k != b}
         if len(edges) == chain.pairs:  # otherwise two links are joined twice
             yield edges
-
-
-def _star(joint: ChainJoint, base: int) -> dict[Edge, str]:
-    return {(min(base, link), max(base, link)): joint.kind for link in joint.links if link != base}
 
 
 def _simple_name(chain: KinematicChain, edges: dict[Edge, str]) -> str:

@@ -28,7 +28,7 @@ from gimcli.gim.sweeper import Sweeper
 from gimcli.kernels import jit
 from gimcli.mechanism import ComplexArray, FloatArray
 from gimcli.motion.assemble import Assembler
-from gimcli.motion.start import random_guess
+from gimcli.motion.solve import random_guess
 from gimcli.positions.block import NEW, RowBlock
 from gimcli.positions.newton import Packed, Run
 from gimcli.positions.options import Options

@@ -6,7 +6,7 @@ import numpy as np
 
 from gimcli.continuation.gauss_newton import settle
 from gimcli.mechanism import FloatArray, IntArray
-from gimcli.reach.critical_positions import Fold, Stratum, sides
+from gimcli.reach.critical_curves import Fold, Stratum, sides
 from gimcli.structure.quadric import Quadric
 
 UNIT = Quadric(np.array([-1.0]), np.zeros((1, 2)), 2.0 * np.eye(2)[None])

@@ -11,8 +11,7 @@ import yaml
 from random_mechanisms import Growth
 
 from gimcli import load
-from gimcli.motion.solve import solve
-from gimcli.motion.start import random_guess
+from gimcli.motion.solve import random_guess, solve
 from gimcli.positions.dispatch import plain
 from gimcli.positions.options import Options
 from gimcli.status import Status
