@@ -192,11 +192,7 @@ class PositionCurve:
         if self.line is not None:
             return self.line.base + self.line.along * q if order == 0 else self.line.along * (order == 1)
         time = np.array([q / self.span])
+        if order == 0:
+            return law_inputs(self.mechanism)(time)[:, 0]
         inside = np.clip(time, 0.0, 1.0)
-        values = []
-        for actuator in self.mechanism.actuators:
-            slope = actuator.law(inside, 1)
-            value = actuator.law(inside) + (time - inside) * slope
-            derivatives = (value, slope, actuator.law(inside, 2), actuator.law(inside, 3))[order]
-            values.append(float(derivatives[0]) / self.span**order)
-        return np.array(values)
+        return np.array([float(a.law(inside, order)[0]) for a in self.mechanism.actuators]) / self.span**order

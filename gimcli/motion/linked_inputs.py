@@ -70,8 +70,8 @@ class LinkedPath(Follower[FloatArray, FloatArray]):
 
     def correct(self, guess: FloatArray) -> FloatArray | None:
         """Return the point near an extrapolated one; None if the step is too long."""
-        found = settled(self.system, guess, self.u(self.ahead))
-        if found is None:
+        found, exact = settled(self.system, guess, self.u(self.ahead))
+        if not exact:
             return None
         change = float(np.max(np.abs(found - self.points[-1])))
         bend = float(np.max(np.abs(found - guess)))
@@ -89,22 +89,15 @@ class LinkedPath(Follower[FloatArray, FloatArray]):
         return np.array([np.interp(places, self.places, row) for row in np.array(self.points).T]).T
 
 
-def improved(system: System, x: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the residuals (..., m) at x (..., n) and u (..., actuators), and x after one Newton step."""
-    residual = system.residual(x, u)
-    return residual, x - (np.linalg.pinv(system.jacobian(x, u)) @ residual[..., None])[..., 0]
-
-
-def settled(system: System, x: FloatArray, u: FloatArray) -> FloatArray | None:
-    """Return the solution near a guess x (n,), for inputs u (actuators,) of drivers; None if there is none."""
+def settled(system: System, x: FloatArray, u: FloatArray) -> tuple[FloatArray, bool]:
+    """Return solutions near guesses x (..., n), for inputs u (..., actuators) of drivers, and whether all are exact."""
     for _ in range(LINKED.iterations):
-        residual, there = improved(system, x, u)
-        if not np.all(np.isfinite(there)):
-            return None
-        if np.max(np.abs(residual)) <= LINKED.exact:
-            return x
-        x = there
-    return None
+        residual = system.residual(x, u)
+        error = float(np.max(np.abs(residual), initial=0.0))
+        if not error > LINKED.exact:
+            return x, error <= LINKED.exact  # False for NaN
+        x = x - (np.linalg.pinv(system.jacobian(x, u)) @ residual[..., None])[..., 0]
+    return x, False
 
 
 class LinkedMotion:
@@ -132,11 +125,7 @@ class LinkedMotion:
         end = path.places[-1]
         inside = np.clip(time, 0.0, end)
         x, rates = path.at(inside), self._drivers(inside, LINKED.orders)
-        for _ in range(LINKED.iterations):
-            residual, there = improved(system, x, rates[0])
-            if np.max(np.abs(residual), initial=0.0) <= LINKED.exact:
-                break
-            x = there
+        x, _ = settled(system, x, rates[0])
         found = np.moveaxis(system.following(system.derivatives(x, rates)), 1, 2)
         found[1:, :, time > end] = 0.0
         return found
@@ -181,8 +170,8 @@ def moved_from_drawing(mechanism: Mechanism, inputs: FloatArray) -> FloatArray:
     """
     system = system_of(mechanism)
     start = nearest_turns(mechanism, mechanism.drawn_inputs, inputs)
-    first = settled(system, system.coordinates(mechanism.drawn), mechanism.coupled(start))
-    if first is not None:
+    first, exact = settled(system, system.coordinates(mechanism.drawn), mechanism.coupled(start))
+    if exact:
         line = straight_inputs(start, inputs)
         path = LinkedPath(system, first, lambda s: mechanism.coupled(line(np.array([s]))[:, 0]))
         if path.limit is None:

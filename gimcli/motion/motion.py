@@ -26,7 +26,7 @@ from gimcli.status import Status
 from gimcli.structure.derived import derived
 from gimcli.structure.drive_check import require_driven_if_doubtful
 from gimcli.structure.plan import make_plan
-from gimcli.structure.residual import allowed, holds, residual
+from gimcli.structure.residual import allowed, coupling_errors, holds, residual
 from gimcli.structure.steps import Plan
 from gimcli.structure.tangency import tangent_positions
 
@@ -306,7 +306,6 @@ class _Swept:
 def _check_linked(mechanism: Mechanism, path: FollowedPath, error: FloatArray) -> None:
     """Add the errors of inputs that follow the linkage, and mark the rows behind a limit of the linkage with them."""
     from gimcli.motion.linked_inputs import linked_limit
-    from gimcli.structure.coupling_residual import coupling_errors
 
     with np.errstate(all="ignore"):  # rows without a position
         for _, own in coupling_errors(mechanism, path.z, path.inputs):

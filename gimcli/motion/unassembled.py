@@ -18,9 +18,8 @@ from gimcli.positions.dispatch import plain
 from gimcli.positions.options import TOLERANCE, Options
 from gimcli.rounding import input_value, interval, length, number
 from gimcli.status import Status
-from gimcli.structure.checks import Check, checks
 from gimcli.structure.plan import make_plan
-from gimcli.structure.residual import errors
+from gimcli.structure.residual import Check, checks, errors
 from gimcli.structure.steps import NONE, Circle, Dyad, Line, Place, Plan, Vector
 
 SAMPLES = 180

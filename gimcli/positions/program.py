@@ -16,8 +16,8 @@ from gimcli.kernels.lanes import aligned
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
 from gimcli.positions.newton import Accuracy, NewtonConstants, Packed
 from gimcli.positions.position import Row
-from gimcli.structure.checks import checks
 from gimcli.structure.derived import derived
+from gimcli.structure.residual import checks
 from gimcli.structure.steps import (
     NONE,
     Circle,

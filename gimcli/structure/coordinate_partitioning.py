@@ -7,7 +7,7 @@ solved in blocks; if the inputs are independent, these are the Assur groups.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -81,7 +81,10 @@ def make_chart(terms: Terms, choice: Choice) -> influence.Chart:
     column = {variable: k for k, variable in enumerate(choice.unknown)}
     entered: list[list[int]] = [[] for _ in choice.unknown]
     for k, row in enumerate(choice.rows):
-        for variable in sorted(_variables(terms, terms.equations[row])):
+        equation = terms.equations[row]
+        own_variables = {k for t in equation for k in (t.first, t.second)}
+        own_variables |= {terms.owner(t.function) for t in equation if t.function != ONE}
+        for variable in sorted(own_variables):
             if variable in column:
                 entered[column[variable]].append(k)
     heads, unknown, rounds = [], list[int](), list[float]()
@@ -111,13 +114,6 @@ def _numbers(terms: Terms, t: Term, row: int, own: Sequence[int]) -> tuple[int, 
 
     owner = terms.owner(t.function)
     return row, t.function, owner, t.first, t.second, at(owner) if t.function != ONE else -1, at(t.first), at(t.second)
-
-
-def _variables(terms: Terms, equation: Sequence[Term]) -> Iterator[int]:
-    """Return the variables of an equation."""
-    found = {k for t in equation for k in (t.first, t.second)}
-    found |= {terms.owner(t.function) for t in equation if t.function != ONE}
-    return iter(found)
 
 
 def _kind(terms: Terms, equations: Sequence[Sequence[Term]], own: Sequence[int]) -> tuple[int, list[float]]:

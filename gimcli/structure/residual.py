@@ -1,8 +1,8 @@
 """Residuals: the errors of all constraints at given positions, by the names of the model file.
 
 Equations (1) and (2) of Petuya et al. 2004: the greatest relative error of a length and the greatest error of an angle
-[rad]; errors of sliding pairs and travels are relative to the size. They are computed from `checks`, independently of
-the plan and the solvers.
+[rad]; errors of sliding pairs and travels are relative to the size. The constraints are derived from the members, pairs
+and actuators of the file, and from the inputs that follow the linkage, independently of the plan and the solvers.
 """
 
 from __future__ import annotations
@@ -12,14 +12,109 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gimcli.calculus.numbers import scalar
 from gimcli.kernels import constraints
 from gimcli.kernels.circular import cos_sin
-from gimcli.mechanism import ANGLE, FRAME, SPAN, BoolArray, ComplexArray, FloatArray, Mechanism
-from gimcli.structure.checks import Check, checks
-from gimcli.structure.steps import NONE, Vector
+from gimcli.mechanism import (
+    ANGLE,
+    FRAME,
+    HEIGHT,
+    SPAN,
+    BoolArray,
+    ComplexArray,
+    Coupling,
+    FloatArray,
+    Input,
+    Mechanism,
+    Member,
+    PairRow,
+)
+from gimcli.structure.derived import derived
+from gimcli.structure.rotation import ties
+from gimcli.structure.steps import NONE, Value, Vector
 
 SWEPT = 100.0
 """Factor by which the error of a member may exceed that of those of its restrictions that the sweeps impose."""
+
+
+ZERO = Value(0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Check:
+    """One constraint: the distance of nodes p and q, the angle between two vectors, or the height of p over q.
+
+    The direction of a member is taken from its first node and that of its `base`.
+    """
+
+    name: str
+    kind: int
+    p: int = NONE
+    q: int = NONE  # NONE: the origin
+    first: Vector | None = None  # ANGLE: the arm; HEIGHT: the normal
+    second: Vector | None = None  # ANGLE: required direction of the arm
+    value: Value = ZERO  # required length or height, normal frame
+
+
+@derived
+def checks(mechanism: Mechanism) -> tuple[Check, ...]:
+    """Return every constraint of a mechanism."""
+    return tuple(_checks(mechanism))
+
+
+def _checks(mechanism: Mechanism) -> Iterator[Check]:
+    for member in mechanism.members[FRAME + 1 :]:
+        yield from _of_member(mechanism, member)
+    for row in mechanism.pairs:
+        if row.kind != ANGLE:
+            yield _of_row(mechanism, row, NONE)
+    for tie in ties(mechanism):  # heights are also satisfied if the body is rotated by 180 deg
+        target = direction(mechanism, tie.guide).times(tie.turn)
+        yield Check(tie.pair, ANGLE, first=direction(mechanism, tie.body), second=target)
+    for number, actuator in enumerate(mechanism.actuators):
+        yield _of_row(mechanism, actuator, number)
+
+
+def _of_member(mechanism: Mechanism, member: Member) -> Iterator[Check]:
+    names, nodes = mechanism.nodes, member.nodes
+    shape = member.shape - member.shape[0]
+    for k, node in enumerate(nodes[1:], start=1):
+        label = member.name if len(nodes) == 2 else f"{member.name} {names[nodes[0]]}-{names[node]}"
+        yield Check(label, SPAN, node, nodes[0], value=Value(abs(shape[k])))
+        if k > 1:
+            label = f"{member.name} {names[nodes[1]]}-{names[nodes[0]]}-{names[node]}"
+            arm = Vector(scalar(1.0 / shape[k]), nodes[0], node)
+            yield Check(label, ANGLE, first=arm, second=Vector(scalar(1.0 / shape[1]), nodes[0], nodes[1]))
+
+
+def _of_row(mechanism: Mechanism, row: PairRow, actuator: int) -> Check:
+    """Return the constraint of a pair (actuator NONE), or of the actuator of this number."""
+    if row.kind == SPAN:
+        first, second = row.nodes
+        return Check(row.name, SPAN, second, first, value=Value(0.0, actuator))
+    if row.kind == HEIGHT:
+        return _height(mechanism, row, actuator)
+    arm, reference = (direction(mechanism, k) for k in row.members)
+    return Check(row.name, ANGLE, first=arm.times(row.arm), second=reference.driven(row.reference, actuator, 1))
+
+
+def _height(mechanism: Mechanism, row: PairRow, actuator: int) -> Check:
+    """Return the constraint on the height of a node over the line of a guide."""
+    guide = mechanism.members[row.guide]
+    origin = NONE if row.guide == FRAME else guide.nodes[0]
+    offset = row.point if row.guide == FRAME else row.point - scalar(guide.shape[0])
+    height = (offset * row.normal.conjugate()).real
+    vector = direction(mechanism, row.guide).times(row.normal)
+    return Check(row.name, HEIGHT, row.node, origin, vector, value=Value(height, actuator))
+
+
+def direction(mechanism: Mechanism, index: int) -> Vector:
+    """Return e^(i phi) of a member as a vector from its first node to the node farthest from it."""
+    if index == FRAME:
+        return Vector(1.0 + 0.0j)
+    member = mechanism.members[index]
+    far = member.base
+    return Vector(scalar(1.0 / (member.shape[far] - member.shape[0])), member.nodes[0], member.nodes[far])
 
 
 @dataclass(frozen=True)
@@ -83,8 +178,6 @@ def errors(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray) -> Iterato
     for check in checks(mechanism):
         yield check.name, check.kind == ANGLE, _error(check, mechanism.size, x, y, inputs, cos, sin)
     if mechanism.complete is not None:
-        from gimcli.structure.coupling_residual import coupling_errors  # imported late: few mechanisms have such gears
-
         for name, error in coupling_errors(mechanism, z, inputs):
             yield name, True, error
 
@@ -126,3 +219,49 @@ def pose(mechanism: Mechanism, index: int, z: ComplexArray) -> tuple[ComplexArra
         unit = (z[member.nodes[far]] - z[member.nodes[0]]) / (shape[far] - shape[0])
         unit = unit / np.abs(unit)
     return z[member.nodes[0]] - unit * shape[0], unit
+
+
+def coupling_errors(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray) -> Iterator[tuple[str, FloatArray]]:
+    """Yield the name of each input that follows the linkage, and its error (rows,): in rad, or relative to the size.
+
+    An angle that is read from the position is known but for full turns; the nearest is taken.
+    """
+    for coupling in mechanism.couplings:
+        if coupling.reads:
+            one = mechanism.actuators[coupling.follower]
+            error = _coupling_error(mechanism, coupling, z, inputs)
+            yield one.name, error if one.rotary else error / mechanism.size
+
+
+def _coupling_error(mechanism: Mechanism, coupling: Coupling, z: ComplexArray, inputs: FloatArray) -> FloatArray:
+    rest = inputs[coupling.follower] - coupling.phase
+    for actuator, ratio in coupling.terms:
+        rest = rest - ratio * inputs[actuator]
+    turns = []
+    for row, ratio in coupling.reads:
+        rest = rest - ratio * _value(mechanism, row, z)
+        if row.kind == ANGLE:
+            turns.append(2.0 * np.pi * abs(ratio))
+    for turn in sorted(turns, reverse=True):
+        rest = rest - turn * np.round(rest / turn)
+    return np.asarray(np.abs(rest))
+
+
+def _value(mechanism: Mechanism, row: Input, z: ComplexArray) -> FloatArray:
+    """Return the quantity (rows,) at positions z (nodes, rows); an angle is in -pi..pi."""
+    if row.kind == ANGLE:
+        arm, reference = (_turn(mechanism, k, z) for k in row.members)
+        return np.asarray(np.angle(arm * row.arm * np.conj(reference * row.reference)))
+    turn = _turn(mechanism, row.guide, z)
+    guide = mechanism.members[row.guide]
+    origin = 0.0 if row.guide == FRAME else z[guide.nodes[0]] - turn * guide.shape[0]
+    return np.asarray(((z[row.node] - origin - turn * row.point) * np.conj(turn * row.normal)).real)
+
+
+def _turn(mechanism: Mechanism, index: int, z: ComplexArray) -> ComplexArray:
+    """Return e^(i phi) of a member (rows,)."""
+    if index == FRAME:
+        return np.ones(z.shape[1], dtype=complex)
+    first, far, span = mechanism.members[index].ends
+    arm = (z[far] - z[first]) / span
+    return np.asarray(arm / np.abs(arm))

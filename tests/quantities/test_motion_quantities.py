@@ -11,7 +11,7 @@ import gimcli
 from gimcli.model.source import read_source
 from gimcli.motion.motion import trace
 from gimcli.quantities.extremes import RateRows, Sought
-from gimcli.quantities.motion_summary import angular_speed, flatness, rotation, speed, travel
+from gimcli.quantities.motion_summary import angular_speed, flatness, rotation, speed
 from gimcli.quantities.transmission import dyad_joints
 from gimcli.rates.derivatives import rates
 
@@ -32,7 +32,7 @@ def test_derivatives_are_differences():
         partial(angular_speed, 2, 1),
         partial(angular_speed, 3, 2),
     ]
-    formulas += [partial(travel, k) for k in range(len(m.slides))]
+    formulas += [partial(RateRows.travel, slide=k) for k in range(len(m.slides))]
     quantities = [rotation(rows, 2), *map(Sought, [*formulas, *(partial(flatness, joint) for joint in dyad_joints(m))])]
     assert len(quantities) >= 8
     step = m.duration / STEPS
