@@ -12,7 +12,7 @@ from gimcli.continuation.branches import SAME, Branches, all_circuits, first_cir
 from gimcli.continuation.circuit import Circuit
 from gimcli.continuation.curve import PositionCurve
 from gimcli.errors import GimError, StructureError, UnassembledError
-from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+from gimcli.mechanism import Mechanism
 from gimcli.motion.motion import Motion
 from gimcli.motion.motion_curve import arrival
 from gimcli.motion.solve import settled, start_position
@@ -74,7 +74,9 @@ def drawn_circuit(mechanism: Mechanism, tolerance: float, curve: PositionCurve |
         require_driven_if_doubtful(mechanism, plan, start.regular)
         if start.status is Status.OK:
             z = start.row.x + 1j * start.row.y
-            _refuse_contradiction(mechanism, z, curve.inputs(q), tolerance)
+            u = curve.inputs(q)
+            good = holds(mechanism, z[:, None], u[:, None], tolerance)[0]
+            require_consistent(mechanism, z, u, Status.OK if good else Status.CONTRADICTORY, tolerance)
             return first_circuit(curve, z, q, arrival(curve, start, curve.single))
         if start.status is Status.TANGENT:
             raise UnassembledError(f"{mechanism.name} has no circuit that can be followed: {start.status.text}")
@@ -85,12 +87,6 @@ def drawn_circuit(mechanism: Mechanism, tolerance: float, curve: PositionCurve |
         f"{mechanism.name} cannot be assembled at the start of its laws or in its initial configuration:"
         f" {start.status.text}"
     )
-
-
-def _refuse_contradiction(mechanism: Mechanism, z: ComplexArray, u: FloatArray, tolerance: float) -> None:
-    """Raise StructureError if redundant constraints contradict the others at the start."""
-    good = holds(mechanism, z[:, None], u[:, None], tolerance)[0]
-    require_consistent(mechanism, z, u, Status.OK if good else Status.CONTRADICTORY, tolerance)
 
 
 def circuit_ranges(motion: Motion) -> dict[str, list[float]]:

@@ -11,7 +11,7 @@ steps until the parameter that it approaches is known.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -118,10 +118,8 @@ def rolled(circuit: Circuit, index: int, start: int) -> Circuit:
     """Return a closed circuit that begins at point `index` one round earlier; start: index of its start point."""
     last, shift = len(circuit.places) - 1, 2.0 * math.pi * circuit.turns
 
-    def back(at: CurvePoint) -> CurvePoint:
-        return CurvePoint(np.append(at.p[:-1], at.p[-1] - shift), at.tangent, at.jacobian, at.values, at.left)
-
-    places = (*(back(at) for at in circuit.places[index:last]), *circuit.places[: index + 1])
+    back = (replace(at, p=np.append(at.p[:-1], at.p[-1] - shift)) for at in circuit.places[index:last])
+    places = (*back, *circuit.places[: index + 1])
     crossings = {k - index: met for k, met in circuit.crossings.items() if index <= k < last}
     crossings |= {k + last - index: met for k, met in circuit.crossings.items() if k <= index}
     return Circuit(circuit.curve, places, crossings, circuit.ended, circuit.turns, start)
@@ -290,12 +288,13 @@ class CircuitWalker(ArclengthFollower):
         along = chord / gap if gap > CIRCUIT.shortest_landing else here.tangent
         if here.tangent @ along < 0.5:
             return False
-        ahead = _straight_on(met, along)
-        if ahead is None:  # not determined by second derivatives: use the direction from a closer point
+        ahead = met.near(along)
+        if ahead is None or not ahead @ along >= math.cos(2.0 * STEPS.bend):
+            # not determined by second derivatives: use the direction from a closer point
             if gap > CIRCUIT.approach * CIRCUIT.landing:
                 return False
             ahead = _through(self.curve, met, along)
-        middle = at_crossing(self.curve, met, ahead)
+        middle = replace(place(self.curve, met.p, ahead), tangent=ahead)
         after = landed(self.curve, met, ahead)
         if after is None:
             return False
@@ -355,12 +354,6 @@ def _reach(here: CurvePoint) -> float:
     return float(np.max(np.abs(here.p[:-1]), initial=0.0))
 
 
-def _straight_on(met: Crossing, along: FloatArray) -> FloatArray | None:
-    """Return the branch tangent closest to a direction, in its sense; None if none is near."""
-    ahead = met.near(along)
-    return ahead if ahead is not None and ahead @ along >= math.cos(2.0 * STEPS.bend) else None
-
-
 def _through(curve: PositionCurve, met: Crossing, along: FloatArray) -> FloatArray:
     """Return the tangent, at a singular position, of the branch closest to a direction, from points on both sides."""
     ahead = _flattened(met, along)
@@ -375,12 +368,6 @@ def _flattened(met: Crossing, along: FloatArray) -> FloatArray:
     """Return the unit vector of the null space closest to a direction."""
     ahead = met.right @ (met.right.T @ along)
     return np.asarray(ahead / np.linalg.norm(ahead))
-
-
-def at_crossing(curve: PositionCurve, met: Crossing, ahead: FloatArray) -> CurvePoint:
-    """Return a singular position as a point of the branch with tangent `ahead`."""
-    found = place(curve, met.p, ahead)
-    return CurvePoint(met.p, ahead, found.jacobian, found.values, found.left)
 
 
 def landed(curve: PositionCurve, met: Crossing, ahead: FloatArray) -> CurvePoint | None:
@@ -404,7 +391,7 @@ def follow_circuit(curve: PositionCurve, start: CurvePoint) -> Circuit:
     other = back.run(closes=False)
     if ended != Ended.INFINITE == other:
         ended = other
-    behind = [CurvePoint(p.p, -p.tangent, p.jacobian, p.values, p.left) for p in reversed(back.places[1:])]
+    behind = [replace(at, tangent=-at.tangent) for at in reversed(back.places[1:])]
     known = {len(behind) - k: met for k, met in back.crossings.items()}
     known |= {len(behind) + k: met for k, met in crossings.items()}
     return Circuit(curve, (*behind, *places), known, ended, 0.0, len(behind), (back.infinite, walker.infinite))

@@ -13,7 +13,6 @@ from gimcli.mechanism import FloatArray
 from gimcli.positions.dispatch import plain
 from gimcli.positions.options import Options
 from gimcli.positions.position import Position
-from gimcli.structure.gradients import gradient
 
 FLOOR = 1e-13
 """Errors below this are rounding errors and are not used in the fit."""
@@ -63,5 +62,5 @@ def fit(worst: FloatArray) -> tuple[float, float]:
 def radius_at(position: Position) -> float:
     """Return the spectral radius, at a position, of the sequence by which it was found."""
     sweeper = Sweeper(position.mechanism, position.options or Options(method="gim"), plain)
-    moves = [(m.node, gradient(m.restriction, position.z, position.inputs)) for m in sweeper.moves]
+    moves = [(m.node, m.restriction.gradient(position.z, position.inputs)) for m in sweeper.moves]
     return spectral_radius(moves, tuple(sweeper.free))

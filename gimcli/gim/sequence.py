@@ -21,7 +21,6 @@ from gimcli.mechanism import ANGLE, FRAME, SPAN, ComplexArray, FloatArray, Mecha
 from gimcli.structure.closed_form_order import Layout
 from gimcli.structure.derived import derived
 from gimcli.structure.dulmage_mendelsohn import components, match
-from gimcli.structure.gradients import gradient
 from gimcli.structure.kinematic_nodes import free_nodes, kinematic_nodes
 from gimcli.structure.plan import make_plan
 from gimcli.structure.restrictions import Move, Restriction, member_models, pair_restrictions
@@ -78,7 +77,7 @@ class Sequence:
     def radius_at(self, z: ComplexArray, inputs: FloatArray) -> float:
         """Return the spectral radius at another position z (nodes,)."""
         radii = (
-            spectral_radius([(m.node, gradient(m.restriction, z, inputs)) for m in g.moves], g.nodes)
+            spectral_radius([(m.node, m.restriction.gradient(z, inputs)) for m in g.moves], g.nodes)
             for g in self.groups
         )
         return max(radii, default=0.0)
@@ -111,7 +110,7 @@ def _by_rules(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray) -> Sequ
     rules = PaperRules(mechanism)
     moves, known = tuple(rules.moves), frozenset(rules.fixed | {m.node for m in rules.placed})
     nodes = tuple(n for n in free_nodes(mechanism) if n not in known)
-    radius = spectral_radius([(m.node, gradient(m.restriction, z, inputs)) for m in moves], nodes)
+    radius = spectral_radius([(m.node, m.restriction.gradient(z, inputs)) for m in moves], nodes)
     kind = "strongly coupled" if rules.missing or any(m.rule == "criteria" for m in moves) else "weakly coupled"
     return Sequence(
         (SequenceGroup(moves, nodes, radius, 1, tuple(rules.placed), kind, rules.missing),), frozenset(known)
@@ -277,7 +276,7 @@ class SequenceSearch:
         for move in moves:
             r = move.restriction
             if id(r) not in self.gradients:
-                self.gradients[id(r)] = r, gradient(r, self.z, self.inputs)
+                self.gradients[id(r)] = r, r.gradient(self.z, self.inputs)
         return spectral_radius([(m.node, self.gradients[id(m.restriction)][1]) for m in moves], nodes)
 
 

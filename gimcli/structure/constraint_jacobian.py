@@ -15,7 +15,6 @@ from gimcli.canonical import first_greatest
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
 from gimcli.structure.coupled_rows import CoupledRow
 from gimcli.structure.derived import derived
-from gimcli.structure.gradients import gradient, measure
 from gimcli.structure.kinematic_nodes import free_nodes, kinematic_nodes
 from gimcli.structure.restrictions import Restriction, member_models, pair_restrictions
 
@@ -81,7 +80,7 @@ class Jacobian:
         """Return the gradients (restrictions, 2 x free nodes)."""
         table = np.zeros((len(restrictions), 2 * len(self.free)))
         for k, restriction in enumerate(restrictions):
-            for node, g in _gradient(restriction, z, inputs).items():
+            for node, g in restriction.gradient(z, inputs).items():
                 if node in self.column:
                     at = self.column[node]
                     table[k, at : at + 2] += g.real, g.imag
@@ -110,7 +109,7 @@ class Jacobian:
 
     def values(self, z: ComplexArray, inputs: FloatArray) -> FloatArray:
         """Return the values (constraints,) of the constraints at positions z (nodes,)."""
-        return np.array([_measure(r, z, inputs) for r in self.constraints])
+        return np.array([r.measure(z, inputs) for r in self.constraints])
 
     def nearest(
         self, trial: ComplexArray, goal: FloatArray, inputs: FloatArray, along: FloatArray | None = None
@@ -171,11 +170,3 @@ def dependent(table: FloatArray) -> dict[int, list[int]]:
     parts = np.linalg.lstsq(table[own].T, table[spare].T, rcond=None)[0]
     used = np.abs(parts.T) > RANK
     return {row: [own[k] for k in np.flatnonzero(mask)] for row, mask in zip(spare, used, strict=True)}
-
-
-def _gradient(restriction: Restriction | CoupledRow, z: ComplexArray, inputs: FloatArray) -> dict[int, complex]:
-    return restriction.gradient(z) if isinstance(restriction, CoupledRow) else gradient(restriction, z, inputs)
-
-
-def _measure(restriction: Restriction | CoupledRow, z: ComplexArray, inputs: FloatArray) -> float:
-    return restriction.measure(z) if isinstance(restriction, CoupledRow) else measure(restriction, z, inputs)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from gimcli.calculus.dual import Dual
-from gimcli.mechanism import FRAME, ComplexArray, Coupling, Mechanism, PairRow
+from gimcli.mechanism import FRAME, ComplexArray, Coupling, FloatArray, Mechanism, PairRow
 from gimcli.structure.carried import measured
 
 LARGEST = 1000
@@ -23,7 +23,7 @@ class CoupledRow:
         self.terms: list[tuple[PairRow, float]] = [(mechanism.actuators[coupling.follower], 1.0), *leaders, *read]
         self.drawn = [measured(mechanism, row, mechanism.drawn) for row, _ in self.terms]
 
-    def gradient(self, z: ComplexArray) -> dict[int, complex]:
+    def gradient(self, z: ComplexArray, _: FloatArray) -> dict[int, complex]:
         """Return {node: g} with d(value) = sum Re(conj(g) dz)."""
         total: dict[int, complex] = {}
         for row, factor in self.terms:
@@ -31,7 +31,7 @@ class CoupledRow:
                 total[node] = total.get(node, 0.0) + factor * g
         return total
 
-    def measure(self, z: ComplexArray) -> float:
+    def measure(self, z: ComplexArray, _: FloatArray) -> float:
         """Return the value; it is 0 at the drawing, and angles differ from it by less than half a turn."""
         value = 0.0
         for (row, factor), drawn in zip(self.terms, self.drawn, strict=True):

@@ -17,7 +17,9 @@ from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
 
-from gimcli.mechanism import ANGLE, FRAME, HEIGHT, SPAN, Mechanism
+import numpy as np
+
+from gimcli.mechanism import ANGLE, FRAME, HEIGHT, SPAN, ComplexArray, FloatArray, Mechanism
 from gimcli.structure.pair_rows import ImposedRow, pair_rows
 from gimcli.structure.steps import NONE, Constraint, Value, Vector
 
@@ -38,6 +40,52 @@ class Restriction(Constraint):
     def letters(self) -> str:
         """RD, RA or RL."""
         return {SPAN: "RD", ANGLE: "RA", HEIGHT: "RL"}[self.kind]
+
+    def gradient(self, z: ComplexArray, inputs: FloatArray) -> dict[int, complex]:
+        """Return {node: g} with d(constraint) = sum Re(conj(g) dz), as a length; an angle is multiplied by |p - q|."""
+        a, b = complex(z[self.q]), complex(z[self.p])
+        if self.kind == SPAN:
+            n = (b - a) / abs(b - a) if b != a else 1.0 + 0.0j  # coincident nodes: any direction
+            return {self.p: n, self.q: -n}
+        assert self.vector is not None
+        w, factor = vector_value(self.vector, z, inputs)
+        if self.kind == ANGLE:  # as if satisfied: the input of an actuator need not match the position
+            u = (b - a) / abs(b - a) if b != a else w / abs(w)
+            g = {self.p: 1j * u, self.q: -1j * u}
+            if self.vector.u != NONE:
+                arm = complex(z[self.vector.v] - z[self.vector.u])
+                reach = (u.conjugate() * (b - a)).real
+                turn = 1j * arm / abs(arm) ** 2 * reach  # the ray rotates with the arm
+                g[self.vector.v] = g.get(self.vector.v, 0.0) - turn
+                g[self.vector.u] = g.get(self.vector.u, 0.0) + turn
+            return g
+        g = {self.p: w, self.q: -w}
+        if self.vector.u != NONE:
+            lever = factor.conjugate() * (b - a)
+            g[self.vector.v] = g.get(self.vector.v, 0.0) + lever
+            g[self.vector.u] = g.get(self.vector.u, 0.0) - lever
+        return g
+
+    def measure(self, z: ComplexArray, inputs: FloatArray) -> float:
+        """Return the value of a constraint as a length; its gradient is `gradient`."""
+        a, b = complex(z[self.q]), complex(z[self.p])
+        if self.kind == SPAN:
+            return abs(b - a)
+        assert self.vector is not None
+        w, _ = vector_value(self.vector, z, inputs)
+        if self.kind == HEIGHT:
+            return (w.conjugate() * (b - a)).real
+        turn = w.conjugate() * (b - a)
+        return float(np.angle(turn)) * abs(b - a)
+
+
+def vector_value(vector: Vector, z: ComplexArray, inputs: FloatArray) -> tuple[complex, complex]:
+    """Return the value of a vector at a position z (nodes,), and its factor z e^(+-i theta)."""
+    factor = vector.z
+    if vector.actuator != NONE:
+        factor *= complex(np.exp(1j * vector.turn * inputs[vector.actuator]))
+    base = complex(z[vector.v] - z[vector.u]) if vector.u != NONE else 1.0 + 0.0j
+    return factor * base, factor
 
 
 @dataclass(frozen=True)

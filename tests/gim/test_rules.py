@@ -17,7 +17,6 @@ from gimcli.mechanism import SPAN
 from gimcli.motion.solve import solve
 from gimcli.positions.dispatch import plain
 from gimcli.positions.options import Options
-from gimcli.structure.gradients import gradient
 from gimcli.structure.plan import make_plan
 from gimcli.structure.steps import Dyad
 
@@ -81,7 +80,7 @@ def greatest_cosine(z, inputs, mechanism, placing):
     """Return the greatest squared cosine between the two loci of a node: the factor of alternating projections."""
     found = [0.0]
     for node, (first, second) in placing.items():
-        a, b = (gradient(r, z, inputs)[mechanism.nodes.index(node)] for r in (first, second))
+        a, b = (r.gradient(z, inputs)[mechanism.nodes.index(node)] for r in (first, second))
         found.append(((a.conjugate() * b).real / (abs(a) * abs(b))) ** 2)
     return max(found)
 
