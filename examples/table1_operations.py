@@ -20,8 +20,7 @@ from gimcli.gim.convergence import radius_at
 from gimcli.gim.sweeper import Sweeper, parse_moves
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.motion.assemble import Assembler
-from gimcli.motion.solve import solve
-from gimcli.motion.solve import random_guess
+from gimcli.motion.solve import random_guess, solve
 from gimcli.positions.dispatch import plain
 from gimcli.positions.options import Options
 from gimcli.structure.plan import make_plan

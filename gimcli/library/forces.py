@@ -275,7 +275,7 @@ class ForcesResult(RowsResult):
         return (own.plans, []) if own.plans else varying(usual_graphs(self.mechanism), own.kept)
 
     def _graphs(self, plans: Sequence[PlannedGraph]) -> list[CurveGraph]:
-        motion, columns = self._motion, self._extras.kept
+        motion, columns = self._found.summary.motion, self._extras.kept
         over, marks = input_or_time(self.mechanism, motion.time, motion.inputs), motion_events(motion)
         return [with_marks(drawn(plan, columns, over, marks), over) for plan in plans]
 

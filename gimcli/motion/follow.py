@@ -279,15 +279,18 @@ class BranchFollower:
         gap = None
         if self.motion_curve is not None:
             gap = self.motion_curve.ahead(self.log, self.sense, target, self.turn)
+        if gap is None or isinstance(gap, float):
+            crossed = self._approach(target)
+        else:
+            crossed = self._approach(min(target, gap.ends[0]))
+            if gap.ends[0] <= self.log[-1].time and self.enter(gap):
+                self.bridges, crossed = [*bridges, gap], True
+        if crossed:
+            return self._fill(path, i)
         if isinstance(gap, float):
             path.end(i)
             path.limit = max(gap, self.log[-1].time)
             return i
-        crossed = self._approach(target if gap is None else min(target, gap.ends[0]))
-        if gap is not None and gap.ends[0] <= self.log[-1].time and self.enter(gap):
-            self.bridges, crossed = [*bridges, gap], True
-        if crossed:
-            return self._fill(path, i)
         self.lenient = True
         row = self.evaluate(path.time[i : i + 1], self.log)
         self.lenient = False
