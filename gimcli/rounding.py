@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from gimcli.table import labelled
 
 if TYPE_CHECKING:
-    from gimcli.mechanism import Mechanism
+    from gimcli.mechanism import Input, Mechanism
     from gimcli.table import Table
 
 DIGITS, LEAST = 6, 4
@@ -61,7 +61,7 @@ def length(mechanism: Mechanism, value: float) -> str:
 
 def input_value(mechanism: Mechanism, name: str, value: float) -> str:
     """Return the value of an actuator in the file's unit."""
-    return number(value, _turn(mechanism)) if _rotary(mechanism, name) else length(mechanism, value)
+    return number(value, _turn(mechanism)) if _actuator(mechanism, name).rotary else length(mechanism, value)
 
 
 def at_inputs(mechanism: Mechanism, inputs: Mapping[str, float]) -> str:
@@ -83,7 +83,7 @@ def interval(mechanism: Mechanism, name: str, low: float, high: float, turns: fl
 
     turns: of the closed curve that has the interval; 0: it is between limits, however wide it is.
     """
-    if turns and _rotary(mechanism, name) and abs(high - low) >= _turn(mechanism) * (1.0 - ZERO):
+    if turns and _actuator(mechanism, name).rotary and abs(high - low) >= _turn(mechanism) * (1.0 - ZERO):
         return "full turn"
     low_text, high_text = (input_value(mechanism, name, value) for value in (low, high))
     return f"{low_text} to {high_text}{_unit(mechanism, name)}"
@@ -117,12 +117,12 @@ def _turn(mechanism: Mechanism) -> float:
 
 def _unit(mechanism: Mechanism, name: str) -> str:
     """Return the unit of an actuator after a space; nothing where lengths have no physical unit."""
-    unit = mechanism.angle_unit if _rotary(mechanism, name) else mechanism.length_unit
+    unit = mechanism.unit_of(_actuator(mechanism, name))
     return "" if unit == "unit" else f" {unit}"
 
 
-def _rotary(mechanism: Mechanism, name: str) -> bool:
-    return next(a.rotary for a in mechanism.actuators if a.name == name)
+def _actuator(mechanism: Mechanism, name: str) -> Input:
+    return next(a for a in mechanism.actuators if a.name == name)
 
 
 def cells(table: Table) -> list[list[str]]:

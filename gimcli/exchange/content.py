@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from gimcli.errors import ModelError
-from gimcli.model.source import MOST_BYTES
+from gimcli.model.source import MOST_BYTES, refuse_size
 
 
 def content_of(path: Path) -> str:
@@ -15,8 +14,7 @@ def content_of(path: Path) -> str:
             raw = handle.read(MOST_BYTES + 1)
     except (OSError, ValueError):  # ValueError: a path with a null byte
         return ""
-    if len(raw) > MOST_BYTES:
-        raise ModelError([f"{path}: is too large for a model file; at most {MOST_BYTES // 1_000_000} MB are read"])
+    refuse_size(len(raw), path)
     if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
         return raw.decode("utf-16", errors="replace")
     try:

@@ -74,14 +74,16 @@ class DynamicsCompiler:
         member, point, number = (self.number[load.on], 0.0j, NO_NODE) if node is None else self._at(node)
         if load.torque is None and node is None:
             point = self._placed(load.on, load.at, load.local)
-        curve, over = None, TIME
+        over, curve = TIME, None
         if load.table is not None:
-            at, factor = read_table(self.own.folder / load.table)
-            if load.over != "time":
-                over = list(self.model.actuators).index(load.over)
-                at = [value * self.own.units[self.actuators[over].rotary] for value in at]
-            curve = Sampled(at, factor)
+            over = TIME if load.over == "time" else list(self.model.actuators).index(load.over)
+            curve = self._sampled(load.table, 1.0 if over == TIME else self.own.units[self.actuators[over].rotary])
         return AppliedLoad(name, member, point, force, load.torque or 0.0, turning, curve, over, number)
+
+    def _sampled(self, table: str, unit: float) -> Sampled:
+        """Return the curve of a table whose first column has a unit."""
+        at, value = read_table(self.own.folder / table)
+        return Sampled([place * unit for place in at], value)
 
     def _placed(self, member: str, at: list[float] | None, local: list[float] | None) -> complex:
         """Return a point of a member in its own frame; numbers may be recorded, which no validation accepts."""
@@ -124,10 +126,8 @@ class DynamicsCompiler:
         if effort is None:
             return DrivingEffort()
         if effort.table is not None:
-            at, value = read_table(self.own.folder / effort.table)
-            if effort.over != "time":
-                at = [place * unit for place in at]
-            return DrivingEffort(curve=Sampled(at, value), over=effort.over)
+            curve = self._sampled(effort.table, 1.0 if effort.over == "time" else unit)
+            return DrivingEffort(curve=curve, over=effort.over)
         if effort.stall is not None:
             return DrivingEffort(constant=effort.stall, idle=(effort.idle or 0.0) * unit)
         return DrivingEffort(effort.constant or 0.0)

@@ -30,20 +30,16 @@ def machines(own: Any, mechanism: Mechanism, structures: bool, loaded: bool) -> 
     """
     model, whole = own.model, mechanism.complete is None
     kept = set(mechanism.nodes)  # others were cut out
-    parts = [part for part in _separated(model, loaded) if whole and part <= kept]
+    ties = chain(_joints(model), _loads(model) if loaded else ())
+    order = {name: k for k, name in enumerate(model.nodes)}
+    groups = sorted(connected(ties, fixed_nodes(model)), key=lambda group: min(order[name] for name in group))
+    parts = [part for part in groups if whole and part <= kept]
     parts = parts if structures else _with_structures(model, parts)
     single = (mechanism.as_machine,)
     found = [_machine(own, mechanism, part, k == 0, loaded) for k, part in enumerate(parts)] if len(parts) > 1 else []
     rows = sum(len(one.mechanism.pairs) + len(one.mechanism.actuators) for one in found)
     same = rows == len(mechanism.pairs) + len(mechanism.actuators)  # else it was changed: a row may join the machines
     return tuple(found) if found and same else single
-
-
-def _separated(model: Model, loaded: bool) -> list[set[str]]:
-    """Return the moving nodes of each machine, in the order of the file."""
-    ties = chain(_joints(model), _loads(model) if loaded else ())
-    order = list(model.nodes)
-    return sorted(connected(ties, fixed_nodes(model)), key=lambda group: min(map(order.index, group)))
 
 
 def _with_structures(model: Model, parts: list[set[str]]) -> list[set[str]]:

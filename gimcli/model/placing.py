@@ -250,14 +250,14 @@ class _Search:
 
 def _size(data: PlacingData, given: Mapping[str, complex]) -> float:
     """Return the largest dimension between nodes, or of a member."""
-    groups = [list(given.values()), *(list(shape.local.values()) for shape in data.shapes)]
-    spans = [abs(z - group[0]) for group in groups for z in group[1:]]
-    return max([*spans, *(abs(one.value) for one in data.distances)], default=0.0)
+    places = (shape.local for shape in (*data.shapes, *data.distances))
+    groups = [list(one.values()) for one in (given, *places)]
+    return max((abs(z - group[0]) for group in groups for z in group[1:]), default=0.0)
 
 
 def _errors(data: PlacingData, at: Mapping[str, Any], opened: set[str]) -> Iterator[float]:
     """Yield the errors of the dimensions between nodes that are placed."""
-    for shape in data.shapes:
+    for shape in (*data.shapes, *data.distances):
         names = [n for n in shape.local if n in at]
         if len(names) > 1 and opened & set(names):
             a, b = names[0], max(names, key=lambda n: abs(shape.local[n] - shape.local[names[0]]))
@@ -268,6 +268,3 @@ def _errors(data: PlacingData, at: Mapping[str, Any], opened: set[str]) -> Itera
             own = {node, *one.guide}
             if opened & own and own <= at.keys():
                 yield abs(height(one.line(at), at[node]))
-    for given in data.distances:
-        if opened & set(given.nodes) and at.keys() >= set(given.nodes):
-            yield abs(abs(at[given.nodes[1]] - at[given.nodes[0]]) - given.value)

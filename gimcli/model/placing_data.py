@@ -22,7 +22,7 @@ TINY = 1e-300
 
 @dataclass(frozen=True)
 class GivenShape:
-    """A member of known shape: the coordinates of its nodes in a frame of its own."""
+    """A member of known shape: the coordinates of its nodes in a frame of its own; or two nodes of known distance."""
 
     name: str
     local: Mapping[str, Any]
@@ -62,15 +62,6 @@ class GivenAngle:
 
 
 @dataclass(frozen=True)
-class GivenDistance:
-    """The distance of two nodes that a linear actuator drives."""
-
-    name: str
-    nodes: tuple[str, str]
-    value: Any
-
-
-@dataclass(frozen=True)
 class PlacingData:
     """All that is known before nodes are placed; `order` is the order of the nodes in the file."""
 
@@ -79,7 +70,8 @@ class PlacingData:
     lines: tuple[GivenLine, ...]
     """Those of sliding pairs, and then those of travels that actuators drive."""
     angles: tuple[GivenAngle, ...]
-    distances: tuple[GivenDistance, ...]
+    distances: tuple[GivenShape, ...]
+    """Those that linear actuators drive."""
     missing: Mapping[str, Link | Element]
     """Members without `length` or `shape`."""
 
@@ -104,7 +96,7 @@ def placing_data(model: Model, folder: Path) -> PlacingData:
             for name, (a, value) in inputs.items() if a.pivot is not None and a.arm is not None
         ),
         tuple(
-            GivenDistance(name, (a.nodes[0], a.nodes[1]), value)
+            GivenShape(name, {a.nodes[0]: 0.0j, a.nodes[1]: value})
             for name, (a, value) in inputs.items() if a.nodes is not None and value is not None
         ),
         {name: part for name, part in parts.items() if name not in shapes},

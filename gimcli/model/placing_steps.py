@@ -234,7 +234,7 @@ class _Order:
 
     def __init__(self, data: PlacingData, placed: Set[str]) -> None:
         self.data, self.known = data, set(placed)
-        self.shapes = {shape.name: shape for shape in data.shapes}
+        self.shapes = {shape.name: shape for shape in (*data.shapes, *data.distances)}
         self.rank = {name: k for k, name in enumerate((*self.shapes, *data.order))}
         self.beside = _neighbours(data)
         self.ready: dict[Key, PlacingStep] = {}
@@ -314,11 +314,6 @@ class _Order:
             if kind == "member" and node in (local := self.shapes[name].local):
                 for other in (n for n in local if n in self.known):
                     found.setdefault(other, CircleLocus(name, other, abs(local[node] - local[other])))
-        for given in self.data.distances:
-            if node in given.nodes:
-                other = given.nodes[given.nodes[0] == node]
-                if other in self.known:
-                    found.setdefault(other, CircleLocus(given.name, other, given.value))
         return [found[name] for name in sorted(found, key=self.rank.__getitem__)]
 
 
@@ -326,12 +321,12 @@ def _neighbours(data: PlacingData) -> dict[str, list[Key]]:
     """Return the members and nodes whose steps may change when a node is placed, by node."""
     found: dict[str, dict[Key, None]] = defaultdict(dict)
     of_member: dict[str, dict[str, None]] = defaultdict(dict)
-    for shape in data.shapes:
+    for shape in (*data.shapes, *data.distances):
         keys = dict.fromkeys([("member", shape.name), *(("node", name) for name in shape.local)])
         for node in shape.local:
             of_member[node][shape.name] = None
             found[node].update(keys)
-    groups = [(*one.guide, *one.nodes) for one in data.lines] + [given.nodes for given in data.distances]
+    groups = [(*one.guide, *one.nodes) for one in data.lines]
     groups += [tuple(n for n in (g.pivot, g.arm, g.reference) if n is not None) for g in data.angles]
     for names in groups:
         count = Counter(member for node in names for member in of_member[node])

@@ -104,7 +104,7 @@ def _inputs(model: Model, data: PlacingData) -> str:
     unit = "" if units.length == "unit" else f" {units.length}"
     values = [
         *(f"{one.name} = {number(one.angle / RADIANS[units.angle])} {units.angle}" for one in data.angles),
-        *(f"{one.name} = {number(one.value)}{unit}" for one in data.distances),
+        *(f"{one.name} = {number([*one.local.values()][1])}{unit}" for one in data.distances),
         *(f"{one.name} = {number(one.offset)}{unit}" for one in data.lines if one.square),
     ]
     return f" at {', '.join(values)}" if values else ""

@@ -100,7 +100,7 @@ def read_yaml(text: str, path: Path) -> Source:
 
     Raises ModelError if it is not a YAML mapping or too large.
     """
-    _refuse_size(len(text.encode("utf-8", "surrogatepass")), path)
+    refuse_size(len(text.encode("utf-8", "surrogatepass")), path)
     _refuse_control(text, path)
     return _parsed(text, path, LOADER)
 
@@ -131,7 +131,7 @@ def _text(path: Path) -> str:
         raise ModelError([f"{path}: no such file{_models_near(path)}{_files_in(path.parent)}"]) from None
     except OSError as error:
         raise ModelError([f"{path}: cannot be read: {reason(error)}; give the path of a model file"]) from None
-    _refuse_size(len(raw), path)
+    refuse_size(len(raw), path)
     try:
         text = raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -140,7 +140,8 @@ def _text(path: Path) -> str:
     return text
 
 
-def _refuse_size(size: int, path: Path) -> None:
+def refuse_size(size: int, path: Path) -> None:
+    """Raise ModelError if a model file has too many bytes."""
     if size > MOST_BYTES:
         raise ModelError([f"{path}: is too large for a model file; at most {MOST_BYTES // 1_000_000} MB are read"])
 

@@ -64,11 +64,8 @@ def record(source: Source, error: dict[str, Any], refused: Mapping[Where, str] =
         source.fault(where, text, key=True)
     elif kind == "extra_forbidden":
         guess = intended(where)
-        if where[0] == "nodes" and not guess:
-            text = f"unknown key '{where[-1]}'; write coordinates as [x, y], or {{side: left}}"
-            source.fault(written(source, where), text, key=True)
-            return
         hint = f"did you mean '{guess[-1]}'?" if guess else f"known here: {', '.join(known_keys(where[:-1]))}"
+        hint = "write coordinates as [x, y], or {side: left}" if where[0] == "nodes" and not guess else hint
         hint = _ACTUATOR_HINTS.get(str(where[-1]).lower(), hint) if where[0] == "actuators" else hint
         source.fault(written(source, where), f"unknown key '{where[-1]}'; {hint}", key=True)
     elif kind == "missing":
