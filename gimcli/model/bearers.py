@@ -5,7 +5,7 @@ A member wins over a node of the same name, and a node over a sliding pair.
 
 from __future__ import annotations
 
-from gimcli.model.pairs import used_nodes
+from gimcli.model.pairs import fixed_nodes, used_nodes
 from gimcli.model.references import References
 from gimcli.model.schema import Load, Model, Tracer
 from gimcli.model.source import Where
@@ -22,9 +22,7 @@ def node_of(model: Model, name: str) -> str | None:
 
 def fixed(model: Model, name: str) -> bool:
     """Return whether the member or the node of a mass or a load is fixed to the frame."""
-    held = model.ground.member
-    nodes = model.ground.nodes if held is None else model.members[held].nodes
-    return name in ("ground", held) or node_of(model, name) in nodes
+    return name in ("ground", model.ground.member) or node_of(model, name) in fixed_nodes(model)
 
 
 def check_bearer(refs: References, where: Where, name: str, key: bool = False) -> str | None:

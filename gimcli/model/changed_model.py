@@ -58,12 +58,12 @@ def _placed(source: _ChangedSource, model: Model) -> Model:
     """Return a model with new positions of its nodes without coordinates; raise ModelError if they do not exist."""
     from gimcli.model.read_open_nodes import placed_anew
 
-    placed = placed_anew(source, model)
-    for where, text in placed.faults:
-        source.fault(where, text.removeprefix(f"{where[-1]} "))  # errors name the dimension
+    model, faults = placed_anew(source, model)
+    for fault in faults:
+        source.fault(fault.at, fault.text.removeprefix(f"{fault.at[-1]} "))  # errors name the dimension
     if source.faults:
         raise source.error()
-    return placed.model
+    return model
 
 
 @dataclass

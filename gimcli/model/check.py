@@ -19,7 +19,7 @@ from gimcli.model.check_dynamics import check_dynamics
 from gimcli.model.check_inputs import check_inputs, check_pair
 from gimcli.model.pairs import sized_nodes, used_nodes
 from gimcli.model.references import CLOSEST, References
-from gimcli.model.schema import NO_FORMULAS, Element, Link, Model, OpenNode, long_form
+from gimcli.model.schema import NO_FORMULAS, WHOLE, Element, Link, Model, OpenNode, long_form
 from gimcli.model.source import Source, Where, part_of
 from gimcli.nearest import near
 
@@ -102,11 +102,11 @@ def _checked_with_open_nodes(source: Source, model: Model, doubtful: set[Where])
         return model
     from gimcli.model.read_open_nodes import with_open_nodes  # imported late: few models have such nodes
 
-    read = with_open_nodes(source, model)
-    check(References(source, read.model, sized_nodes(read.model), doubtful))
-    for where, text in () if source.faults else read.faults:
-        source.fault(where, text, key=True)
-    return read.model
+    model, faults = with_open_nodes(source, model)
+    check(References(source, model, sized_nodes(model), doubtful))
+    for fault in () if source.faults else faults:
+        source.fault(fault.at, fault.text, key=True)
+    return model
 
 
 # -- references -----------------------------------------------------------------------------
@@ -223,7 +223,7 @@ def _check_points(refs: References) -> None:
 def _check_parameters(refs: References) -> None:
     from gimcli.model.arithmetic import is_name  # imported late: few models have parameters
 
-    for name in (name for name in refs.model.parameters if not is_name(name) or name in ("duration", "gravity")):
+    for name in (name for name in refs.model.parameters if not is_name(name) or name in WHOLE):
         why = "it is reserved" if name.isidentifier() else "expected letters, digits and _, a letter first"
         refs.fault(("parameters", name), f"'{name}' cannot be the name of a parameter: {why}; rename it", key=True)
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from gimcli.model.bearers import check_bearer, check_place
 from gimcli.model.check_inputs import check_nodes
-from gimcli.model.check_laws import check_reach
+from gimcli.model.check_laws import check_values
 from gimcli.model.pairs import used_nodes
 from gimcli.model.references import References
 from gimcli.model.schema import LARGEST, Actuator, Damper, Effort, Load, Mass, PairFriction, Rotor, Spring
@@ -104,7 +104,7 @@ def _check_input(refs: References, where: Where, actuator: Actuator) -> None:
             text = f"`{key}` is for a free input, this one follows its law; add `free: true`, or remove `{key}`"
             refs.fault((*where, key), text, key=True)
     if actuator.start is not None:
-        check_reach(refs, (*where, "start"), actuator, actuator.start)
+        check_values(refs, (*where, "start"), actuator, [actuator.start], what="the start")
     if actuator.effort is not None:
         _check_effort(refs, (*where, "effort"), actuator.effort)
     if actuator.rotor is not None:

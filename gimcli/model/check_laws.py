@@ -9,9 +9,9 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from gimcli.mechanism import MOST_TURNS
-from gimcli.model.laws import PolynomialLaw, ended, increment, run_times
+from gimcli.model.laws import PROFILES, PolynomialLaw, ended, increment, run_times
 from gimcli.model.references import PartFault, References
-from gimcli.model.schema import ENDS, LONGEST, PROFILES, SHORTEST, Actuator, Law, Profile
+from gimcli.model.schema import ENDS, LONGEST, SHORTEST, Actuator, Law, Profile
 from gimcli.model.source import Where
 from gimcli.model.units import TURN
 from gimcli.nearest import near
@@ -43,11 +43,6 @@ def check_laws(refs: References) -> None:
     for name in sound:
         actuator = refs.model.actuators[name]
         _check_course(refs, ("actuators", name, "law"), actuator, values.get(name), duration)
-
-
-def check_reach(refs: References, at: Where, actuator: Actuator, value: float) -> None:
-    """Record an error if an input cannot have a value (the file's unit)."""
-    _check_values(refs, at, actuator, [value], 0.0, "the start")
 
 
 def _of_profile(profile: Profile) -> Iterator[PartFault]:
@@ -157,8 +152,9 @@ def _check_course(
         values = _extremes(law.profile.polynomial)
     elif law.profile.table is None and start is not None:
         end = law.to if law.to is not None else start + (change or 0.0)
-        values = [start, end, *_between(start, end, law.profile)]
-    _check_values(refs, at, actuator, values, change or 0.0)
+        between = [start * (1.0 - s) + end * s for s in _extremes(law.profile.polynomial or [])]
+        values = [start, end, *(v if math.isfinite(v) else math.inf for v in between)]
+    check_values(refs, at, actuator, values, change or 0.0)
 
 
 def initial_value(refs: References, actuator: Actuator) -> float | None:
@@ -181,12 +177,6 @@ def initial_value(refs: References, actuator: Actuator) -> float | None:
     return None
 
 
-def _between(start: float, end: float, profile: Profile) -> list[float]:
-    """Return the extreme values of a polynomial law between two ends; the other profiles stay between the ends."""
-    values = [start * (1.0 - s) + end * s for s in _extremes(profile.polynomial or [])]
-    return [v if math.isfinite(v) else math.inf for v in values]
-
-
 def _extremes(coefficients: Sequence[float]) -> list[float]:
     """Return the values of a polynomial at 0 and 1, its least and its greatest value in 0..1."""
     law = PolynomialLaw(tuple(coefficients or (0.0,)))
@@ -196,10 +186,10 @@ def _extremes(coefficients: Sequence[float]) -> list[float]:
     return [float(v) for v in (values[0], values[1], values.min(), values.max())]
 
 
-def _check_values(
-    refs: References, at: Where, actuator: Actuator, values: list[float], by: float, what: str = "the law"
+def check_values(
+    refs: References, at: Where, actuator: Actuator, values: list[float], by: float = 0.0, what: str = "the law"
 ) -> None:
-    """Record an error for distances not above 0, and for values beyond MOST_TURNS turns or sizes."""
+    """Record an error for distances not above 0, and for values beyond MOST_TURNS turns or sizes (file's unit)."""
     if actuator.nodes is not None and min(values, default=1.0) <= 0.0:
         refs.fault(at, f"expected a distance above 0, got {min(values):g}; correct {what}")
     most = MOST_TURNS * (TURN[refs.model.units.angle] if actuator.rotary else refs.size)

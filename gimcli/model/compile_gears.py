@@ -165,19 +165,17 @@ class GearCompiler:
 
     # -- relations ---------------------------------------------------------------------------------
 
-    def _driven(self) -> list[Relation]:
-        """Return the relations without gears: of rotary actuators, of pairs, and of travels that actuators drive."""
-        rows = []
+    def _driven(self) -> Iterator[Relation]:
+        """Yield the relations without gears: of rotary actuators, of pairs, and of travels that actuators drive."""
         for k, one in enumerate(self.actuators):
             if one.kind == ANGLE:
-                rows.append(_relative(one.members[0], one.guide, {k: 1.0}))
+                yield _relative(one.members[0], one.guide, {k: 1.0})
             elif one.kind == HEIGHT:
-                rows += self._driven_travels(k, one)
+                yield from self._driven_travels(k, one)
         for pair in self.model.prismatic.values():
             body, guide = sliding_members(self.model, pair)
             if body is not None and guide is not None:
-                rows.append(_relative(self.number[body], self.number[guide], {}))
-        return rows
+                yield _relative(self.number[body], self.number[guide], {})
 
     def _driven_travels(self, k: int, one: Input) -> Iterator[Relation]:
         for name, travel in self.travels.items():

@@ -14,7 +14,7 @@ from gimcli.errors import UsageError
 from gimcli.mechanism import Mechanism
 from gimcli.model.laws import run_times
 from gimcli.model.part import Part
-from gimcli.model.schema import Model
+from gimcli.model.schema import WHOLE, Model
 from gimcli.model.source import Where
 from gimcli.model.units import TURN
 from gimcli.nearest import near
@@ -33,8 +33,6 @@ UNITS = {
     ("gears", "radii"): "length", ("gears", "pitch"): "length", ("gears", "pressure_angle"): "angle",
 }  # fmt: skip
 """Kinds of units by section and key; "input": that of the quantity. Other numbers have none."""
-WHOLE = ("duration", "gravity")
-"""Sections without names."""
 
 
 class Dimension(NamedTuple):
@@ -135,16 +133,13 @@ def _in_part(part: Any, where: Where) -> Iterator[tuple[Where, float, bool]]:
     """Yield the numbers inside a part."""
     if isinstance(part, float):
         yield where, part, True
-    elif isinstance(part, dict):
-        for key, value in part.items():
-            yield from _in_part(value, (*where, key))
-    elif isinstance(part, list):
-        for k, value in enumerate(part):
-            yield from _in_part(value, (*where, k))
     elif isinstance(part, Part):
         for key, value in vars(part).items():
             for at, number, given in _in_part(value, (*where, key.rstrip("_"))):
                 yield at, number, given and key in part.given
+    elif isinstance(part, dict | list):
+        for name, value in part.items() if isinstance(part, dict) else enumerate(part):
+            yield from _in_part(value, (*where, name))
 
 
 def _links(model: Model) -> Iterator[tuple[Where, float, bool]]:

@@ -10,8 +10,9 @@ from typing import Any
 
 from pydantic.json_schema import GenerateJsonSchema
 
+from gimcli.model.laws import PROFILES
 from gimcli.model.part import Part
-from gimcli.model.schema import PROFILES, Model, OpenNode
+from gimcli.model.schema import Model, OpenNode
 
 FILE = {
     "name": "Title of the mechanism",

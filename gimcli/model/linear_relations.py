@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Hashable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -34,7 +34,7 @@ class Relation:
 class Relations:
     """Independent relations, each solved for one unknown that no other one contains (Gauss and Jordan)."""
 
-    def __init__(self, rows: Sequence[Relation] = ()) -> None:
+    def __init__(self, rows: Iterable[Relation] = ()) -> None:
         self._solved: dict[Any, Relation] = {}
         self.contradicted = False
         """Whether the relation that was added last contradicts the others: it would fix a combination of inputs."""

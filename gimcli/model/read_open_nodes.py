@@ -2,34 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import NamedTuple
+from collections.abc import Iterator, Sequence
 
 from gimcli.model.laws import ended
 from gimcli.model.pairs import used_nodes
 from gimcli.model.placing import Blocked, Placement, Placing, place, with_positions, with_rough
 from gimcli.model.placing_data import PlacingData, placing_data, starts_by_value
 from gimcli.model.placing_steps import number
+from gimcli.model.references import PartFault
 from gimcli.model.schema import Link, Model, OpenNode, OpenNodes
-from gimcli.model.source import Source, Where
+from gimcli.model.source import Source
 from gimcli.model.units import RADIANS
 
-
-class OpenNodeFault(NamedTuple):
-    """An error, and the part of the file where it is."""
-
-    where: Where
-    text: str
+Read = tuple[Model, Sequence[PartFault]]
+"""A model whose nodes all have positions; rough ones if there are reasons why they cannot be placed."""
 
 
-class ReadNodes(NamedTuple):
-    """A model whose nodes all have positions; rough ones if `faults` has the reasons why they cannot be placed."""
-
-    model: Model
-    faults: tuple[OpenNodeFault, ...] = ()
-
-
-def with_open_nodes(source: Source, model: Model) -> ReadNodes:
+def with_open_nodes(source: Source, model: Model) -> Read:
     """Return a validated model with the positions of its nodes without coordinates."""
     model.open = OpenNodes({name: part for name, part in model.nodes.items() if isinstance(part, OpenNode)})
     faults = list(_fixed(model))
@@ -39,31 +28,31 @@ def with_open_nodes(source: Source, model: Model) -> ReadNodes:
         faults.append(_impossible(source, model, placing.blocked))
     if not faults:
         model.open = model.open._replace(coupled=tuple(name for name in model.nodes if name in placing.left))
-        return ReadNodes(with_rough(model, placing.data, placing.found[0], placing.undecided))
+        return with_rough(model, placing.data, placing.found[0], placing.undecided), ()
     given = {name: complex(*xy) for name, xy in model.nodes.items() if name not in model.open.parts}
-    return ReadNodes(with_rough(model, placing.data, Placement(given, {})), tuple(faults))
+    return with_rough(model, placing.data, Placement(given, {})), faults
 
 
-def placed_anew(source: Source, model: Model) -> ReadNodes:
+def placed_anew(source: Source, model: Model) -> Read:
     """Return a model whose dimensions have changed with new positions of its open nodes; chosen sides are kept."""
     old = model.open
     placing = place(model, source.folder, old.sides)
     if placing.blocked is not None:
-        return ReadNodes(model, (_impossible(source, model, placing.blocked),))
+        return model, (_impossible(source, model, placing.blocked),)
     undecided = [name for name in placing.undecided if name in old.undecided or name not in old.sides]
-    return ReadNodes(with_positions(model, placing.found[0], undecided))
+    return with_positions(model, placing.found[0], undecided), ()
 
 
-def _fixed(model: Model) -> Iterator[OpenNodeFault]:
+def _fixed(model: Model) -> Iterator[PartFault]:
     """Yield the nodes that need coordinates: those of the ground, and the first two of a held member."""
     held = model.members.get(model.ground.member or "")
     why = f"it gives the position of '{model.ground.member}', which is held fixed" if held else "it is a ground node"
     for name in model.ground.nodes if held is None else held.nodes[:2]:
         if name in model.open.parts:
-            yield OpenNodeFault(("nodes", name), f"node {name} needs coordinates [x, y]: {why}")
+            yield PartFault(("nodes", name), f"node {name} needs coordinates [x, y]: {why}")
 
 
-def _left(model: Model, placing: Placing) -> list[OpenNodeFault]:
+def _left(model: Model, placing: Placing) -> list[PartFault]:
     """Return the reasons for nodes that no step places; first those with a dimension that is missing."""
     used, faults = used_nodes(model), []
     for name in (name for name in model.nodes if name in placing.left):
@@ -74,11 +63,11 @@ def _left(model: Model, placing: Placing) -> list[OpenNodeFault]:
         if name not in used:
             text = f"node {name} has no coordinates and belongs to no member; add it to one, or remove it"
         if lacking or name not in used:
-            faults.append(OpenNodeFault(("nodes", name), text))
+            faults.append(PartFault(("nodes", name), text))
     return faults or list(_open_laws(model, placing))
 
 
-def _open_laws(model: Model, placing: Placing) -> Iterator[OpenNodeFault]:
+def _open_laws(model: Model, placing: Placing) -> Iterator[PartFault]:
     """Yield the actuators whose law starts at a value that only coordinates would give."""
     known = {one.name for one in placing.data.distances} | {one.name for one in placing.data.lines}
     for name, actuator in model.actuators.items():
@@ -87,15 +76,15 @@ def _open_laws(model: Model, placing: Placing) -> Iterator[OpenNodeFault]:
         if not given and (open_ends := placing.left.intersection(actuator.named)):
             lacking = "`from`" if law is not None and ended(law) else "`from` and `to`"
             text = f"the law of {name} needs {lacking}: the node {min(open_ends)} has no coordinates"
-            yield OpenNodeFault(("actuators", name), text)
+            yield PartFault(("actuators", name), text)
 
 
-def _impossible(source: Source, model: Model, blocked: Blocked) -> OpenNodeFault:
+def _impossible(source: Source, model: Model, blocked: Blocked) -> PartFault:
     """Return the error for a step that is impossible."""
     name = blocked.step.node
     at = _inputs(model, placing_data(model, source.folder))
     text = f"{name} cannot be placed{at}: {blocked.gap.text}{_other(source, model)}"
-    return OpenNodeFault(("nodes", name), text)
+    return PartFault(("nodes", name), text)
 
 
 def _inputs(model: Model, data: PlacingData) -> str:

@@ -48,8 +48,7 @@ def _sides(model: Model) -> Iterator[Remark]:
     paired = {name for pair in model.prismatic.values() for name in pair.nodes or []}
     for name, part in model.open.parts.items():
         if part.side is not None and name not in model.open.sides and name not in paired:
-            text = f"`side` of {name} has no effect: its position does not depend on a side; remove it"
-            yield Remark(("nodes", name), text)
+            yield _idle(("nodes", name), f"`side` of {name}", "its position does not depend on a side; remove it")
 
 
 def _unused_parameters(model: Model) -> Iterator[Remark]:
@@ -65,7 +64,7 @@ def _repeated_members(model: Model) -> Iterator[Remark]:
         others = [n for m, (n, other) in enumerate(members.items()) if nodes < other or (nodes == other and m < k)]
         if others:
             where = ("links" if name in model.links else "elements", name)
-            yield Remark(where, f"{name} has no effect: {others[0]} joins its nodes already; remove it")
+            yield _idle(where, name, f"{others[0]} joins its nodes already; remove it")
 
 
 # -- dynamics -----------------------------------------------------------------------------------
@@ -74,8 +73,8 @@ def _repeated_members(model: Model) -> Iterator[Remark]:
 def _dynamics(model: Model) -> Iterator[Remark]:
     parts = [section for section in DYNAMIC if getattr(model, section)]
     if parts and model.units.length == "unit":
-        text = "has no effect: the length has no physical unit; add `units: {length: mm}` or another"
-        yield Remark((parts[0],), f"`{parts[0]}` {text}")
+        cure = "add `units: {length: mm}` or another"
+        yield _idle((parts[0],), f"`{parts[0]}`", f"the length has no physical unit; {cure}")
     if model.gravity is not None and not any(mass.mass for mass in model.masses.values()):
         yield Remark(("gravity",), "`gravity` has no effect without masses: add `masses:`, or remove it")
     if "mass" in model.units.given and not model.masses:
@@ -96,7 +95,7 @@ def _dynamics(model: Model) -> Iterator[Remark]:
 def _masses(model: Model) -> Iterator[Remark]:
     for name, mass in model.masses.items():
         if fixed(model, name):
-            yield Remark(("masses", name), f"the mass of {name} has no effect: the frame does not move; remove it")
+            yield _idle(("masses", name), f"the mass of {name}", "the frame does not move; remove it")
         elif not mass.mass and not mass.inertia:
             yield Remark(("masses", name), f"the mass of {name} is 0 and has no effect: give a mass, or remove it")
 
@@ -104,8 +103,11 @@ def _masses(model: Model) -> Iterator[Remark]:
 def _loads(model: Model) -> Iterator[Remark]:
     for name, load in model.loads.items():
         if fixed(model, load.on):
-            text = f"load {name} has no effect: it acts on the frame; name a moving member"
-            yield Remark(("loads", name), text)
+            yield _idle(("loads", name), f"load {name}", "it acts on the frame; name a moving member")
         elif not any([*(load.force or ()), *(load.follower or ()), load.torque or 0.0]):
             text = f"load {name} is 0 and has no effect: give a force or a torque, or remove it"
             yield Remark(("loads", name), text)
+
+
+def _idle(where: Where, what: str, why: str) -> Remark:
+    return Remark(where, f"{what} has no effect: {why}")

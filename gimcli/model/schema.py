@@ -29,9 +29,10 @@ MOST_COEFFICIENTS = 100
 NO_FORMULAS: Mapping[tuple[str | int, ...], Expression] = MappingProxyType({})
 MEMBER_WORDS = ("member", "true", "True", "TRUE")
 """Other words for the key `on` of points and loads; programs that read YAML 1.1 write it as true."""
+WHOLE = ("duration", "gravity")
+"""Sections with numbers but without names."""
 ENDS = ("to", "by", "turns")
 """Keys of which a law may have one; a rate needs none of them where the duration is known."""
-PROFILES = ("uniform", "cubic", "quintic", "cycloidal", "harmonic")
 
 
 # -- values ---------------------------------------------------------------------------------
