@@ -14,6 +14,7 @@ from gimcli.input_laws import ConstantLaw, InputLaw, SummedLaw
 from gimcli.mechanism import FRAME, Coupling, Dynamics, Input, Mechanism, PairRow
 from gimcli.model.compile_geometry import GeometryCompiler
 from gimcli.model.laws import PROFILES, PolynomialLaw, RunLaw, TableLaw, increment, run_times, scaled
+from gimcli.model.linear_relations import coupling_to
 from gimcli.model.pairs import sized_nodes, used_nodes
 from gimcli.model.schema import Actuator, Law, Model
 from gimcli.model.tables import read_table
@@ -124,29 +125,17 @@ def _couplings(model: Model, inputs: Sequence[Input], units: Mapping[bool, Any])
     inputs: the actuators with their drawn values. units: one unit of the file in the normal frame, for rotary (True)
     and linear inputs.
     """
-    names, found = list(model.actuators), dict[str, Coupling]()
-
-    def coupling(name: str, actuator: Actuator) -> Coupling:
-        if name in found:
-            return found[name]
-        own, other = names.index(name), names.index(str(actuator.follows))
-        unit = units[inputs[own].rotary]
-        ratio = (1.0 if actuator.ratio is None else actuator.ratio) * (unit / units[inputs[other].rotary])
-        phase = actuator.phase * unit if actuator.phase is not None else inputs[own].drawn - ratio * inputs[other].drawn
-        found[name] = Coupling(own, ((other, ratio),), phase)
-        leader = model.actuators[names[other]]
-        if leader.follows is not None:
-            found[name] = _through(found[name], coupling(names[other], leader))
-        return found[name]
-
-    return tuple(coupling(name, a) for name, a in model.actuators.items() if a.follows is not None)
-
-
-def _through(outer: Coupling, inner: Coupling) -> Coupling:
-    """Return the coupling to the leaders of the leader."""
-    ((_, ratio),) = outer.terms
-    terms = tuple((actuator, ratio * own) for actuator, own in inner.terms)
-    return Coupling(outer.follower, terms, ratio * inner.phase + outer.phase)
+    following = {k: one for k, one in enumerate(model.actuators.values()) if one.follows is not None}
+    leaders = {k: [*model.actuators].index(str(one.follows)) for k, one in following.items()}
+    found, waiting = dict[int, Coupling](), list(following)
+    while waiting:
+        k = next(k for k in waiting if leaders[k] not in waiting)
+        waiting.remove(k)
+        one, leader, unit = following[k], inputs[leaders[k]], units[inputs[k].rotary]
+        ratio = (1.0 if one.ratio is None else one.ratio) * (unit / units[leader.rotary])
+        phase, drawn = (inputs[k].drawn, leader.drawn) if one.phase is None else (one.phase * unit, 0.0)
+        found[k] = coupling_to(k, phase, {leaders[k]: (ratio, drawn)}, found)
+    return tuple(found[k] for k in following)
 
 
 def _with_laws(inputs: Sequence[Input], couplings: Sequence[Coupling]) -> tuple[Input, ...]:
@@ -156,12 +145,9 @@ def _with_laws(inputs: Sequence[Input], couplings: Sequence[Coupling]) -> tuple[
     """
     timed = list(inputs)
     for coupling in couplings:
-        if coupling.reads:
-            start = timed[coupling.follower]
-            timed[coupling.follower] = replace(start, law=ConstantLaw(start.drawn))
-            continue
-        law = _followed(coupling, [timed[k].law for k, _ in coupling.terms])
-        timed[coupling.follower] = replace(timed[coupling.follower], law=law)
+        own, laws = timed[coupling.follower], [timed[k].law for k, _ in coupling.terms]
+        law = ConstantLaw(own.drawn) if coupling.reads else _followed(coupling, laws)
+        timed[coupling.follower] = replace(own, law=law)
     return tuple(timed)
 
 

@@ -19,7 +19,7 @@ from gimcli.coupling_data import CROSSED, EXTERNAL, INTERNAL, NO_PIVOT, RACK, Ge
 from gimcli.mechanism import ANGLE, FRAME, HEIGHT, Coupling, Input, Member, PairRow
 from gimcli.model import schema
 from gimcli.model.compile_geometry import GeometryCompiler
-from gimcli.model.linear_relations import Relation, Relations
+from gimcli.model.linear_relations import Relation, Relations, coupling_to
 from gimcli.model.pairs import fixed_nodes
 from gimcli.model.source import PlacedError
 
@@ -248,19 +248,11 @@ class GearCompiler:
 
     def _coupling(self, number: int, one: Input, ratios: dict[int, Any], reads: list[tuple[Input, Any]]) -> Coupling:
         """Return the coupling of a quantity that is as drawn where its leaders are."""
-        followed = {coupling.follower: coupling for coupling in self.couplings}
-        value, terms = one.drawn, dict[int, Any]()
+        value, followed = one.drawn, {coupling.follower: coupling for coupling in self.couplings}
         for row, ratio in reads:
             value = value - ratio * row.drawn
-        own_reads = list(reads)
-        for k, ratio in ratios.items():
-            value = value - ratio * self.actuators[k].drawn
-            inner = followed.get(k, Coupling(k, ((k, 1.0),)))
-            value = value + ratio * inner.phase
-            own_reads += [(row, ratio * own) for row, own in inner.reads]
-            for leader, own in inner.terms:
-                terms[leader] = terms.get(leader, 0.0) + ratio * own
-        return Coupling(number, tuple(terms.items()), value, geared=True, reads=tuple(own_reads))
+        leaders = {k: (ratio, self.actuators[k].drawn) for k, ratio in ratios.items()}
+        return coupling_to(number, value, leaders, followed, reads, geared=True)
 
 
 PARALLEL = 1e-9

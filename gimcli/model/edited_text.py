@@ -105,23 +105,20 @@ def _edit(source: Source, where: Where, value: Any) -> Edit:
     brackets = source.text[start:end].startswith(("[", "{"))
     if rest and old and isinstance(old, dict):
         item = flow(changed({}, rest, value), depth)[1:-1]
-        return _added(source, at, item) if brackets else _added_line(source, at, item)
+        return _added(source, at, item, brackets)
     if isinstance(old, list) and not brackets:  # it begins below its key
         start = len(source.text[:start].rstrip())
     needs_space = start == end or (isinstance(old, list) and not brackets)
     return Edit(start, end, " " * needs_space + flow(changed(old, rest, value), depth))
 
 
-def _added(source: Source, at: Where, item: str) -> Edit:
-    """Return the edit that adds an entry to a mapping in brackets."""
-    last = max(source.extents[*at, key][1] for key in part_of(source.data, at))
-    return Edit(last, last, f", {item}")
-
-
-def _added_line(source: Source, at: Where, item: str) -> Edit:
-    """Return the edit that adds a line with an entry to a mapping without brackets."""
-    text, end = source.text, source.extents[at][1]
-    indent = " " * (source.keys[*at, next(iter(part_of(source.data, at)))][1] - 1)
+def _added(source: Source, at: Where, item: str, brackets: bool) -> Edit:
+    """Return the edit that adds an entry to a mapping in brackets, or a line with it to one without."""
+    text, end, keys = source.text, source.extents[at][1], [*part_of(source.data, at)]
+    if brackets:
+        last = max(source.extents[*at, key][1] for key in keys)
+        return Edit(last, last, f", {item}")
+    indent = " " * (source.keys[*at, keys[0]][1] - 1)
     line = end if text[end - 1] == "\n" else text.find("\n", end) + 1
     ending = "\r\n" if "\r\n" in text else "\n"
     if not line:

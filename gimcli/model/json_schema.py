@@ -204,10 +204,14 @@ def json_schema() -> dict[str, Any]:
     schema = Generator(by_alias=True).generate(Model.schema)
     parts = schema["$defs"]
     names = {"type": "array", "items": {"type": ["string", "integer"]}}
-    for section, part in (("links", "Link"), ("elements", "Element")):
-        count = {"minItems": 2, "maxItems": 2} if part == "Link" else {"minItems": 3}
-        options = [{**names, **count}, {"$ref": f"#/$defs/{part}"}]
-        schema["properties"][section]["additionalProperties"] = {"anyOf": options}
+    number = {"type": ["number", "string"]}
+    alone = {
+        "links": {**names, "minItems": 2, "maxItems": 2}, "elements": {**names, "minItems": 3},
+        "masses": number, "friction": number,
+    }  # fmt: skip
+    for section, short in alone.items():
+        own = schema["properties"][section]
+        own["additionalProperties"] = {"anyOf": [short, own["additionalProperties"]]}
     place = schema["properties"]["nodes"]["additionalProperties"]
     sides = {"type": "object", "description": cleandoc(OpenNode.__doc__ or ""), "additionalProperties": False}
     sides["properties"] = {"side": {"enum": ["left", "right"], "description": PARTS["OpenNode"]["side"]}}
@@ -216,10 +220,7 @@ def json_schema() -> dict[str, Any]:
     parts["Law"]["properties"]["profile"] = {"anyOf": [{"enum": list(PROFILES)}, {"$ref": "#/$defs/Profile"}]}
     for key in ("polynomial", "table"):
         parts["Law"]["properties"][key] = parts["Profile"]["properties"][key]
-    parts["Actuator"]["properties"]["effort"] = {"anyOf": [{"type": ["number", "string"]}, {"$ref": "#/$defs/Effort"}]}
-    for section, part in (("masses", "Mass"), ("friction", "PairFriction")):
-        one = {"anyOf": [{"type": ["number", "string"]}, {"$ref": f"#/$defs/{part}"}]}
-        schema["properties"][section]["additionalProperties"] = one
+    parts["Actuator"]["properties"]["effort"] = {"anyOf": [number, {"$ref": "#/$defs/Effort"}]}
     for part in ("Tracer", "Load"):
         own = parts[part]
         own["properties"] = {"on": own["properties"]["on"], "member": own["properties"]["on"], **own["properties"]}

@@ -1,12 +1,13 @@
-"""Linear relations between unknowns and inputs, and what they determine; their numbers may be recorded ones."""
+"""Linear relations between inputs and unknowns, and what they determine; their numbers may be recorded ones."""
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable, Mapping
+from collections.abc import Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from gimcli.calculus.numbers import nominal
+from gimcli.mechanism import Coupling, Input
 
 ZERO = 1e-12
 """A coefficient below this is a rounding error of 0; coefficients are about 1."""
@@ -80,3 +81,22 @@ def _minus(one: Mapping[Any, Any], other: Mapping[Any, Any], factor: Any) -> dic
     for key, value in other.items():
         result[key] = result.get(key, 0.0) - factor * value
     return {key: value for key, value in result.items() if abs(nominal(value)) > ZERO}
+
+
+def coupling_to(
+    follower: int, value: Any, leaders: Mapping[int, tuple[Any, Any]], couplings: Mapping[int, Coupling],
+    reads: Sequence[tuple[Input, Any]] = (), geared: bool = False,
+) -> Coupling:  # fmt: skip
+    """Return the coupling of an input to others; if these follow others themselves, it is a coupling to those.
+
+    value: of the input where its leaders have their own values. leaders: ratios and values by numbers of actuators.
+    couplings: those that are known, by followers. reads: quantities that the input also follows, and their ratios.
+    """
+    own_reads, terms = list(reads), dict[int, Any]()
+    for k, (ratio, own_value) in leaders.items():
+        inner = couplings.get(k, Coupling(k, ((k, 1.0),)))
+        value = value - ratio * own_value + ratio * inner.phase
+        own_reads += [(row, ratio * own) for row, own in inner.reads]
+        for leader, own in inner.terms:
+            terms[leader] = terms.get(leader, 0.0) + ratio * own
+    return Coupling(follower, tuple(terms.items()), value, geared, tuple(own_reads))

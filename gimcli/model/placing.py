@@ -98,12 +98,9 @@ def _steps(model: Model, folder: Path) -> tuple[PlacingData, list[PlacingStep], 
 
 def _usual_sides(steps: Sequence[PlacingStep]) -> dict[str, str]:
     """Return the sides of nodes of sliding pairs without rotation: the second node is ahead of the first."""
-    found = {}
-    for step in steps:
-        pair = step.locus.nodes if isinstance(step, CircleAndLine) else ()
-        if len(pair) == 2 and {step.node, step.circle.centre} == set(pair):  # type: ignore[attr-defined]  # known by `pair`
-            found[step.node] = SIDES[pair.index(step.node)]
-    return found
+    sliders = (step for step in steps if isinstance(step, CircleAndLine))
+    own = (step for step in sliders if {step.node, step.circle.centre} == set(step.locus.nodes))
+    return {step.node: SIDES[step.locus.nodes.index(step.node)] for step in own}
 
 
 def placed_again(model: Model, folder: Path) -> Model:

@@ -69,10 +69,7 @@ def _text(path: Path, first: str) -> str:
         raise ValueError(f"cannot be read: {reason(error)}; the path starts at the model's folder") from None
     if len(raw) > MOST_BYTES:
         raise ValueError(f"is too large for a table; at most {MOST_BYTES // 1_000_000} MB are read")
-    try:
-        text = raw.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        text = "\0"
+    text = raw.decode("utf-8-sig", "surrogateescape")  # CONTROL has the surrogates
     if CONTROL.search(text):
         raise ValueError(f"is not a text file of rows {first},value; name a CSV file")
     return text
