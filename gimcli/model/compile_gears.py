@@ -182,7 +182,7 @@ class GearCompiler:
             along = scalar(one.normal.conjugate() * travel.normal)
             joined = any({one.node, travel.node} <= set(member.nodes) for member in self.own.members)
             if one.members == travel.members and abs(along.imag) < PARALLEL and joined:
-                yield Relation({("rack", name): 1.0}, {k: math.copysign(1.0, along.real)})
+                yield Relation({("rack", name): 1.0}, {k: math.copysign(1.0, nominal(along.real))})
 
     def _linked(self, gears: Sequence[GearPair], candidates: Sequence[Candidate]) -> tuple[Candidate, Candidate]:
         """Return a quantity that can follow one that the linkage moves, and that one; raise ModelError if none can."""

@@ -135,8 +135,8 @@ def test_a_pinion_moves_a_rack(guided, height):
     assert np.allclose(t["U.y"], height, atol=1e-11)
 
 
-def test_a_rack_that_an_actuator_moves_turns_its_pinion():
-    data = {
+def driven_rack():
+    return {
         "units": {"length": "mm", "angle": "deg"},
         "nodes": {"O": [0, 0], "A": [20, 0], "G": [-100, -20], "H": [100, -20], "U": [0, -20], "V": [30, -20]},
         "ground": ["O", "G", "H"], "links": {"pinion": ["O", "A"], "bar": ["U", "V"]},
@@ -145,8 +145,19 @@ def test_a_rack_that_an_actuator_moves_turns_its_pinion():
         "gears": {"mesh": {"type": "rack", "members": ["pinion", "bar"], "pivots": ["O"], "radii": [20]}},
         "trace": ["A"],
     }  # fmt: skip
-    t = gimcli.trace(gimcli.load(data), steps=12)
+
+
+def test_a_rack_that_an_actuator_moves_turns_its_pinion():
+    t = gimcli.trace(gimcli.load(driven_rack()), steps=12)
     assert np.max(abs(t.xy["A"] @ [1, 1j] - 20.0 * np.exp(1j * (100.0 - t["cylinder"]) / 20.0))) < 1e-11
+
+
+def test_the_guide_of_a_rack_that_an_actuator_moves_varies():
+    """The travel is measured from H: where it is farther away, the pinion has turned more."""
+    far = np.array([100.0, 103.0, 108.0])
+    found = gimcli.sweep(gimcli.load(driven_rack()), {"H.x": far}, keep=["first(A.x)", "last(A.y)"], steps=12)
+    assert np.allclose(found["first(A.x)"], 20.0 * np.cos((far - 100.0) / 20.0), atol=1e-11)
+    assert np.allclose(found["last(A.y)"], 20.0 * np.sin((far - 40.0) / 20.0), atol=1e-11)
 
 
 # --- errors -----------------------------------------------------------------------------------------
