@@ -54,17 +54,16 @@ class References:
         """Record an error."""
         self.source.fault(written(self.source, where), text, key)
 
-    def lack(self, where: Where, keys: Collection[str], text: str) -> None:
+    def lack(self, where: Where, keys: Collection[str], text: str, key: bool = False) -> None:
         """Record that one of some keys is missing, unless an unknown key of the part was probably meant."""
-        if not any((*where, key) in self.doubtful for key in keys):
-            self.fault(where, text)
+        if not any((*where, one) in self.doubtful for one in keys):
+            self.fault(where, text, key)
 
     def sound(self, where: Where, errors: Iterator[PartFault]) -> bool:
         """Return whether a part has no errors; record the first one."""
         first = next(errors, None)
         if first is not None and first.text:
-            at = (*where, *first.at)
-            self.lack(at, first.lacking, first.text) if first.lacking else self.fault(at, first.text, first.key)
+            self.lack((*where, *first.at), first.lacking, first.text, first.key)
         return first is None
 
     def node(self, where: Where, name: str) -> bool:
