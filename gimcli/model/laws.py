@@ -201,10 +201,8 @@ def run_times(model: Model, initial: Callable[[str, Actuator], Any | None], time
         for each rotary input with a rate.
     """
     turn = TURN[model.units.angle]
-    rated = [
-        (n, a, a.law, a.law.rate) for n, a in model.actuators.items() if a.law is not None and a.law.rate is not None
-    ]
-    rated = [one for one in rated if nominal(one[-1])]
+    laws = ((name, a, a.law, a.law.rate) for name, a in model.actuators.items() if a.law is not None)
+    rated = [(name, a, law, rate) for name, a, law, rate in laws if rate is not None and nominal(rate)]
     found = list[RunTime]()
     for name, actuator, law, rate in rated:
         change = increment(law, turn * actuator.rotary, 0.0)
