@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from gimcli.assemblies.assemblies import ConfigurationFinder, Configurations
+from gimcli.assemblies.assemblies import SAME, ConfigurationFinder, Configurations, in_order
 from gimcli.assemblies.configuration_sweep import configurations_over
 from gimcli.assemblies.constants import FITS
-from gimcli.assemblies.numbering import SAME, in_order
 from gimcli.canonical import first_least
 from gimcli.errors import GimError
 from gimcli.mechanism import FloatArray, Mechanism

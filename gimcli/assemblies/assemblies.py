@@ -5,6 +5,13 @@ configurations of the mechanism. Redundant constraints are left out of the equat
 constraints shows which configurations satisfy them.
 
 Multiple roots cannot be proved, so they are corrected as far as possible and the list is not complete.
+
+The order of configurations: it depends on the mechanism and its inputs alone.
+
+Configurations are sorted by the signs of their groups in the order of solution, + before -. The solutions of a coupled
+group, for the same signs before it, are numbered by the coordinates of its nodes: by x, then y, of the first node in
+the order of the file, then of the next nodes. Differences below SAME do not count, so that rounding errors, which
+depend on the machine and on the way to a root, change no number.
 """
 
 from __future__ import annotations
@@ -16,14 +23,13 @@ from math import prod
 import numpy as np
 
 from gimcli.assemblies.assur_loops import LoopGroup, LoopState, group_of, independent, parts
-from gimcli.assemblies.certificate import Proven, distances, mirror_distance, real_form
+from gimcli.assemblies.certificate import Proven, distances, mirror_distance, real_equations, real_form, without_image
 from gimcli.assemblies.constants import FITS, SEARCH
-from gimcli.assemblies.dyads import DyadRoots, dyad_roots
 from gimcli.assemblies.link_joints import NONE, BodyJoint, Linkage, linkage
 from gimcli.assemblies.loops import LoopFamily, Loops, values_and_jacobian
-from gimcli.assemblies.roots import OPEN, REACHED, REALS, Roots, all_roots
+from gimcli.assemblies.roots import OPEN, REACHED, REALS, DyadRoots, Roots, all_roots, dyad_roots
 from gimcli.assemblies.start_cache import known_count
-from gimcli.canonical import principal
+from gimcli.canonical import principal, ranks
 from gimcli.errors import StructureError
 from gimcli.mechanism import FRAME, BoolArray, ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.progress import Progress, no_progress, spend
@@ -53,13 +59,9 @@ def doubtful_real(family: LoopFamily, H: ComplexArray, w: ComplexArray) -> list[
 
 def _settled(family: LoopFamily, H: ComplexArray, w: ComplexArray) -> ComplexArray:
     """Return the real point near a candidate, from least-squares corrections."""
-    n = family.angles
-    w = np.concatenate([1j * w[:n].imag, w[n:].real.astype(complex)])
-    unit = np.concatenate([np.full(n, 1j), np.ones(family.slides)])
+    w, unit = without_image(family, w)
     for _ in range(TIMES):
-        value, J = values_and_jacobian(family, H, w[None])
-        rows, half = J[0, : family.loops] * unit, value[0, : family.loops]
-        table, error = np.concatenate([rows.real, rows.imag]), np.concatenate([half.real, half.imag])
+        table, error = real_equations(family, H, w)
         if not np.max(np.abs(error), initial=0.0) > np.finfo(float).eps * np.max(np.abs(H)):
             break
         w = w - unit * np.linalg.lstsq(table, error, rcond=CUT)[0]
@@ -345,3 +347,39 @@ def _order(group: LoopGroup, proven: Proven) -> IntArray:
     keys = [~proven.real[:, None], principal(proven.w[:, :n].imag), proven.w[:, n:].real, proven.w[:, :n].real]
     table = np.round(np.concatenate([*keys, proven.w[:, n:].imag], axis=1), DIGITS)
     return np.asarray(np.lexsort(table.T[::-1]))
+
+
+SAME = 1e-6
+"""Difference of coordinates, relative to the size, below which they count as equal."""
+
+
+def in_order(found: Configurations) -> Configurations:
+    """Return the configurations in their order, with the solutions of coupled groups numbered by coordinates."""
+    if not len(found):
+        return found
+    branches = np.array(found.branches, dtype=int).reshape(len(found), len(found.groups))
+    keys = [ranks(part, SAME * found.mechanism.size) for z in found.z.T for part in (z.real, z.imag)]
+    table = np.array(keys).T  # (configurations, 2 nodes)
+    for k, group in enumerate(found.groups):
+        if group.loops > 1:
+            own = [found.mechanism.nodes.index(name) for name in group.nodes]
+            branches[:, k] = _numbered(branches[:, : k + 1], table, sorted(own))
+    order = np.lexsort((*table.T[::-1], *branches.T[::-1]))
+    return replace(
+        found, z=found.z[order], residual=found.residual[order], radius=found.radius[order],
+        branches=tuple(tuple(row) for row in branches[order].tolist()),
+    )  # fmt: skip
+
+
+def _numbered(branches: IntArray, table: IntArray, nodes: list[int]) -> IntArray:
+    """Return the last of `branches` (configurations, groups), numbered from 0 by the ranks of coordinates."""
+    result = branches[:, -1].copy()
+    columns = [2 * n + part for n in nodes for part in (0, 1)]
+    columns += [c for c in range(table.shape[1]) if c not in columns]  # a group may turn members about known nodes only
+    for before in np.unique(branches[:, :-1], axis=0):
+        here = np.flatnonzero((branches[:, :-1] == before).all(axis=1))
+        roots, first = np.unique(branches[here, -1], return_index=True)
+        order = np.lexsort(table[here[first]][:, columns].T[::-1])
+        for number, root in enumerate(roots[order].tolist()):
+            result[here[branches[here, -1] == root]] = number
+    return result

@@ -89,18 +89,26 @@ def real_form(family: LoopFamily, H: ComplexArray, w: ComplexArray) -> ComplexAr
 
     w (roots, n + q); one H for all, or one for each root.
     """
-    n, L = family.angles, family.loops
-    unit = np.concatenate([np.full(n, 1j), np.ones(family.slides)])
-    w = np.concatenate([1j * w[:, :n].imag, w[:, n:].real.astype(complex)], axis=1)
+    w, unit = without_image(family, w)
     with np.errstate(all="ignore"):
         for _ in range(REAL_CORRECTIONS):
-            value, J = values_and_jacobian(family, H, w)
-            rows, half = J[:, :L] * unit, value[:, :L]
-            table = np.concatenate([rows.real, rows.imag], axis=1)
-            error = np.concatenate([half.real, half.imag], axis=1)
+            table, error = real_equations(family, H, w)
             step = (_inverse(table) @ error[:, :, None])[:, :, 0]
             w = w - np.where(np.isfinite(step), step, 0.0) * unit
     return w
+
+
+def without_image(family: LoopFamily, w: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+    """Return points w (..., n + q) with |theta| = 1 and real s, and the units of such unknowns (n + q,): i and 1."""
+    unit = np.repeat([1j, 1.0], [family.angles, family.slides])
+    return np.where(unit.imag, 1j * w.imag, w.real), unit
+
+
+def real_equations(family: LoopFamily, H: ComplexArray, w: ComplexArray) -> tuple[FloatArray, FloatArray]:
+    """Return the Jacobian (..., 2 L, n + q) and values (..., 2 L) of the real equations at w of `without_image`."""
+    unit, (value, J) = np.repeat([1j, 1.0], [family.angles, family.slides]), values_and_jacobian(family, H, w)
+    rows, half = J[..., : family.loops, :] * unit, value[..., : family.loops]
+    return np.concatenate([rows.real, rows.imag], axis=-2), np.concatenate([half.real, half.imag], axis=-1)
 
 
 def _inverse(J: NDArray[Any]) -> NDArray[Any]:

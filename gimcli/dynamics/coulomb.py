@@ -19,6 +19,7 @@ solved, and the forces on which they agree are given.
 from __future__ import annotations
 
 from collections.abc import Callable
+from copy import deepcopy
 from dataclasses import dataclass, field, replace
 from itertools import product
 
@@ -121,16 +122,6 @@ class DryFriction:
         return np.asarray(self.codes == FrictionStatus.STANDSTILL)
 
 
-@dataclass(frozen=True)
-class SlidingForces:
-    """The solution of the equations of equilibrium with dry friction."""
-
-    loads: Loading  # with the friction on pins, and its power
-    unknowns: FloatArray  # (unknowns, rows) as in Forces
-    weakest: FloatArray  # (rows,) least ratio of pivots of the equations without friction
-    dry: DryFriction
-
-
 def require_determined(statics: Statics) -> None:
     """Raise ModelError if redundant constraints leave the reactions, and so the dry friction, undetermined."""
     if statics.surplus:
@@ -142,8 +133,11 @@ def require_determined(statics: Statics) -> None:
 
 def sliding_forces(
     statics: Statics, course: Course, run: Run, turns: Turns | None = None, unit: Callable[[], Course] | None = None
-) -> SlidingForces:
-    """Return the efforts and reactions of a motion with dry friction.
+) -> tuple[Loading, FloatArray, FloatArray, DryFriction]:
+    """Return the solution of the equations of equilibrium with dry friction.
+
+    It consists of the loads with the friction on pins and its power, the unknowns (unknowns, rows) as in `Forces`, the
+    least ratio of pivots of the equations without friction (rows,), and what dry friction adds.
 
     Args:
         statics: the unknown reactions of the mechanism.
@@ -157,7 +151,7 @@ def sliding_forces(
     """
     require_determined(statics)
     resting = replace(course, nodes=_still(course.nodes), angles=None)
-    held = Loading(statics, resting, None if turns is None else turns.copy())  # weight, springs and loads at rest
+    held = Loading(statics, resting, deepcopy(turns))  # weight, springs and loads at rest
     loads = Loading(statics, course, turns)
     with np.errstate(all="ignore"):  # singular rows become NaN
         right = right_side(statics, loads)
@@ -165,7 +159,7 @@ def sliding_forces(
         rows = _Rows(statics, course, found, right_side(statics, held) - right, unit)
         unknowns, dry = rows.solved(right, loads.rotors)
     _act(statics, course, loads, rows, unknowns, dry)
-    return SlidingForces(loads, unknowns, weakest, dry)
+    return loads, unknowns, weakest, dry
 
 
 def _still(nodes: ComplexArray) -> ComplexArray:

@@ -26,13 +26,14 @@ class StrideSolver:
     ) -> None:  # fmt: skip
         from scipy.integrate import DOP853
 
-        self.reducer, self.fun, self.status = reducer, fun, "running"
+        self.reducer, self.fun, self.status, self.t = reducer, fun, "running", start
         n, atol = len(y), SIMULATION.absolute * rtol
         self.tableau = kernels.Tableau(*(np.ascontiguousarray(t) for t in (DOP853.A, DOP853.B, DOP853.E3, DOP853.E5)))
         clock = np.zeros(kernels.CLOCK)
         self.states = kernels.States(
             np.array(y), np.array(y), np.zeros(n), np.zeros((kernels.STAGES + 1, n)), clock, np.zeros(3, dtype=np.int64)
         )
+        self.y, self.before = self.states.y, self.states.before  # at the end and the start of the last step
         clock[[kernels.NOW, kernels.BEFORE, kernels.DUE, kernels.END]] = start, start, end, end
         clock[[kernels.RTOL, kernels.ATOL, kernels.SHORTEST, kernels.CREEP]] = rtol, atol, shortest, creep
         clock[[kernels.START, kernels.GREATEST_KINETIC]] = energy
@@ -67,15 +68,18 @@ class StrideSolver:
         states.k[0] = self.f
         states.counts[2] = self.reducer.tried + SIMULATION.at_once
         while True:
-            begun = self.t
+            begun = states.clock[kernels.NOW]
             ended = self.take_steps(self._model, self.tableau, states, self.reducer.conservative)
             if ended != kernels.STOPPED:
                 break
-            if self.t > begun:
+            if states.clock[kernels.NOW] > begun:
                 self.reducer.opened = 0
             if not self.reducer.open_window():
                 states.clock[kernels.STEP] *= kernels.LEAST
                 self.reducer.opened = 0
+        self.t, self.t_old = states.clock[[kernels.NOW, kernels.BEFORE]].tolist()
+        self.greatest_kinetic, self.corrected = states.clock[[kernels.GREATEST_KINETIC, kernels.CORRECTED]].tolist()
+        self.nfev, self.steps = states.counts[:2].tolist()  # evaluations, steps
         if ended == kernels.FAILED:
             self.status = "failed"
             return "no step is short enough"
@@ -104,47 +108,3 @@ class StrideSolver:
         again = DOP853(self.fun, self.t_old, self.states.before.copy(), self.t, first_step=h, rtol=1.0, atol=1e30)
         again.step()
         return again.dense_output()
-
-    @property
-    def t(self) -> float:
-        """Time of the state [s]."""
-        return float(self.states.clock[kernels.NOW])
-
-    @property
-    def t_old(self) -> float:
-        """Time at which the last step began [s]."""
-        return float(self.states.clock[kernels.BEFORE])
-
-    @property
-    def y(self) -> FloatArray:
-        """The state."""
-        return self.states.y
-
-    @y.setter
-    def y(self, value: FloatArray) -> None:
-        self.states.y[:] = value
-
-    @property
-    def before(self) -> FloatArray:
-        """The state at which the last step began."""
-        return self.states.before
-
-    @property
-    def nfev(self) -> int:
-        """Number of evaluations."""
-        return int(self.states.counts[0])
-
-    @property
-    def steps(self) -> int:
-        """Number of steps."""
-        return int(self.states.counts[1])
-
-    @property
-    def greatest_kinetic(self) -> float:
-        """Greatest kinetic energy so far [J]."""
-        return float(self.states.clock[kernels.GREATEST_KINETIC])
-
-    @property
-    def corrected(self) -> float:
-        """Sum of the absolute energy corrections [J]."""
-        return float(self.states.clock[kernels.CORRECTED])

@@ -80,12 +80,10 @@ class FrictionSummary:
 
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism = mechanism
-        self.works: dict[str, float] = {}  # J
-        self.lost: dict[str, float] = {}  # J
+        self._powers: list[tuple[FloatArray, dict[str, FloatArray], dict[str, FloatArray]]] = []  # of rows with forces
         self.counts = dict.fromkeys(FrictionStatus, 0)
         self.residual = 0.0
         self.complete = True  # whether all rows have forces, or stand still
-        self._last: tuple[float, dict[str, float], dict[str, float]] | None = None
         self._places: list[FloatArray] = []
         self._margins: list[FloatArray] = []
         self._driven: list[BoolArray] = []
@@ -101,29 +99,26 @@ class FrictionSummary:
         self._places.append(np.asarray(over))
         self._margins.append(dry.margin)
         self._driven.append(_driven(dry.margin, dry.smooth))
-        self._integrate(forces, dry)
+        powers = source_powers(forces), lost_powers(forces, dry)
+        if forces.good.any():
+            sources, lost = ({name: power[forces.good] for name, power in kind.items()} for kind in powers)
+            self._powers.append((forces.course.time[forces.good], sources, lost))
 
-    def _integrate(self, forces: Forces, dry: DryFriction) -> None:
-        """Add the works between the rows with forces, by the trapezoidal rule."""
-        good = np.flatnonzero(forces.good)
-        if not len(good):
-            return
-        time = forces.course.time[good]
-        sources = {name: power[good] for name, power in source_powers(forces).items()}
-        lost = {name: power[good] for name, power in lost_powers(forces, dry).items()}
-        last = self._last
-        if last is not None:
-            time = np.concatenate(([last[0]], time))
-            sources = {name: np.concatenate(([last[1][name]], power)) for name, power in sources.items()}
-            lost = {name: np.concatenate(([last[2][name]], power)) for name, power in lost.items()}
-        for total, powers in ((self.works, sources), (self.lost, lost)):
-            for name, power in powers.items():
-                total[name] = total.get(name, 0.0) + float(0.5 * (power[1:] + power[:-1]) @ np.diff(time))
-        self._last = (
-            float(time[-1]),
-            {name: float(power[-1]) for name, power in sources.items()},
-            {name: float(power[-1]) for name, power in lost.items()},
-        )
+    @property
+    def works(self) -> dict[str, float]:
+        """The works of the sources [J]."""
+        return self._integrals([sources for _, sources, _ in self._powers])
+
+    @property
+    def lost(self) -> dict[str, float]:
+        """The energies lost in each pair, and in dampers and viscous friction [J]."""
+        return self._integrals([lost for _, _, lost in self._powers])
+
+    def _integrals(self, powers: list[dict[str, FloatArray]]) -> dict[str, float]:
+        """Return the integrals of powers over the time between the rows with forces, by the trapezoidal rule."""
+        steps = np.diff(np.concatenate([time for time, *_ in self._powers])) if powers else np.zeros(0)
+        rows = {name: np.concatenate([piece[name] for piece in powers]) for name in (powers[0] if powers else ())}
+        return {name: float(0.5 * (power[1:] + power[:-1]) @ steps) for name, power in rows.items()}
 
     @property
     def failure(self) -> FrictionStatus | None:

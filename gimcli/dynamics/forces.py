@@ -87,7 +87,7 @@ class Forces:
 
     def _own_effort(self, actuator: int) -> FloatArray:
         """Return the effort that an actuator exerts on the members, and its rotor on it [N m or N] (rows,)."""
-        effort = self._unknown(self.statics.efforts[actuator]).real.determined
+        effort = determined(self._solutions[:, self.statics.efforts[actuator]])
         effort = effort * (self._metre if self.mechanism.actuators[actuator].rotary else 1.0)
         return effort + self.loads.rotors[actuator] if actuator in self.loads.rotors else effort
 
@@ -97,7 +97,7 @@ class Forces:
 
     def unknown(self, number: int) -> FloatArray:
         """Return an unknown [N, or N x length of the normal frame] where it is determined, else NaN (rows,)."""
-        return self._unknown(number).real.determined
+        return determined(self._solutions[:, number])
 
     def direction(self, number: int) -> ComplexArray:
         """Return the direction of the force of an unknown (rows,)."""
@@ -107,15 +107,15 @@ class Forces:
     def pin(self, pin: Pin, member: int) -> ComplexArray:
         """Return the force [N] of the pin on a member, x + iy (rows,)."""
         force = self._force(pin, member)
-        return joined(force.real.determined, force.imag.determined)
+        return joined(determined(force.real), determined(force.imag))
 
     def pin_shared(self, pin: Pin, member: int) -> ComplexArray:
         """Return the determined component [N] of a pin force if the whole force is indeterminate, else NaN (rows,)."""
-        return self._force(pin, member).shared
+        return shared(self._force(pin, member))
 
     def normal(self, pair: str) -> FloatArray:
         """Return the normal force [N] on the sliding node or member, positive to the left of the guide (rows,)."""
-        return self._sum([self._unknown(self.statics.normals[k]) for k in self._slides(pair)]).real.determined
+        return determined(sum(self._solutions[:, self.statics.normals[k]] for k in self._slides(pair)))
 
     def moment(self, pair: str) -> FloatArray:
         """Return the moment [N m] on the sliding member of a prismatic pair about its first node (rows,)."""
@@ -124,8 +124,8 @@ class Forces:
         turns = []
         for k in others:
             arm = nodes[slides[k].node] - nodes[slides[first].node]
-            turns.append(self._unknown(normals[k], (arm.conjugate() * self.direction(normals[k])).imag))
-        return self._sum(turns).real.determined * self._metre
+            turns.append((arm.conjugate() * self.direction(normals[k])).imag * self._solutions[:, normals[k]])
+        return determined(sum(turns)) * self._metre
 
     @property
     def shaking_force(self) -> ComplexArray:
@@ -157,36 +157,34 @@ class Forces:
     def _metre(self) -> float:
         return require_action(self.mechanism)
 
-    def _unknown(self, unknown: int, factor: Any = 1.0) -> Amount:
-        """Return an unknown times a factor or a direction (rows,)."""
-        return Amount(factor * self.unknowns[unknown], factor * self.free[:, unknown])
+    @cached_property
+    def _solutions(self) -> Any:
+        """The unknowns in one solution, and in each self-stress (1 + surplus, unknowns, rows).
 
-    def _sum(self, amounts: list[Amount]) -> Amount:
-        rows = len(self.course.time)
-        zero = Amount(np.zeros(rows, dtype=complex), np.zeros((len(self.free), rows), dtype=complex))
-        return sum(amounts, zero)
+        Solutions differ by combinations of self-stresses.
+        """
+        return np.concatenate([self.unknowns[None], self.free]) if len(self.free) else self.unknowns[None]
 
-    def _force(self, pin: Pin, member: int) -> Amount:
-        """Return the force [N] of the pin on a member."""
+    def _force(self, pin: Pin, member: int) -> Any:
+        """Return the force [N] of the pin on a member, as `_solutions` (1 + surplus, rows)."""
         k = pin.members.index(member)
         if k:
             first = pin.first + 2 * (k - 1)
-            return self._unknown(first) + self._unknown(first + 1, 1j)
-        others = self._sum([self._force(pin, m) for m in pin.members[1:]])
-        return self._attached(pin.node) - others
+            return self._solutions[:, first] + 1j * self._solutions[:, first + 1]
+        return self._attached(pin.node) - sum(self._force(pin, m) for m in pin.members[1:])
 
     def _slides(self, pair: str) -> list[int]:
         return [k for k, s in enumerate(self.mechanism.slides) if s.pair == pair]
 
-    def _attached(self, node: int) -> Amount:
+    def _attached(self, node: int) -> Any:
         """Return the sum of the forces of springs, sliding pairs and actuators on the pin of a node."""
         acting = [
-            self._unknown(unknown, sense * self.direction(unknown))
+            sense * self.direction(unknown) * self._solutions[:, unknown]
             for unknown, reaction in enumerate(self.statics.reactions) if reaction.on_pin
             for end, sense in reaction.ends if end == node
         ]  # fmt: skip
-        total = self._sum(acting)
-        return Amount(total.value + self.loads.pins.get(node, 0.0), total.free)
+        known = np.eye(1 + len(self.free), 1) * self.loads.pins.get(node, 0.0)  # in one solution
+        return sum(acting, known)
 
 
 def inverse_dynamics(
@@ -207,11 +205,18 @@ def inverse_dynamics(
             found, weakest = Balance(statics).solve(z, right, run)
             free = np.zeros((0, *found.shape))
     found = np.where(np.isfinite(found), found, np.nan)
+    return Forces(statics, course, loads, *_with_gears(statics, z, found, free * (not every)), weakest)
+
+
+def _with_gears(
+    statics: Statics, z: ComplexArray, found: FloatArray, free: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return reactions and self-stresses with the forces of gears that pass through the pivots, added in place."""
     if statics.mechanism.gears:
         from gimcli.dynamics.gear_pivots import add_across  # imported late: only for models with gears
 
         add_across(statics, z, found, free)
-    return Forces(statics, course, loads, found, free * (not every), weakest)
+    return found, free
 
 
 def _dual(statics: Statics, z: Any, right: Dual, run: Run) -> tuple[Any, FloatArray, FloatArray]:
@@ -249,13 +254,10 @@ def piece_forces(
 
         refuse_dry_friction(statics)
     course, single = courses(motion), len(statics.mechanism.drivers) == 1 and statics.mechanism.complete is None
-    found = sliding_forces(statics, course, run, turns, (lambda: courses.at_unit_speed(motion)) if single else None)
-    stresses = np.zeros((0, *found.unknowns.shape))
-    if statics.mechanism.gears:
-        from gimcli.dynamics.gear_pivots import add_across
-
-        add_across(statics, course.nodes[0], found.unknowns, stresses)
-    return Forces(statics, course, found.loads, found.unknowns, stresses, found.weakest, found.dry)
+    unit = (lambda: courses.at_unit_speed(motion)) if single else None
+    loads, found, weakest, dry = sliding_forces(statics, course, run, turns, unit)
+    both = _with_gears(statics, course.nodes[0], found, np.zeros((0, *found.shape)))
+    return Forces(statics, course, loads, *both, weakest, dry)
 
 
 def _least(statics: Statics, z: ComplexArray, right: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -277,48 +279,25 @@ def _least(statics: Statics, z: ComplexArray, right: FloatArray) -> tuple[FloatA
     return found, free, weakest
 
 
-@dataclass(frozen=True)
-class Amount:
-    """A linear combination of unknowns: a real value, or a force x + iy."""
+def determined(amount: Any) -> FloatArray:
+    """Return a real amount of `Forces._solutions` (1 + surplus, rows) if it is the same in all solutions, else NaN."""
+    value: FloatArray = amount[0]
+    return value if len(amount) == 1 else np.where(np.linalg.norm(amount[1:], axis=0) < UNIQUE, value, np.nan)
 
-    value: Any  # (rows,) in one solution
-    free: Any  # (surplus, rows) in each self-stress; solutions differ by combinations of them
 
-    def __add__(self, other: Amount) -> Amount:
-        return Amount(self.value + other.value, self.free + other.free)
+def shared(force: Any) -> ComplexArray:
+    """Return the component of a force that is the same in all solutions if exactly one component is, else NaN (rows,).
 
-    def __sub__(self, other: Amount) -> Amount:
-        return Amount(self.value - other.value, self.free - other.free)
-
-    @property
-    def real(self) -> Amount:
-        """The component along x."""
-        return Amount(self.value.real, self.free.real)
-
-    @property
-    def imag(self) -> Amount:
-        """The component along y."""
-        return Amount(self.value.imag, self.free.imag)
-
-    @property
-    def determined(self) -> FloatArray:
-        """The real value if it is the same in all solutions, else NaN (rows,)."""
-        if not len(self.free):
-            found: FloatArray = self.value
-            return found
-        return np.where(np.linalg.norm(self.free, axis=0) < UNIQUE, self.value, np.nan)
-
-    @property
-    def shared(self) -> ComplexArray:
-        """The component of a force that is the same in all solutions if exactly one component is, else NaN (rows,)."""
-        if not len(self.free):
-            return np.full(self.value.shape, np.nan + 1j * np.nan)
-        open_ones = np.stack([self.free.real, self.free.imag]).transpose(2, 0, 1)  # rows, axis, stress
-        axes, parts, _ = np.linalg.svd(open_ones)
-        across = axes[:, 0, 1] + 1j * axes[:, 1, 1]
-        least = parts[:, 1] if parts.shape[1] > 1 else np.zeros(len(parts))
-        one = (least < UNIQUE) & (parts[:, 0] >= UNIQUE)
-        return np.where(one, across * (across.conj() * self.value).real, np.nan + 1j * np.nan)
+    The force is one of `Forces._solutions` (1 + surplus, rows).
+    """
+    if len(force) == 1:
+        return np.full(force[0].shape, np.nan + 1j * np.nan)
+    open_ones = np.stack([force[1:].real, force[1:].imag]).transpose(2, 0, 1)  # rows, axis, stress
+    axes, parts, _ = np.linalg.svd(open_ones)
+    across = axes[:, 0, 1] + 1j * axes[:, 1, 1]
+    least = parts[:, 1] if parts.shape[1] > 1 else np.zeros(len(parts))
+    one = (least < UNIQUE) & (parts[:, 0] >= UNIQUE)
+    return np.where(one, across * (across.conj() * force[0]).real, np.nan + 1j * np.nan)
 
 
 def joined(x: FloatArray, y: FloatArray) -> ComplexArray:

@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 
 from gimcli.dynamics.dop853 import StrideSolver
-from gimcli.dynamics.equations_of_motion import Equations, Projection
-from gimcli.dynamics.event_search import EventSearch, StickEvents
+from gimcli.dynamics.equations_of_motion import Equations, EventSearch, Projection, StickEvents
 from gimcli.dynamics.integrators import CAREFUL, INTEGRATORS, USUAL, WITH_DRY_FRICTION, StepControl
 from gimcli.dynamics.reducer import ReducedState, release_of
 from gimcli.dynamics.simulation_types import (
@@ -355,7 +354,7 @@ class Integration:
         if excess and self.equations.move(solver.t, y):
             self.projection.total += abs(excess)
             self.reducer.accept()
-            solver.y, solver.f = y, self.equations.slopes(solver.t, y)
+            solver.y[:], solver.f = y, self.equations.slopes(solver.t, y)
             self.search.keep(y)
 
     def _event(self, kind: str, time: float, velocity: FloatArray) -> None:

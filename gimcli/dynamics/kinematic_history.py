@@ -76,12 +76,6 @@ class Turns:
     def __init__(self) -> None:
         self.last: dict[int, float] = {}
 
-    def copy(self) -> Turns:
-        """Return a copy, which continues from the same angles."""
-        copy = Turns()
-        copy.last = dict(self.last)
-        return copy
-
     def followed(self, key: int, angle: FloatArray, drawn: float) -> FloatArray:
         """Return an angle [rad] without jumps (rows,), continued from the last one or from the initial one."""
         good = np.flatnonzero(np.isfinite(angle))

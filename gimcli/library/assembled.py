@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from gimcli.assemblies import Configurations, all_configurations, drawn_configuration
-from gimcli.assemblies.numbering import SAME
+from gimcli.assemblies.assemblies import SAME
 from gimcli.errors import GimError, UnassembledError, UsageError
 from gimcli.library.inputs import inputs_of, refuse_linked
 from gimcli.library.sides import with_sides_of

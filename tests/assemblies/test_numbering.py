@@ -9,8 +9,7 @@ from in_process import gim
 
 from gimcli import load
 from gimcli.assemblies import all_configurations
-from gimcli.assemblies.assemblies import Configurations, RootReport
-from gimcli.assemblies.numbering import in_order
+from gimcli.assemblies.assemblies import Configurations, RootReport, in_order
 from gimcli.mechanism import FRAME
 from gimcli.model.source import read_source
 
