@@ -163,25 +163,27 @@ Drawing = Mapping[str, Any]
 NO_OPTIONS: Drawing = {}
 
 
-DRAWN = {
-    "size": typer.Option(
+DRAWN = (
+    ("size", Annotated[str | None, typer.Option(
         "--size", metavar="WxH", rich_help_panel=PICTURE,
         help="Width and height of the whole picture with a unit (mm, cm, in), such as `160x90mm`.\n"
         "Texts and symbols keep their size.",
-    ),
-    "dpi": typer.Option(
+    )], None),
+    ("dpi", Annotated[int | None, typer.Option(
         "--dpi", metavar="N", rich_help_panel=PICTURE,
         help="Dots per inch of a PNG picture.\nDefault: 150, or more so that the picture is 1000 pixels wide.",
-    ),
-    "title": typer.Option("--title", metavar="TEXT", help='Title; `""` for none.', rich_help_panel=PICTURE),
-    "ghosts": typer.Option(
+    )], None),
+    ("title", Annotated[str | None, typer.Option(
+        "--title", metavar="TEXT", help='Title; `""` for none.', rich_help_panel=PICTURE
+    )], None),
+    ("ghosts", Annotated[str | None, typer.Option(
         "--ghosts", metavar="N", rich_help_panel=PICTURE,
         help="At most N light poses beside the first one, or none; default: 3.\n"
         "`--ghosts 4:coupler,rocker` shows only these members in them.",
-    ),
-    "style": typer.Option(
+    )], None),
+    ("style", Annotated[str | None, typer.Option(
         "--style", metavar="FILE", rich_help_panel=PICTURE,
         help="A matplotlib style file, or the name of a style of matplotlib, such as `grayscale`.",
-    ),
-}  # fmt: skip
-"""Options of pictures by name; the number of dots is a number, the others are texts."""
+    )], None),
+)  # fmt: skip
+"""Options of pictures: name, annotation and default."""

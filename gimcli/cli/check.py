@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -22,7 +22,7 @@ EXAMPLES = (
 )
 
 
-def _run(run: Run) -> CheckResult:
+def _run(run: Run) -> Any:
     """Check the model, or print it in long form."""
     if run.switches.pop("long"):
         if run.files["out"] or run.files["as_json"]:
@@ -32,8 +32,7 @@ def _run(run: Run) -> CheckResult:
 
         typer.echo(long_form(run.mechanism), nl=False)
         raise typer.Exit
-    found: CheckResult = run.written()
-    return found
+    return run.written()
 
 
 def _print(result: CheckResult) -> None:
@@ -45,5 +44,9 @@ def _print(result: CheckResult) -> None:
         typer.echo(": ".join(filter(None, ("warning", one["where"], one["text"]))))
 
 
-LONG = typer.Option("--long", help="Print the model file in long form, with everything explicit; no check.")
-command = from_verb(check, CheckResult, _print, files="", extra={"long": Annotated[bool, LONG]}, run=_run)
+EXTRA = {
+    "long": Annotated[
+        bool, typer.Option("--long", help="Print the model file in long form, with everything explicit; no check.")
+    ]
+}
+command = from_verb(check, CheckResult, _print, files="", extra=EXTRA, run=_run)

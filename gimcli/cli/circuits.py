@@ -26,5 +26,6 @@ def _print(result: CircuitsResult) -> None:
         typer.echo(hint)
 
 
-SAMPLES = typer.Option("--samples", metavar="N", rich_help_panel=METHOD)
-command = from_verb(circuits, CircuitsResult, _print, {"values": SAMPLES})
+command = from_verb(
+    circuits, CircuitsResult, _print, {"values": typer.Option("--samples", metavar="N", rich_help_panel=METHOD)}
+)

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import typer
 
 from gimcli.cli.console import print_records, print_turns, room
 from gimcli.cli.progress import end_bars
+from gimcli.library.configurations import ConfigurationsResult, verdict
+from gimcli.motion.unassembled import reason
 from gimcli.rounding import titled
-
-if TYPE_CHECKING:
-    from gimcli.library.configurations import ConfigurationsResult
+from gimcli.status import Status
+from gimcli.structure.rigid_triangles import triangle_hints
 
 COLUMNS = 3
 """Traced points with coordinates in the table, at most; fewer on a narrow terminal."""
@@ -26,17 +26,11 @@ ROWS = 60
 
 def print_configurations(png: Path | None, result: ConfigurationsResult) -> None:
     """Print all configurations; `png` is the picture, if one is written."""
-    from gimcli.library.configurations import verdict
-    from gimcli.status import Status
-    from gimcli.structure.rigid_triangles import triangle_hints
-
     end_bars()
     found, mechanism = result._found, result.mechanism
     typer.echo(titled(mechanism, result.inputs))
     typer.echo(verdict(found))
     if not len(found):
-        from gimcli.motion.unassembled import reason
-
         if not found.limited:
             typer.echo(reason(mechanism, Status.NOT_ASSEMBLED, found.inputs, tried=("all",)))
         return

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
-from gimcli.cli.arguments import MODEL, NONE, OUTPUT, Assembly, Json, ModelPath, Set
-
-if TYPE_CHECKING:
-    from gimcli.library.convert import Conversion
+from gimcli.cli.arguments import MODEL, NONE, OUTPUT, Assembly, Json, ModelPath, Set, changed
+from gimcli.cli.console import note, print_json, print_written, printable
+from gimcli.cli.outputs import read, started
+from gimcli.cli.progress import end_bars
+from gimcli.library.convert import MODEL_FILE, Conversion, convert, filed, target_of
 
 HELP = (
     "Reads PMKS text and addresses, PMKS+ addresses and files, Linkage, Pyslvs and pylinkage files (`gim manual"
@@ -44,24 +45,17 @@ def command(
     as_json: Json = False,
 ) -> None:  # fmt: skip
     """Convert a mechanism."""
-    from gimcli.cli.arguments import changed
-    from gimcli.cli.outputs import read, started
-    from gimcli.library.convert import MODEL_FILE, convert, filed, target_of
-
     chosen = to or (MODEL_FILE if out is None else target_of(out))
     if out is not None:
         chosen = filed(chosen, out)
     found = convert(started(changed(read(model), changes), assembly), chosen)
     if out is not None:
         found.save(out)
+    end_bars()
     _print(found, out, as_json)
 
 
 def _print(found: Conversion, out: Path | None, as_json: bool) -> None:
-    from gimcli.cli.console import note, print_json, print_written, printable
-    from gimcli.cli.progress import end_bars
-
-    end_bars()
     if as_json:
         text = {} if out else {"text": found.text}
         print_json({

@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -40,12 +40,11 @@ EXAMPLES = (
 )
 
 
-def _run(run: Run) -> FitResult:
+def _run(run: Run) -> Any:
     """Fit dimensions; the file of targets is not overwritten."""
     through = run.arguments["through"]
     run.outputs.files.refuse(() if through is None else (through,))
-    found: FitResult = run.written()
-    return found
+    return run.written()
 
 
 def _bounds(text: str) -> tuple[float, float]:
@@ -77,25 +76,22 @@ def _print(result: FitResult) -> None:
     )
 
 
-VARY = typer.Option(
-    "--vary", metavar="NAME=LOW:HIGH", rich_help_panel=INPUTS,
-    help="Dimension to fit and its bounds; repeatable.\n"
-    "A [dimension](model-file.md#dimensions) of the file, in its units.",
-)  # fmt: skip
-THROUGH = typer.Option(
-    "--through", metavar="FILE", rich_help_panel=TARGETS,
-    help="CSV file of targets.\n"
-    "The names in its first row say what they are, see [targets](fit.md#targets).",
-)  # fmt: skip
-TIMING = typer.Option(
-    "--timing", metavar="WORD", rich_help_panel=TARGETS,
-    help="Inputs of the targets: free (unknown), given, or step (their differences are given).\n"
-    "Default: `given` if there is a column `input`, else `free`.",
-)  # fmt: skip
 OPTIONS = {
-    "vary": Annotated[list[str], VARY],
-    "through": Annotated[Path | None, THROUGH],
-    "timing": Annotated[TargetTiming | None, TIMING],
+    "vary": typer.Option(
+        "--vary", metavar="NAME=LOW:HIGH", rich_help_panel=INPUTS,
+        help="Dimension to fit and its bounds; repeatable.\n"
+        "A [dimension](model-file.md#dimensions) of the file, in its units.",
+    ),
+    "through": Annotated[Path | None, typer.Option(
+        "--through", metavar="FILE", rich_help_panel=TARGETS,
+        help="CSV file of targets.\n"
+        "The names in its first row say what they are, see [targets](fit.md#targets).",
+    )],
+    "timing": Annotated[TargetTiming | None, typer.Option(
+        "--timing", metavar="WORD", rich_help_panel=TARGETS,
+        help="Inputs of the targets: free (unknown), given, or step (their differences are given).\n"
+        "Default: `given` if there is a column `input`, else `free`.",
+    )],
     "point": typer.Option(
         "--point", "-p", metavar="NAME", rich_help_panel=TARGETS
     ),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -11,7 +11,6 @@ from gimcli.cli.console import note_doubtful_loading, print_status
 from gimcli.cli.from_verb import Run, from_verb
 from gimcli.cli.measures import PLOTS_ONLY, print_ranges
 from gimcli.library.forces import ForcesResult, forces
-from gimcli.library.result import Result
 
 if TYPE_CHECKING:
     from gimcli.dynamics.force_motion import ForceMotion
@@ -29,7 +28,7 @@ EXAMPLES = (
 )
 
 
-def _run(run: Run) -> Result:
+def _run(run: Run) -> Any:
     """Find the forces of a motion, or those that hold one position at rest."""
     if "at" in run.given:
         from gimcli.cli.force_tables import print_holding
@@ -39,8 +38,7 @@ def _run(run: Run) -> Result:
         run.files["writes"] = False
     else:
         run.drop("one position: add --at ACTUATOR=VALUE", "at", "time")
-    found: Result = run.written()
-    return found
+    return run.written()
 
 
 def _print(result: ForcesResult, full: bool) -> None:
@@ -71,17 +69,17 @@ def _print_missing(found: ForceMotion, steps: int) -> None:
         typer.echo(found.failure[1])
 
 
-TIME = typer.Option(
-    "--time", metavar="T", rich_help_panel=INPUTS,
-    help="With --at: time of loads with a table over time [s]; default 0.",
-)  # fmt: skip
-FULL = typer.Option(
-    "--full", rich_help_panel=OUTPUT,
-    help="Print least and greatest values, work and mean bearing loads, too.\n"
-    "The work is that of actuators and of every kind of force.",
-)  # fmt: skip
 EXTRA = {
-    "at": Annotated[list[str], SHARED["at"]], "time": Annotated[float | None, TIME], "full": Annotated[bool, FULL],
+    "at": Annotated[list[str], SHARED["at"]],
+    "time": Annotated[float | None, typer.Option(
+        "--time", metavar="T", rich_help_panel=INPUTS,
+        help="With --at: time of loads with a table over time [s]; default 0.",
+    )],
+    "full": Annotated[bool, typer.Option(
+        "--full", rich_help_panel=OUTPUT,
+        help="Print least and greatest values, work and mean bearing loads, too.\n"
+        "The work is that of actuators and of every kind of force.",
+    )],
 }  # fmt: skip
 command = from_verb(
     forces, ForcesResult, _print, {"plot": PLOTS_ONLY}, writes=True, loaded=(note_doubtful_loading,),

@@ -15,7 +15,7 @@ from enum import Enum, StrEnum
 from functools import cached_property, partial
 from inspect import Parameter, Signature, getdoc, signature, unwrap
 from types import NoneType
-from typing import TYPE_CHECKING, Annotated, Any, cast, get_args, get_origin
+from typing import Annotated, Any, cast, get_args, get_origin
 
 from typer.models import OptionInfo
 
@@ -41,9 +41,7 @@ from gimcli.cli.progress import progress_bar
 from gimcli.errors import UsageError
 from gimcli.library.inputs import Range, hints_of
 from gimcli.library.result import Result
-
-if TYPE_CHECKING:
-    from gimcli.mechanism import Mechanism
+from gimcli.mechanism import Mechanism
 
 REPORTERS = {"notify": note, "progress": progress_bar}
 OUTPUTS = ("out", "csv", "png", "as_json")
@@ -140,21 +138,19 @@ def from_verb(
     own = own_options(unwrap(verb), options or {})
     names = [name for name, _, _ in own]
     own += [(name, form, EMPTY.get(get_args(form)[0])) for name, form in (extra or {}).items()]
-    common = [*COMMON, ("assembly", Assembly, "")] if assembled else [*COMMON]
-    last: list[tuple[str, Any, Any]] = [("out", Out, NONE)]
-    last += [("csv", CsvFile, None)] if "csv" in files else []
-    last += [("png", Png, True) if writes else ("png", PngFile, None)] if "png" in files else []
-    numbers = {"dpi": int}
-    drawn = [(name, Annotated[numbers.get(name, str) | None, form], None) for name, form in DRAWN.items()]
-    every = [*common, *own, *last, ("as_json", Json, False)]
-    flags = {name: (flag_of(form), usual) for name, form, usual in [*common[2:], *own]}
+    own = [("assembly", Assembly, ""), *own] if assembled else own
+    last: list[tuple[str, Any, Any]] = [("out", Out, NONE), ("as_json", Json, False)]
+    last[1:1] = [("csv", CsvFile, None)] if "csv" in files else []
+    if "png" in files:
+        last[-1:-1] = [("png", Png, True) if writes else ("png", PngFile, None)]
+        last += DRAWN
+    flags = {name: (flag_of(form), usual) for name, form, usual in own}
 
     def command(**given: Any) -> None:
-        drawing = {name: given.pop(name) for name in DRAWN if name in given}
+        drawing = {name: value for name, _, _ in DRAWN if (value := given.pop(name, None)) is not None}
         chosen = {key: given.pop(key) for key in OUTPUTS if key in given}
         if writes:
             chosen["picture"] = chosen.pop("png")
-        drawing = {key: value for key, value in drawing.items() if value is not None}
         differs = {name: flag for name, (flag, usual) in flags.items() if given[name] != usual}
         model, changes, assembly = given.pop("model"), given.pop("changes"), given.pop("assembly", "")
         values = {key: readers.get(key, plain)(value) for key, value in given.items()}
@@ -168,9 +164,8 @@ def from_verb(
             raise UsageError(f"{flags[name][0]}{colon}{what}") if name in flags else error from None
         own_run.outputs.show(result, partial(own_run.show, **own_run.switches))
 
-    every += drawn if "png" in files else []
     command.kind = kind  # type: ignore[attr-defined]  # read by the help
-    return declared(command, *every)
+    return declared(command, *COMMON, *own, *last)
 
 
 def declared(function: Callable[..., None], *options: tuple[str, Any, Any]) -> Callable[..., None]:

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated, Any
 
 import typer
 
 from gimcli.cli.console import print_table
 from gimcli.cli.from_verb import Run, from_verb
-from gimcli.library.mobility import NATURAL, MobilityResult, mobility
+from gimcli.library.mobility import NATURAL, JacobianMatrix, MobilityResult, mobility
 from gimcli.rounding import number
 from gimcli.status import Status
-
-if TYPE_CHECKING:
-    from gimcli.library.mobility import JacobianMatrix
 
 WIDEST = 8
 """Most columns of a printed matrix."""
@@ -28,11 +25,11 @@ EXAMPLES = (
 )
 
 
-def _run(run: Run) -> MobilityResult:
+def _run(run: Run) -> Any:
     """Find the mobility, and the Jacobian if it is asked for."""
     shows, coordinates = run.switches.pop("jacobian"), run.switches.pop("coordinates")
     run.arguments["coordinates"] = coordinates or NATURAL
-    found: MobilityResult = run.found()
+    found = run.found()
     found.shows_jacobian = bool(shows or coordinates) and found.jacobian is not None  # refused before output
     run.outputs.write(found)
     return found
@@ -82,11 +79,15 @@ def _number(value: float) -> str:
     return number(value, 1.0)
 
 
-JACOBIAN = typer.Option("--jacobian", help="Print the Jacobian of the constraints.")
-COORDINATES = typer.Option(
-    "--coordinates", metavar="NAME",
-    help="The Jacobian in joint, absolute or natural ones.\n"
-    "Default: natural. It implies `--jacobian`.",
-)  # fmt: skip
-EXTRA = {"jacobian": Annotated[bool, JACOBIAN], "coordinates": Annotated[str, COORDINATES]}
+EXTRA = {
+    "jacobian": Annotated[bool, typer.Option("--jacobian", help="Print the Jacobian of the constraints.")],
+    "coordinates": Annotated[
+        str,
+        typer.Option(
+            "--coordinates",
+            metavar="NAME",
+            help="The Jacobian in joint, absolute or natural ones.\nDefault: natural. It implies `--jacobian`.",
+        ),
+    ],
+}
 command = from_verb(mobility, MobilityResult, _print, files="", extra=EXTRA, run=_run)

@@ -14,15 +14,16 @@ from gimcli.cli.arguments import NO_OPTIONS, NONE, Drawing, changed
 from gimcli.cli.console import note, print_json, print_written, printable
 from gimcli.cli.progress import DRAWING, end_bars, progress_bar
 from gimcli.errors import OutputError, UsageError
+from gimcli.library.load import decided, is_address, load_undecided
+from gimcli.library.result import Result, joined, write_contents
+from gimcli.library.under_way import UnderWay
+from gimcli.mechanism import Mechanism
 from gimcli.output import CsvStream, format_of, refuse_unwritable
 from gimcli.status import Status
+from gimcli.table import Table
 
 if TYPE_CHECKING:
-    from gimcli.library.result import Result
-    from gimcli.library.under_way import UnderWay
-    from gimcli.mechanism import Mechanism
     from gimcli.output.printed import PictureOptions
-    from gimcli.table import Table
 
 WHOLE = ("table", "arrays", "workbook", "geometry")
 """Contents for which all rows of the table are kept."""
@@ -30,14 +31,7 @@ WHOLE = ("table", "arrays", "workbook", "geometry")
 REPORTED = {"table": "csv", "picture": "png", "arrays": "npz"}
 """Keys in the JSON report for the first file of each kind of content."""
 
-Found = TypeVar("Found", bound="Result")
-
-
-def stem_of(model: str) -> str:
-    """Return the first word of the names of the usual files."""
-    from gimcli.library.load import is_address
-
-    return "mechanism" if is_address(model) else Path(model).stem
+Found = TypeVar("Found", bound=Result)
 
 
 def read(model: str) -> Mechanism:
@@ -45,12 +39,9 @@ def read(model: str) -> Mechanism:
 
     The side of a node without coordinates may still be open.
     """
-    from gimcli.library.load import load_undecided
-
     mechanism = load_undecided(model)
-    if mechanism.left_out:
-        for sentence in mechanism.left_out:
-            note(printable(f"{mechanism.name}: {sentence}"))
+    for sentence in mechanism.left_out:
+        note(printable(f"{mechanism.name}: {sentence}"))
     return mechanism
 
 
@@ -59,8 +50,6 @@ def started(
 ) -> Mechanism:
     """Return a mechanism in the configuration of --assembly; without it, refuse one with a node whose side is open."""
     if not assembly:
-        from gimcli.library.load import decided
-
         return decided(mechanism)
     from gimcli.library.assembled import assembled
 
@@ -84,7 +73,8 @@ class Outputs:
         self.chosen = bool(out or named)
         asked = [*out, *named] or ["./"] * writes
         self.model, self.as_json = model, as_json
-        self.files = result.destinations(asked, stem_of(model), picture, more)
+        stem = "mechanism" if is_address(model) else Path(model).stem
+        self.files = result.destinations(asked, stem, picture, more)
         if as_json and self.files.stdout:
             raise UsageError(
                 "-o - and --json both use standard output: write the table to a file, such as -o table.csv"
@@ -139,8 +129,6 @@ class Outputs:
 
     def stream(self, under_way: UnderWay[Found]) -> Found:
         """Write the rows of a result while it is computed; all files appear when the result is complete."""
-        from gimcli.library.result import joined
-
         streamed = tuple(path for path in self.files.files if format_of(path).stream is not None)
         others = tuple(path for path in self.files.files if path not in streamed)
         kept: list[Table] | None = [] if any(format_of(path).content in WHOLE for path in others) else None
@@ -168,16 +156,9 @@ class Outputs:
                 raise UsageError(f"{path}: {rows} rows, the format has at most {most}: use fewer steps, or .csv")
 
     def _write(self, result: Result, paths: tuple[Path, ...]) -> None:
-        from gimcli.library.result import write_contents
-
         if self.draws:
             progress_bar(DRAWING)
         self.written = write_contents(result.contents(paths), self.options)
-
-    def finish(self, found: Result, printed: Callable[[Any], None]) -> None:
-        """Write the files of a result, and show it."""
-        self.write(found)
-        self.show(found, printed)
 
     def show(self, found: Result, printed: Callable[[Any], None]) -> None:
         """Print the report, of each independent machine, or its JSON object; exit with 5 if a part is missing."""

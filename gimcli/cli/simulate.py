@@ -14,7 +14,6 @@ from gimcli.cli.measures import PLOTS_ONLY, print_ranges
 from gimcli.cli.progress import end_bars
 from gimcli.dynamics.integrators import INTEGRATORS, STEPPED, USUAL, WITH_DRY_FRICTION
 from gimcli.dynamics.simulation_table import column_names
-from gimcli.library.result import Result
 from gimcli.library.simulate import SimulateResult, simulate
 from gimcli.mechanism import Mechanism
 from gimcli.output import refuse_repeated
@@ -87,10 +86,9 @@ def _refuse_repeated(mechanism: Mechanism) -> None:
     refuse_repeated(column_names(mechanism))
 
 
-def _run(run: Run) -> Result:
+def _run(run: Run) -> Any:
     run.arguments["integrator"] = run.switches.pop("method") or run.arguments["integrator"]
-    found: Result = run.written()
-    return found
+    return run.written()
 
 
 OPTIONS = {

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from functools import partial
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -14,9 +14,9 @@ from gimcli.cli.console import note, print_records, print_table
 from gimcli.cli.from_verb import Run, from_verb
 from gimcli.cli.progress import end_bars
 from gimcli.errors import UsageError
-from gimcli.library.result import Result
-from gimcli.library.solve import SolveResult, solve
+from gimcli.library.solve import SolveResult, input_rates, solve
 from gimcli.rounding import greatest, length, number, titled
+from gimcli.table import labelled, per_second
 
 if TYPE_CHECKING:
     from gimcli.rates.derivatives import Instant
@@ -37,14 +37,14 @@ RESULTS, START = "Results", "Start"
 SINGULAR = "singular: velocities are not determined in this position; choose an input value beside it"
 
 
-def _run(run: Run) -> Result:
+def _run(run: Run) -> Any:
     """Find one position, or all; print what the model file with the solved coordinates leaves out."""
     if run.switches.pop("all"):
         return _run_all(run)
     run.drop("all configurations: add --all", "seconds")
     if run.assembly and run.arguments["start"] != "drawn":
         raise UsageError("--assembly gives the initial coordinates: remove --start")
-    solved: SolveResult = run.written()
+    solved = run.written()
     text = solved.model() if run.outputs.files.of("model") else None
     for remark in text.remarks if text is not None else ():
         note(remark)
@@ -52,7 +52,7 @@ def _run(run: Run) -> Result:
     return solved
 
 
-def _run_all(run: Run) -> Result:
+def _run_all(run: Run) -> Any:
     """Find all configurations."""
     from gimcli.cli.configurations import print_configurations
     from gimcli.library.configurations import ConfigurationsResult, configurations
@@ -64,15 +64,13 @@ def _run_all(run: Run) -> Result:
         configurations, ConfigurationsResult, print_configurations, "a single position, --all for all configurations"
     )
     run.open = True
-    found: Result = run.written()
+    found = run.written()
     pictures = run.outputs.files.of("picture") if isinstance(found, ConfigurationsResult) else ()
     run.show = partial(print_configurations, next(iter(pictures), None))
     return found
 
 
 def _print(method: str, found: SolveResult) -> None:
-    from gimcli.table import labelled
-
     end_bars()
     position, law = found.position, found.law
     mechanism, status = position.mechanism, position.status
@@ -129,8 +127,6 @@ def print_velocities(found: Instant, turned: Mapping[str, float]) -> None:
     """Print the tables of points and members; `turned` are the directions of the members."""
     from gimcli.library.inputs import leaders
     from gimcli.library.record import Records, RowField
-    from gimcli.library.solve import input_rates
-    from gimcli.table import per_second
 
     if found.singular:
         typer.echo(SINGULAR)
@@ -178,10 +174,16 @@ OPTIONS = {
     ),
     "seed": typer.Option("--seed", metavar="N", rich_help_panel=START),
 }  # fmt: skip
-ALL = typer.Option(
-    "--all", rich_help_panel=RESULTS,
-    help="Find all configurations; report if that is proved.\n"
-    "See [below](#gim-solve---all); `--seconds` ends the search.",
-)  # fmt: skip
-EXTRA = {"all": Annotated[bool, ALL], "seconds": Annotated[float | None, SHARED["seconds"]]}
+EXTRA = {
+    "all": Annotated[
+        bool,
+        typer.Option(
+            "--all",
+            rich_help_panel=RESULTS,
+            help="Find all configurations; report if that is proved.\n"
+            "See [below](#gim-solve---all); `--seconds` ends the search.",
+        ),
+    ],
+    "seconds": Annotated[float | None, SHARED["seconds"]],
+}
 command = from_verb(solve, SolveResult, _print, OPTIONS, files="csv png", extra=EXTRA, run=_run)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -30,7 +30,7 @@ EXAMPLES = (
 DESIGNS, KEPT = "Designs", "Kept quantities"
 
 
-def _run(run: Run) -> SweepResult:
+def _run(run: Run) -> Any:
     """Solve the designs; those that are done are kept beside the table until it is complete."""
     designs = run.switches.pop("designs")
     if designs is not None and run.arguments["vary"]:
@@ -41,7 +41,7 @@ def _run(run: Run) -> SweepResult:
     begun = run.found()
     begun.draws = run.outputs.draws
     try:
-        found: SweepResult = run.outputs.stream(begun)
+        found = run.outputs.stream(begun)
     except KeyboardInterrupt:
         _print_interrupted(begun.run.done, begun.job.chunks, folder)
         raise typer.Exit(130) from None
@@ -71,14 +71,13 @@ def _print(found: SweepResult) -> None:
         print_table("best designs", head, best, range(len(head) - 1))
 
 
-VARY = typer.Option(
-    "--vary", metavar="NAME=VALUES", rich_help_panel=DESIGNS,
-    help="FIRST:LAST:COUNT, a list, uniform(LOW,HIGH) or normal(MEAN,SD); repeatable.\n"
-    "Values of a dimension, such as `10:20:21` (21 values from 10 to 20), `3,4,5`, `uniform(10,20)` or"
-    " `normal(40,0.05)` (mean and standard deviation). Of listed values all combinations are solved.",
-)  # fmt: skip
 OPTIONS = {
-    "vary": Annotated[list[str], VARY],
+    "vary": typer.Option(
+        "--vary", metavar="NAME=VALUES", rich_help_panel=DESIGNS,
+        help="FIRST:LAST:COUNT, a list, uniform(LOW,HIGH) or normal(MEAN,SD); repeatable.\n"
+        "Values of a dimension, such as `10:20:21` (21 values from 10 to 20), `3,4,5`, `uniform(10,20)` or"
+        " `normal(40,0.05)` (mean and standard deviation). Of listed values all combinations are solved.",
+    ),
     "samples": typer.Option(
         "--samples", metavar="N", rich_help_panel=DESIGNS
     ),

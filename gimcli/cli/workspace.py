@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import typer
 
@@ -12,10 +12,9 @@ from gimcli.cli.arguments import INPUTS, pairs
 from gimcli.cli.console import print_table
 from gimcli.cli.from_verb import Run, from_verb
 from gimcli.library.workspace import WorkspaceResult, workspace
+from gimcli.mechanism import Mechanism
 from gimcli.rounding import at_inputs, interval, length, number
-
-if TYPE_CHECKING:
-    from gimcli.mechanism import Mechanism
+from gimcli.table import labelled
 
 HELP = (
     "With two or more inputs it finds the region that a point reaches in all assemblies, its boundary, holes and inner"
@@ -30,13 +29,13 @@ EXAMPLES = (
 GRID = "Grid"
 
 
-def _run(run: Run) -> WorkspaceResult:
+def _run(run: Run) -> Any:
     """Find a workspace; the parts of a grid are kept beside its file until it is complete."""
     if run.arguments["grid"]:
         run.files["more"] = [".npz"]
         arrays = run.outputs.files.of("arrays")
         run.arguments["folder"] = arrays[0].with_suffix(".parts") if arrays else None
-    found: WorkspaceResult = run.written()
+    found = run.written()
     if found.grid is not None:
         found.grid.clear()
     return found
@@ -69,8 +68,6 @@ def _print(result: WorkspaceResult) -> None:
 
 
 def _print_region(mechanism: Mechanism, report: dict[str, Any]) -> None:
-    from gimcli.table import labelled
-
     unit = "" if mechanism.length_unit == "unit" else f" {mechanism.length_unit}"
     square = f"{unit}^2" if unit else ""
     size = mechanism.size * mechanism.scale
@@ -104,8 +101,6 @@ def _print_region(mechanism: Mechanism, report: dict[str, Any]) -> None:
 
 
 def _print_paths(mechanism: Mechanism, report: dict[str, Any]) -> None:
-    from gimcli.table import labelled
-
     rows = []
     for k, path in enumerate(report["paths"]):
         inputs = [
