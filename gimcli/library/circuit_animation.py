@@ -12,10 +12,10 @@ from gimcli.branching.resampling import along, as_motion
 from gimcli.branching.singularities import Singularity
 from gimcli.continuation.circuit import Circuit, nearby
 from gimcli.graphs.extras import Extras
-from gimcli.library.motion_animation import event_text, first_graphs, row_at, rows_of, thinning, words
+from gimcli.library.motion_animation import event_text, first_graphs, motion_clip, thinning
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.motion.motion import Motion
-from gimcli.output.animation import Animation, Clip, Moment, shown_rows
+from gimcli.output.animation import Animation, Clip
 from gimcli.positions.options import TOLERANCE
 from gimcli.quantities.motion_table import motion_table
 from gimcli.table import Column, Table
@@ -136,12 +136,6 @@ def _clip(
     name: str, motion: Motion, table: Table, places: Sequence[SingularPlace], closed: bool, note: str = ""
 ) -> Clip:  # fmt: skip
     """Return the clip of a circuit; the time of the motion is the part of its length."""
-    mechanism = motion.mechanism
-    rows = shown_rows(motion.good, [row_at(motion.time, place.part) for place in places])
-    columns = [Column(PART, motion.time), *(c for c in table.columns if c.name not in ("time", "sweeps"))]
-    shown, kept = motion.rows(rows), rows_of(Table(tuple(columns)), rows)
-    return Clip(
-        name, mechanism.to_file(shown.z.T), shown.time * ROUND, words(shown.codes), kept, PART,
-        tuple(Moment(row_at(shown.time, place.part), place.kind, place.text) for place in places),
-        closed=closed, without=NO_TIME, note=note,
-    )  # fmt: skip
+    columns = (Column(PART, motion.time), *(c for c in table.columns if c.name not in ("time", "sweeps")))
+    events = [(place.part, place.kind, place.text) for place in places]
+    return motion_clip(name, motion, Table(columns), ROUND, PART, events, closed, NO_TIME, note)

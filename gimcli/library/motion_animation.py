@@ -44,21 +44,39 @@ def law_animation(motion: Motion, extras: Extras, steps: int, angles: Angles = i
     mechanism = motion.mechanism
     if not motion.solved:
         return None
-    events = _law_events(motion)
-    rows = shown_rows(motion.good, [np.interp(time, motion.time, np.arange(len(motion.time))) for time, *_ in events])
     without = REVERSED if motion.turned_back or motion.parameter is not None else ""
     order = 0 if without else max(2, extras.order)
     table = _with_steps(extras.with_expressions(extras.apart(motion, angles, order)), motion, steps)
-    across = abscissa(motion)
+    across, closed = abscissa(motion).name, returns(mechanism, motion)
+    clip = motion_clip("motion", motion, table, mechanism.duration, across, _law_events(motion), closed, without)
+    notes = thinning(len(clip.time), steps + 1)
+    return Animation(mechanism.name, mechanism, (clip,), first_graphs(table, extras, across), notes)
+
+
+def motion_clip(
+    name: str, motion: Motion, table: Table, seconds: float, axis: str, events: Sequence[tuple[float, str, str]],
+    closed: bool, without: str, note: str = "",
+) -> Clip:  # fmt: skip
+    """Return the clip of a motion: evenly spread rows, and those beside events.
+
+    Args:
+        name: its name.
+        motion: all rows.
+        table: the columns for graphs, with all rows.
+        seconds: the time in which the motion is shown.
+        axis: the column that is the abscissa.
+        events: time (0 to 1), kind and text of each event.
+        closed: whether the last position is the first one.
+        without: why there are no velocities; "" for those along the laws.
+        note: a line about the motion.
+    """
+    rows = shown_rows(motion.good, [row_at(motion.time, time) for time, *_ in events])
     shown = motion.rows(rows)
-    time = shown.time * mechanism.duration
-    clip = Clip(
-        "motion", mechanism.to_file(shown.z.T), time, words(shown.codes), rows_of(table, rows), across.name,
-        tuple(Moment(row_at(shown.time, time), kind, text) for time, kind, text in events),
-        closed=returns(mechanism, shown), rates=None if without else law_rates(shown), without=without,
+    moments = tuple(Moment(row_at(shown.time, time), kind, text) for time, kind, text in events)
+    return Clip(
+        name, motion.mechanism.to_file(shown.z.T), shown.time * seconds, words(shown.codes), rows_of(table, rows), axis,
+        moments, closed, rates=None if without else law_rates(shown), without=without, note=note,
     )  # fmt: skip
-    notes = thinning(len(rows), steps + 1)
-    return Animation(mechanism.name, mechanism, (clip,), first_graphs(table, extras, across.name), notes)
 
 
 def first_graphs(table: Table, extras: Extras | None, over: str) -> tuple[Graph, ...]:

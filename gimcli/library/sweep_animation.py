@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -90,10 +91,8 @@ def _clip(columns: DesignColumns, k: int, design: int, kept: str) -> Clip:
     status = Status(int(solved.status[k])).word
     note = f"design {design + 1}: {status}; {kept}" if kept else f"design {design + 1}: {status}"
     name, z = f"design {design + 1}", mechanism.to_file(solved.z[k].T)
-    time = solved.time * mechanism.duration
-    if own is None:
-        return Clip(name, z, time, words(solved.codes[k]), Table(()), without=WITHOUT, note=note)
-    return Clip(
-        name, z, time, words(solved.codes[k]), motion_table(own), abscissa(own).name,
-        closed=returns(own.mechanism, own), without=WITHOUT, note=note, mechanism=own.mechanism,
-    )  # fmt: skip
+    time, table, more = solved.time * mechanism.duration, Table(()), dict[str, Any]()
+    if own is not None:
+        table = motion_table(own)
+        more = {"axis": abscissa(own).name, "closed": returns(own.mechanism, own), "mechanism": own.mechanism}
+    return Clip(name, z, time, words(solved.codes[k]), table, without=WITHOUT, note=note, **more)

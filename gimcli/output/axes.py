@@ -6,6 +6,7 @@ import math
 import re
 import textwrap
 from collections.abc import Sequence
+from itertools import chain, count
 from typing import Any
 
 import numpy as np
@@ -42,11 +43,8 @@ class PartNames:
         Other characters than those of a name in XML become their number, such as "_x0020_" for a space. A part that
         comes again, such as that of another panel, gets a number.
         """
-        stem = own = re.sub(f"[^{IN_NAMES}]", lambda found: f"_x{ord(found[0]):04X}_", part)
-        number = 1
-        while own in self._used:
-            number += 1
-            own = f"{stem}-{number}"
+        stem = re.sub(f"[^{IN_NAMES}]", lambda found: f"_x{ord(found[0]):04X}_", part)
+        own = next(name for name in chain([stem], (f"{stem}-{k}" for k in count(2))) if name not in self._used)
         self._used.add(own)
         return own
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from itertools import chain, count
 from pathlib import Path
 from typing import Any
 
@@ -55,15 +56,12 @@ def write_dxf(content: Geometry, path: Path | str) -> None:
 
 def layer_names(names: Iterable[str]) -> list[str]:
     """Return names of layers that the format accepts, and that differ not only in capital letters."""
-    found: list[str] = []
+    found: dict[str, str] = {}  # by the name in small letters
     for name in names:
-        own = stem = re.sub(r'[<>/\\":;?*=`|,\x00-\x1f]', "_", name)[: LONGEST - 8]
-        number = 1
-        while own.casefold() in (other.casefold() for other in found):
-            number += 1
-            own = f"{stem} ({number})"
-        found.append(own)
-    return found
+        stem = re.sub(r'[<>/\\":;?*=`|,\x00-\x1f]', "_", name)[: LONGEST - 8]
+        own = next(n for n in chain([stem], (f"{stem} ({k})" for k in count(2))) if n.casefold() not in found)
+        found[own.casefold()] = own
+    return list(found.values())
 
 
 def _add(space: Any, shape: Shape, layer: str) -> None:

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from gimcli.connected import unlike
 from gimcli.coupling_data import BELT, CROSSED, INTERNAL, RACK, GearPair
 from gimcli.mechanism import ComplexArray
 from gimcli.output.anchors import Anchor
@@ -87,9 +88,7 @@ class GearOutlines:
 def gear_outlines(scene: Any) -> GearOutlines:
     """Return what is drawn of the gears of a mechanism."""
     known = [(gear, _radii(scene, gear)) for gear in scene.mechanism.gears if gear.radii is not None]
-    wheels: list[Wheel] = []
-    for gear, radii in known:
-        wheels += [own for own in _wheels(gear, radii) if not any(_same(own, other) for other in wheels)]
+    wheels = unlike((own for gear, radii in known for own in _wheels(gear, radii)), _same)
     belts = [
         BeltLoop(gear.name, gear.pivots, radii, gear.kind == CROSSED)
         for gear, radii in known

@@ -144,7 +144,7 @@ class _MechanismLayers:
         nodes = self.z[list(slider.nodes)]
         length, half = (nodes * along.conjugate()).real, 1.5 * self.radius
         low, high = (complex(nodes[at(length)]) for at in (np.argmin, np.argmax))
-        right, left = (2 - 1j) * half * along, (2 + 1j) * half * along
+        right, left = along * (2 - 1j) * half, along * (2 + 1j) * half
         self.geometry.add(BLOCKS, Polyline(np.array([low - left, high + right, high + left, low - right]), closed=True))
 
     def _add_nodes(self, points: Mapping[str, complex]) -> None:

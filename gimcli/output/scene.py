@@ -209,11 +209,9 @@ class Scene(Anchors):
         springs = [(spring.name, "spring", spring.gauge) for spring in data.springs]
         named = [*springs, *((damper.name, "damper", damper.gauge) for damper in data.dampers)]
         placed = [(name, kind, *self._measured(self.mechanism.gauges[gauge])) for name, kind, gauge in named]
-        beside: dict[object, list[str]] = {
-            (-1, frozenset(map(Anchor, drive.nodes))): [drive.name] for drive in self.cylinders
-        }
-        for name, _, ends, pivot in placed:
-            beside.setdefault((pivot, frozenset(ends)), []).append(name)
+        ends_of = [(drive.name, -1, frozenset(map(Anchor, drive.nodes))) for drive in self.cylinders]
+        ends_of += [(name, pivot, frozenset(ends)) for name, _, ends, pivot in placed]
+        beside = grouped(((pivot, ends), name) for name, pivot, ends in ends_of)
         found = []
         for name, kind, ends, pivot in placed:
             together = beside[pivot, frozenset(ends)]
