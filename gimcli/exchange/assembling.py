@@ -7,7 +7,7 @@ import math
 from itertools import combinations
 from typing import Any
 
-from gimcli.exchange.draft import GROUND, PARALLEL, BodyLoad, Draft, DraftSlot, Turn, free_name
+from gimcli.exchange.draft import GROUND, PARALLEL, Draft, Slot, Turn, free_name
 
 REACH = 0.25
 """Distance of an added guide node from its joint, relative to the size of the mechanism."""
@@ -40,8 +40,8 @@ class Assembling:
         self.same = {name: name for name in self.places}
         self._merge()
         self.bodies = {name: list(dict.fromkeys(self.same[j] for j in own)) for name, own in draft.bodies.items()}
-        self.ground = list(dict.fromkeys(self.same[j] for j in draft.ground))
-        self.fixed: set[str] = set()
+        self.ground = self.bodies[GROUND]
+        self.fixed = {GROUND}
         self._absorb()
         self.prismatic: dict[str, dict[str, Any]] = {}
         self.guides: dict[str, list[str]] = {}
@@ -53,7 +53,7 @@ class Assembling:
     def _merge(self) -> None:
         """Let joints of one body that coincide be one node."""
         near = max(self.draft.resolution, 1e-9 * self.size)
-        for own in self.draft.bodies.values():
+        for own in (own for name, own in self.draft.bodies.items() if name != GROUND):
             for a, b in combinations(own, 2):
                 first, second = self.same[a], self.same[b]
                 if first != second and abs(self.places[first] - self.places[second]) <= near:
@@ -74,25 +74,22 @@ class Assembling:
         return any(abs(self.places[a] - self.places[b]) > 1e-9 * self.size for a, b in combinations(nodes, 2))
 
     def _carrier(self, name: str) -> str:
-        return GROUND if name == GROUND or name in self.fixed else name
-
-    def _nodes(self, carrier: str) -> list[str]:
-        return self.ground if carrier == GROUND else self.bodies[carrier]
+        return GROUND if name in self.fixed else name
 
     def _add(self, carrier: str, name: str, place: complex) -> str:
         """Add a node to a carrier, unless it has one there; return its name."""
-        for there in self._nodes(carrier):
+        for there in self.bodies[carrier]:
             if abs(self.places[there] - place) <= 1e-9 * self.size:
                 return there
         own = free_name(name, self.places)
         digits = 12 - math.ceil(math.log10(self.size)) if self.size else 12
         self.places[own] = complex(round(place.real, digits), round(place.imag, digits))
-        self._nodes(carrier).append(own)
+        self.bodies[carrier].append(own)
         return own
 
     # -- slots ----------------------------------------------------------------------------------
 
-    def _slot(self, slot: DraftSlot) -> None:
+    def _slot(self, slot: Slot) -> None:
         node, carrier, body = self.same[slot.joint], self._carrier(slot.carrier), slot.body
         direction = slot.direction
         if body and self._carrier(body) == GROUND:  # the carrier slides along the body
@@ -120,13 +117,13 @@ class Assembling:
             or any(body in (turn.body, turn.reference) for turn in draft.turns)
         )
 
-    def _guide(self, slot: DraftSlot, node: str, carrier: str, direction: complex) -> list[str]:
+    def _guide(self, slot: Slot, node: str, carrier: str, direction: complex) -> list[str]:
         """Return two nodes of the carrier along the line of sliding; add them where there are none."""
         named = [self.same[name] for name in slot.guide or ()]
         if named and abs(self.places[named[1]] - self.places[named[0]]) > 1e-9 * self.size:
             return named
         here = self.places[node]
-        on_line = [n for n in self._nodes(carrier) if n != node and self._along(self.places[n] - here, direction)]
+        on_line = [n for n in self.bodies[carrier] if n != node and self._along(self.places[n] - here, direction)]
         on_line.sort(key=lambda n: (self.places[n] / direction).real)
         if on_line and abs(self.places[on_line[-1]] - self.places[on_line[0]]) > SHORTEST * self.size:
             return [on_line[0], on_line[-1]]
@@ -206,7 +203,7 @@ class Assembling:
         points = self._points(members)
         data: dict[str, Any] = {
             "name": draft.name, "source": f"converted from {draft.program}", "units": self._units(),
-            "nodes": {n: [z.real, z.imag] for n, z in self.places.items() if n in used},
+            "nodes": {n: _pair(z) for n, z in self.places.items() if n in used},
             "ground": self.ground,
             "links": {n: own for n, own in members.items() if len(own) == 2},
             "elements": {n: own for n, own in members.items() if len(own) > 2},
@@ -214,18 +211,17 @@ class Assembling:
             "points": points,
             "trace": self._traced(used - {*self.ground} | {*points}),
             "duration": draft.duration, "masses": self._masses(members),
-            "gravity": None if draft.gravity is None else [draft.gravity.real, draft.gravity.imag],
-            "loads": {load.name: own for load in draft.loads if (own := self._load(load, members))},
+            "gravity": None if draft.gravity is None else _pair(draft.gravity),
+            "loads": {name: own for name, load in draft.loads.items() if (own := self._load(name, load, members))},
         }  # fmt: skip
         return {key: _clean(value, self.size) for key, value in data.items() if value not in (None, "", {})}
 
     def _gears(self, taken: list[str]) -> dict[str, Any]:
         found: dict[str, Any] = {}
-        for gear in self.draft.gears:
-            wheels, pivots = [self._carrier(body) for body in gear.bodies], [self.same[pivot] for pivot in gear.pivots]
-            found[free_name(gear.name, [*taken, *self.prismatic, *found])] = {
-                "type": gear.type, "members": wheels, "pivots": pivots, "carrier": self._carrier(gear.carrier),
-                "radii" if gear.radii else "teeth": list(gear.sizes),
+        for name, own in self.draft.gears:
+            found[free_name(name, [*taken, *self.prismatic, *found])] = {
+                **own, "members": [self._carrier(body) for body in own["members"]],
+                "pivots": [self.same[pivot] for pivot in own["pivots"]], "carrier": self._carrier(own["carrier"]),
             }  # fmt: skip
         return found
 
@@ -248,46 +244,41 @@ class Assembling:
             if name in self.places:
                 continue
             if owner in members or owner == GROUND:
-                found[name] = {"on": owner, "at": [place.real, place.imag]}
+                found[name] = {"on": owner, "at": _pair(place)}
             else:
                 self.draft.left_out.append(f"point {name} is left out: its link {body} has one joint and may turn")
         return found
 
     def _masses(self, members: dict[str, list[str]]) -> dict[str, Any]:
         found: dict[str, Any] = {}
-        for one in self.draft.masses:
-            owner = self._carrier(one.body)
-            if owner == GROUND or not (one.mass or one.inertia):
-                continue
-            if owner not in members:  # a point mass
-                nodes = self.bodies.get(owner, [])
-                if nodes:
-                    found[nodes[0]] = {"mass": found.get(nodes[0], {"mass": 0.0})["mass"] + one.mass}
-                continue
-            own: dict[str, Any] = {"mass": one.mass}
-            if one.inertia is not None:
-                own["inertia"] = one.inertia
-            if one.centre is not None:
-                first, second = (self.places[n] for n in members[owner][:2])
-                local = (one.centre - first) / _ray(first, second)
-                own["centre"] = [local.real, local.imag]
-            found[owner] = own
+        for body, mass in self.draft.masses:
+            owner, own = self._carrier(body), dict(mass)
+            if owner in members:
+                if "centre" in own:
+                    first = self.places[members[owner][0]]
+                    own["centre"] = _pair((own["centre"] - first) / self._ray(members[owner]))
+                found[owner] = own
+            elif owner != GROUND and own["mass"]:  # a point mass
+                for node in self.bodies[owner][:1]:
+                    found[node] = {"mass": found.get(node, {"mass": 0.0})["mass"] + own["mass"]}
         return found
 
-    def _load(self, load: BodyLoad, members: dict[str, list[str]]) -> dict[str, Any] | None:
-        owner = self._carrier(load.body)
+    def _load(self, name: str, load: dict[str, Any], members: dict[str, list[str]]) -> dict[str, Any] | None:
+        owner = self._carrier(load["on"])
+        [key] = load.keys() & {"force", "follower"}
+        if owner in members:
+            turned = self._ray(members[owner]) if key == "follower" else 1.0
+            return {"on": owner, "at": _pair(load["at"]), key: _pair(load[key] / turned)}
         if owner == GROUND:
-            self.draft.left_out.append(f"load {load.name} is left out: it acts on the ground")
+            self.draft.left_out.append(f"load {name} is left out: it acts on the ground")
             return None
-        if owner not in members:
-            nodes = self.bodies.get(owner, [])
-            return {"on": nodes[0], "force": [load.force.real, load.force.imag]} if nodes else None
-        own: dict[str, Any] = {"on": owner, "at": [load.at.real, load.at.imag]}
-        force = load.force
-        if load.follower:
-            first, second = (self.places[n] for n in members[owner][:2])
-            force /= _ray(first, second)
-        return {**own, "follower" if load.follower else "force": [force.real, force.imag]}
+        nodes = self.bodies[owner]
+        return {"on": nodes[0], "force": _pair(load[key])} if nodes else None
+
+    def _ray(self, nodes: list[str]) -> complex:
+        """Return the direction of the own x axis of a member: from its first node to its second."""
+        along = self.places[nodes[1]] - self.places[nodes[0]]
+        return along / (abs(along) or 1.0)
 
 
 def _with_range(keys: dict[str, Any], drawn: float) -> dict[str, Any]:
@@ -299,9 +290,9 @@ def _with_range(keys: dict[str, Any], drawn: float) -> dict[str, Any]:
     return {**keys, "law": {"from": drawn + first, "to": drawn + last, **law}}
 
 
-def _ray(first: complex, second: complex) -> complex:
-    """Return the direction from the first point to the second."""
-    return (second - first) / (abs(second - first) or 1.0)
+def _pair(z: complex) -> list[float]:
+    """Return a place or a vector as in a model file."""
+    return [z.real, z.imag]
 
 
 def _clean(value: Any, size: float) -> Any:

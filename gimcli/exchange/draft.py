@@ -7,9 +7,11 @@ makes the plain data of a model file.
 
 from __future__ import annotations
 
+import cmath
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from itertools import islice
 from typing import Any
 
 from gimcli.errors import ModelError
@@ -43,67 +45,46 @@ class DrawnJoint:
 
 
 @dataclass
-class DraftSlot:
-    """A joint that slides along a line fixed to a carrier; `body` is the one that slides, "" if it may turn."""
+class Slot:
+    """A joint that slides along a line fixed to a carrier; `body` is the one that slides, "" if it may turn.
 
-    name: str
+    `guide`: two joints of the carrier on the line. In a mechanism that is written, `travel` is the actuator (its
+    number) that drives the joint along the line, and `stroke` the two ends of the barrel of a cylinder.
+    """
+
     joint: str
     carrier: str
     direction: complex
     body: str = ""
+    travel: int | None = None
+    stroke: tuple[complex, complex] | None = None
+    name: str = ""
     guide: tuple[str, str] | None = None
 
 
 @dataclass
 class Turn:
-    """A rotary input: the angle of `body` against `reference` about a joint."""
+    """A rotary input: the angle of `body` against `reference` about a joint.
 
-    name: str
+    `number` is that of the actuator in a mechanism that is written; the other fields are those of an input to be read.
+    """
+
     pivot: str
     body: str
     reference: str
-    arm: str  # joint of the body whose direction is the angle; "": the farthest one
-    keys: dict[str, Any]
-
-
-@dataclass
-class DraftGear:
-    """Two wheels on a carrier, with their relative sizes, or with their pitch radii; a body or GROUND each."""
-
-    name: str
-    type: str  # as in the model file
-    bodies: tuple[str, str]
-    pivots: tuple[str, str]  # joints
-    carrier: str
-    sizes: tuple[float, float]
-    radii: bool = False  # the sizes are pitch radii
-
-
-@dataclass
-class BodyMass:
-    """The mass of a body; without `centre` the centre of mass is the mean of its joints."""
-
-    body: str
-    mass: float
-    inertia: float | None
-    centre: complex | None
-
-
-@dataclass
-class BodyLoad:
-    """A force at a point of a body; `follower`: it turns with the body."""
-
-    name: str
-    body: str
-    at: complex
-    force: complex
-    follower: bool
+    number: int = 0
+    name: str = ""
+    arm: str = ""  # joint of the body whose direction is the angle; "": the farthest one
+    keys: dict[str, Any] = field(default_factory=dict)
 
 
 @dataclass
 class Draft:
-    """The mechanism of another program's file; all coordinates are those of its drawn position, y upwards.
+    """A mechanism as other programs have it; all coordinates are those of its drawn position, y upwards.
 
+    `bodies`: joints by body, GROUND among them. `tracers`: points of bodies, with their places.
+    `travels`, `gears`, `masses`, `loads`: parts as in the model file, with the names of bodies and joints of the draft
+    and with complex numbers for places and vectors; without `centre` the centre of mass is the mean of the joints.
     `resolution`: distance below which two joints of a body coincide, the last digit of the file's coordinates.
     `left_out`: sentences that name what the file has and the model has not, as the motion does not depend on it.
     """
@@ -117,37 +98,44 @@ class Draft:
     duration: float | None = None
     gravity: complex | None = None
     joints: dict[str, complex] = field(default_factory=dict)
-    bodies: dict[str, list[str]] = field(default_factory=dict)
-    ground: list[str] = field(default_factory=list)
-    slots: list[DraftSlot] = field(default_factory=list)
+    bodies: dict[str, list[str]] = field(default_factory=lambda: {GROUND: []})
+    slots: list[Slot] = field(default_factory=list)
     turns: list[Turn] = field(default_factory=list)
     travels: dict[str, dict[str, Any]] = field(default_factory=dict)
     tracers: dict[str, tuple[str, complex]] = field(default_factory=dict)
     traced: list[str] = field(default_factory=list)  # joints and tracers whose paths the program draws
-    gears: list[DraftGear] = field(default_factory=list)
-    masses: list[BodyMass] = field(default_factory=list)
-    loads: list[BodyLoad] = field(default_factory=list)
+    gears: list[tuple[str, dict[str, Any]]] = field(default_factory=list)
+    masses: list[tuple[str, dict[str, Any]]] = field(default_factory=list)
+    loads: dict[str, dict[str, Any]] = field(default_factory=dict)
     left_out: list[str] = field(default_factory=list)
 
     # -- what readers call ----------------------------------------------------------------------
 
-    def joint(self, name: str, place: complex) -> str:
-        """Add a joint; return its name, which is changed if another joint has it."""
+    def joint(self, name: str, place: complex, *bodies: str) -> str:
+        """Add a joint of some bodies; return its name, which is changed if another joint has it."""
         if not (math.isfinite(place.real) and math.isfinite(place.imag)):
             raise self.refusal(f"joint {name}: the coordinates are not finite numbers")
         own = free_name(name, self.joints)
         self.joints[own] = place
+        for body in bodies:
+            self.bodies[body].append(own)
         return own
 
     def body(self, name: str, joints: Iterable[str]) -> str:
         """Add a rigid body with its joints; return its name, which is changed if another body has it."""
-        own = free_name(name, [*self.bodies, GROUND])
+        own = free_name(name, self.bodies)
         self.bodies[own] = list(dict.fromkeys(joints))
         return own
 
-    def fix(self, *joints: str) -> None:
-        """Fix joints to the ground."""
-        self.ground += [name for name in joints if name not in self.ground]
+    def common(self, *joints: str) -> list[str]:
+        """Return the bodies that have all of some joints, the ground first."""
+        return [body for body, own in self.bodies.items() if set(joints) <= set(own)]
+
+    def point(self, name: str, body: str, place: complex) -> str:
+        """Add a point of a body whose path counts; return its name, which is changed if another point has it."""
+        own = free_name(name, [*self.joints, *self.tracers])
+        self.tracers[own] = (body, place)
+        return own
 
     def slot(
         self, name: str, joint: str, carrier: str, direction: complex, *, body: str = "",
@@ -158,7 +146,21 @@ class Draft:
         With `body` the joint is a block of this body, which slides without turning against the carrier. `guide`: two
         joints of the carrier on the line, if the file names them.
         """
-        self.slots.append(DraftSlot(name, joint, carrier, direction / abs(direction), body, guide))
+        self.slots.append(Slot(joint, carrier, direction / abs(direction), body, name=name, guide=guide))
+
+    def listed(self, name: str, joint: DrawnJoint, slot: str) -> str:
+        """Add a joint whose links are bodies, and its slot, if it has one; return its name.
+
+        `slot` is the word before the name of the joint in that of the slot.
+        """
+        links = joint.links
+        if joint.kind == "P" and links[1:] == (GROUND,):  # the slot slides over a block of the ground
+            links = (GROUND, links[0])
+        own = self.joint(name, joint.place, *(links if joint.kind == "R" else links[1:]))
+        if joint.kind != "R" and len(links) > 1:
+            body = links[1] if joint.kind == "P" else ""
+            self.slot(f"{slot}_{own}", own, links[0], cmath.rect(1.0, joint.angle), body=body)
+        return own
 
     def rotary(
         self, name: str, pivot: str, body: str, reference: str = GROUND, *, arm: str = "", **keys: Any
@@ -167,7 +169,7 @@ class Draft:
 
         law={"over": (a, b)} runs from a to b relative to the value at the drawn position.
         """
-        self.turns.append(Turn(name, pivot, body, reference, arm, keys))
+        self.turns.append(Turn(pivot, body, reference, 0, name, arm, keys))
 
     def linear(self, name: str, a: str, b: str, **keys: Any) -> None:
         """Add a linear input that drives the distance of two joints."""
@@ -179,12 +181,12 @@ class Draft:
 
     def suggest_input(self) -> None:
         """Name an input that could be added to a mechanism without one: a link on a fixed pin."""
-        for pivot in self.ground:
-            for joints in self.bodies.values():
-                if pivot in joints and (others := [name for name in joints if name not in self.ground]):
-                    own = f"`motor: {{type: rotary, pivot: {pivot}, arm: {others[0]}}}` in `actuators`"
-                    self.left_out.append(f"the file has no inputs; add one, such as {own}")
-                    return
+        ground = self.bodies[GROUND]
+        pinned = ((pivot, own) for pivot in ground for own in self.bodies.values() if pivot in own)
+        arms = ((pivot, joint) for pivot, own in pinned for joint in own if joint not in ground)
+        for pivot, arm in islice(arms, 1):
+            own = f"`motor: {{type: rotary, pivot: {pivot}, arm: {arm}}}` in `actuators`"
+            self.left_out.append(f"the file has no inputs; add one, such as {own}")
 
     def size(self) -> float:
         """Return the diagonal of the joints; 1 where they coincide."""
@@ -204,3 +206,12 @@ def free_name(name: str, taken: Iterable[str]) -> str:
     while own in known:
         own, number = f"{plain}_{number}", number + 1
     return own
+
+
+def number_of(text: str) -> float | None:
+    """Return a finite number; None for any other text."""
+    try:
+        number = float(text)
+    except ValueError:
+        return None
+    return number if math.isfinite(number) and "_" not in text else None

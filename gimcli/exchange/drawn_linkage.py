@@ -12,8 +12,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from gimcli.errors import ModelError
-from gimcli.exchange.draft import BARREL, GROUND, free_name
+from gimcli.exchange.draft import BARREL, GROUND, Draft, Slot, Turn
 from gimcli.mechanism import ANGLE, FRAME, HEIGHT, SPAN, ComplexArray, Input, Mechanism, PairRow
 
 
@@ -37,53 +36,22 @@ STRAIGHT = 1e-9
 """Largest sine of the angle between parallel lines."""
 
 
-@dataclass
-class DrawnSlot:
-    """A joint that slides along a line of a carrier; `body` cannot turn against it, "" if the joint is a pin.
+class DrawnLinkage(Draft):
+    """The members, the pairs, the inputs and the points of a mechanism, in the file's coordinates.
 
-    `travel`: the actuator (its number) that drives the joint along the line.
+    `points` has the bodies of the points, which are joints of one body.
     """
 
-    joint: str
-    carrier: str
-    direction: complex
-    body: str = ""
-    travel: int | None = None
-    stroke: tuple[complex, complex] | None = None  # of a cylinder: its mount and the other end of its barrel
-
-
-@dataclass
-class DrawnTurn:
-    """A rotary input at a pin: the angle of a body against another one."""
-
-    joint: str
-    body: str
-    reference: str
-    actuator: int
-
-
-@dataclass
-class DrawnLinkage:
-    """Joints with their places and bodies, slots and inputs, in the file's coordinates."""
-
-    pose: DrawnPose
-    program: str
-    places: dict[str, complex] = field(default_factory=dict)
-    bodies: dict[str, list[str]] = field(default_factory=dict)  # joints by body, GROUND among them
-    slots: list[DrawnSlot] = field(default_factory=list)
-    turns: list[DrawnTurn] = field(default_factory=list)
-    points: dict[str, str] = field(default_factory=dict)  # bodies of the points, which are joints of one body
-
-    def __post_init__(self) -> None:
-        """Read the members, the pairs, the inputs and the points of the mechanism."""
-        own = self.pose.mechanism
-        self.mechanism = own
-        self.size = own.size * own.scale
+    def __init__(self, pose: DrawnPose, program: str) -> None:
+        own = pose.mechanism
+        super().__init__(program, own.name, left_out=pose.left_out)
+        self.pose, self.mechanism = pose, own
+        self.span = own.size * own.scale
         self.names = [GROUND, *(m.name for m in own.members[1:])]
-        self.places = {name: complex(z) for name, z in zip(own.nodes, self.pose.z, strict=True)}
-        for name, member in zip(self.names, own.members, strict=True):
-            self.bodies[name] = [own.nodes[k] for k in member.nodes]
+        self.joints = {name: complex(z) for name, z in zip(own.nodes, pose.z, strict=True)}
+        self.bodies = {n: [own.nodes[k] for k in m.nodes] for n, m in zip(self.names, own.members, strict=True)}
         self.turned = [self._rotation(k) for k in range(len(own.members))]
+        self.points: dict[str, str] = {}
         self._pairs()
         for number, actuator in enumerate(own.actuators):
             self._input(number, actuator)
@@ -91,19 +59,11 @@ class DrawnLinkage:
         self._points()
         if own.couplings:
             names = ", ".join(own.actuators[coupling.follower].name for coupling in own.couplings)
-            self.pose.left_out.append(f"{names}: the coupling is left out; they are inputs with speeds of their own")
+            self.left_out.append(f"{names}: the coupling is left out; they are inputs with speeds of their own")
         if own.floating:
-            self.pose.left_out.append(f"the held member {own.members[FRAME].name} is written as the ground")
+            self.left_out.append(f"the held member {own.members[FRAME].name} is written as the ground")
 
     # -- what writers ask -----------------------------------------------------------------------
-
-    def refusal(self, text: str) -> ModelError:
-        """Return the error for a part that the program cannot express."""
-        return ModelError([f"{self.mechanism.name}: {text}"])
-
-    def bodies_at(self, joint: str) -> list[str]:
-        """Return the bodies that a joint belongs to."""
-        return [body for body, joints in self.bodies.items() if joint in joints]
 
     def speed(self, actuator: int) -> float:
         """Return the mean speed of an input: revolutions per minute, or lengths per second."""
@@ -125,27 +85,13 @@ class DrawnLinkage:
             straight = values[0] + span * times
             if not abs(values - straight).max() <= UNIFORM * max(abs(span), 1e-9):
                 text = f"{self.program} moves its inputs at constant speed"
-                self.pose.left_out.append(f"the profile of the law of {actuator.name} is left out: {text}")
+                self.left_out.append(f"the profile of the law of {actuator.name} is left out: {text}")
             elif actuator.rotary and abs(abs(span) - 2.0 * math.pi) > 1e-9:
                 text = f"{self.program} turns its inputs as far as they can turn"
-                self.pose.left_out.append(f"the range of the law of {actuator.name} is left out: {text}")
+                self.left_out.append(f"the range of the law of {actuator.name} is left out: {text}")
             elif not actuator.rotary and not (cylinders and actuator.kind == SPAN):
                 text = f"{self.program} moves its inputs as far as they can move"
-                self.pose.left_out.append(f"the stroke of the law of {actuator.name} is left out: {text}")
-
-    def body(self, name: str, *joints: str) -> str:
-        """Add a body; return its name."""
-        own = free_name(name, self.bodies)
-        self.bodies[own] = list(joints)
-        return own
-
-    def joint(self, name: str, place: complex, *bodies: str) -> str:
-        """Add a joint of some bodies; return its name."""
-        own = free_name(name, self.places)
-        self.places[own] = place
-        for body in bodies:
-            self.bodies[body].append(own)
-        return own
+                self.left_out.append(f"the stroke of the law of {actuator.name} is left out: {text}")
 
     # -- members and pairs ----------------------------------------------------------------------
 
@@ -171,16 +117,12 @@ class DrawnLinkage:
                 raise self.refusal(f"the pair {row.pair or row.name} cannot be written for {self.program}")
             rows[row.pair or row.name].append(row)
         for name, own in rows.items():
-            direction = own[0].along * self.turned[own[0].guide]
+            guide, direction = self.names[own[0].guide], own[0].along * self.turned[own[0].guide]
             nodes = [self.mechanism.nodes[row.node] for row in own]
-            body = self._common(nodes, but=self.names[own[0].guide]) if len(nodes) > 1 else ""
-            if len(nodes) > 1 and not body:
+            bodies = [body for body in self.common(*nodes) if body != guide] if len(nodes) > 1 else [""]
+            if not bodies:
                 raise self.refusal(f"the pair {name} cannot be written for {self.program}: its nodes have no link")
-            self.slots.append(DrawnSlot(nodes[0], self.names[own[0].guide], direction, body))
-
-    def _common(self, nodes: list[str], but: str) -> str:
-        found = [body for body, joints in self.bodies.items() if body != but and set(nodes) <= set(joints)]
-        return found[0] if found else ""
+            self.slots.append(Slot(nodes[0], guide, direction, bodies[0]))
 
     # -- inputs ---------------------------------------------------------------------------------
 
@@ -195,18 +137,18 @@ class DrawnLinkage:
     def _cylinder(self, number: int, actuator: Input) -> None:
         """Add a barrel at the first node and a rod at the second; its strokes end where the law ends."""
         a, b = (self.mechanism.nodes[k] for k in actuator.nodes)
-        ray = self.places[b] - self.places[a]
+        ray = self.joints[b] - self.joints[a]
         length = abs(ray)
         law = actuator.law(np.array([0.0, 1.0])) * self.mechanism.scale
         change = float(law[1] - law[0])
         inside = -change / BARREL if change < 0.0 else 0.5 * length  # of the barrel, up to the piston
         end = inside + (change if change > 0.0 else 0.0 if change < 0.0 else 0.25 * length)
         unit = ray / length
-        barrel = self.body(f"{actuator.name} barrel", a)
-        rod = self.body(f"{actuator.name} rod", b)
-        piston = self.joint(f"{actuator.name} piston", self.places[a] + inside * unit, rod)
-        far = self.places[a] + end * unit
-        self.slots.append(DrawnSlot(piston, barrel, unit, rod, number, (self.places[a], far)))
+        barrel = self.body(f"{actuator.name} barrel", [a])
+        rod = self.body(f"{actuator.name} rod", [b])
+        piston = self.joint(f"{actuator.name} piston", self.joints[a] + inside * unit, rod)
+        far = self.joints[a] + end * unit
+        self.slots.append(Slot(piston, barrel, unit, rod, number, (self.joints[a], far)))
 
     def _turn(self, number: int, actuator: Input) -> None:
         pivot = self.mechanism.nodes[actuator.node]
@@ -217,12 +159,12 @@ class DrawnLinkage:
         if pivot not in self.bodies[reference] or pivot not in self.bodies[body]:
             text = f"the input {actuator.name} turns against the ground about a pivot that moves"
             raise self.refusal(f"{text}; {self.program} has no such input")
-        self.turns.append(DrawnTurn(pivot, body, reference, number))
+        self.turns.append(Turn(pivot, body, reference, number))
 
-    def _block_of(self, slot: DrawnSlot) -> str:
+    def _block_of(self, slot: Slot) -> str:
         """Let the pin of a slot turn in a block that slides without turning; return the block."""
-        block = self.body(f"{slot.joint} block", slot.joint)
-        place = self.places[slot.joint] + PIECE * self.size * slot.direction
+        block = self.body(f"{slot.joint} block", [slot.joint])
+        place = self.joints[slot.joint] + PIECE * self.span * slot.direction
         slot.joint = self.joint(f"{slot.joint} slide", place, block)
         slot.body = block
         return block
@@ -235,24 +177,24 @@ class DrawnLinkage:
             if slot.joint == node and slot.carrier == guide and parallel:
                 slot.direction, slot.travel = direction, number
                 return
-        carriage = self.body(f"{actuator.name} carriage")
-        joint = self.joint(f"{actuator.name} slide", self.places[node] + PIECE * self.size * direction, carriage)
-        self.slots.append(DrawnSlot(joint, guide, direction, carriage, number))
-        self.slots.append(DrawnSlot(node, carriage, 1j * direction))
+        carriage = self.body(f"{actuator.name} carriage", [])
+        joint = self.joint(f"{actuator.name} slide", self.joints[node] + PIECE * self.span * direction, carriage)
+        self.slots.append(Slot(joint, guide, direction, carriage, number))
+        self.slots.append(Slot(node, carriage, 1j * direction))
 
     # -- blocks and points ----------------------------------------------------------------------
 
     def _blocks(self) -> None:
         """Give a body to each joint that slides without a member: it does not turn on its first line."""
         for slot in self.slots:
-            if not slot.body and not self.bodies_at(slot.joint):
-                slot.body = self.body(f"{slot.joint} block", slot.joint)
+            if not slot.body and not self.common(slot.joint):
+                slot.body = self.body(f"{slot.joint} block", [slot.joint])
 
     def _points(self) -> None:
         for point in self.mechanism.points:
             body = self.names[point.member]
             if body == GROUND:
-                self.pose.left_out.append(f"the point {point.name} of the ground is left out")
+                self.left_out.append(f"the point {point.name} of the ground is left out")
             else:
                 name = self.joint(point.name, self.at(point.member, point.local), body)
                 self.points[name] = body

@@ -17,7 +17,7 @@ from collections.abc import Mapping
 
 from gimcli.connected import grouped
 from gimcli.errors import ModelError
-from gimcli.exchange.draft import GROUND, Draft, DraftGear, free_name
+from gimcli.exchange.draft import GROUND, Draft, free_name
 from gimcli.exchange.linkage_parts import LinkageParts, LinkPart, PartReader, PinPart, RatioPart, read_parts
 from gimcli.exchange.repeated import RepeatedInput, RepeatedMotion
 from gimcli.exchange.tags import Tag, read_tags
@@ -215,7 +215,8 @@ class _Linkage:
             sizes = (ratio.sizes[0] * self.scale, ratio.sizes[1] * self.scale) if radii else ratio.sizes
             name = f"{what}_{own[0]}_{own[1]}"
             kind = "belt" if ratio.chain else "external"
-            self.draft.gears.append(DraftGear(name, kind, (bodies[0], bodies[1]), own, held, sizes, radii))
+            wheels = {"type": kind, "members": bodies, "pivots": own, "carrier": held}
+            self.draft.gears.append((name, {**wheels, "radii" if radii else "teeth": list(sizes)}))
         if self.trains.idle:
             self.draft.left_out.append(f"gears that drive no link are left out: {', '.join(self.trains.idle)}")
 
@@ -238,8 +239,8 @@ class _Linkage:
             if connector.input and not connector.anchor:
                 raise connector.own.refused("is an input that is no anchor; make it an anchor")
             if connector not in self.points:
-                self.names[connector] = self.draft.joint(connector.name, connector.place * self.scale)
-        self.draft.fix(*(name for c, name in self.names.items() if c.anchor))
+                fixed = (GROUND,) if connector.anchor else ()
+                self.names[connector] = self.draft.joint(connector.name, connector.place * self.scale, *fixed)
 
     def _is_point(self, connector: PinPart) -> bool:
         """Return whether a connector only draws its path: it is on one body, which has two joints without it."""
@@ -275,8 +276,7 @@ class _Linkage:
             elif connector in self.names or not connector.drawn:
                 continue
             if carrier is not None and (body := self.body.get(carrier)):
-                own = free_name(connector.name, [*self.draft.joints, *self.draft.tracers])
-                self.draft.tracers[own] = (body, connector.place * self.scale)
+                self.draft.point(connector.name, body, connector.place * self.scale)
         drawn = [name for c, name in self.names.items() if c.drawn and not c.anchor]
         self.draft.traced = [*self.draft.tracers, *drawn]
 
@@ -304,7 +304,7 @@ class _Linkage:
     def _add_inputs(self) -> None:
         turns = [c for c in self._mechanism() if c.input]
         actuators = [link for link in self.parts.links if link.actuator and link.mechanism]
-        motion = RepeatedMotion(PROGRAM)
+        motion = RepeatedMotion(self.draft)
         for connector in turns:
             body = next((own for link in connector.links if self._turns(link) and (own := self.body.get(link))), "")
             if not body:
@@ -322,8 +322,7 @@ class _Linkage:
             name = free_name(link.name, self.draft.travels)
             a, b = (self.names[c] for c in link.connectors)
             self.draft.linear(name, a, b, law=motion.add(name, _actuator(link, self.scale)))
-        self.draft.duration = motion.complete()
-        self.draft.left_out += motion.left_out
+        motion.complete()
 
     # -- what is only drawn ---------------------------------------------------------------------
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Iterable
-from typing import NamedTuple
+from dataclasses import replace
 
 from gimcli.errors import ModelError
 from gimcli.exchange.draft import GROUND, MOST_PLACES, STROKE, Draft, DrawnJoint
@@ -21,45 +21,33 @@ NO_SPEED = "the speed of the input is zero in the file; the law is one revolutio
 TYPES = ("R", "P", "RP", "G")
 
 
-class PmksSpeed(NamedTuple):
-    """Speed of the input: in revolutions per minute for R, in lengths per second for P.
+DEFAULT_SPEED = 10.0
+"""Speed of the input, revolutions per minute for R and lengths per second for P, where the file has none.
 
-    Source: PMKS writes a speed only if it is not its default (DefaultSpeed of its class DisplayConstants).
+Source: PMKS writes a speed only if it is not its default (DefaultSpeed of its class DisplayConstants).
+"""
+
+
+def draft_of_joints(
+    read: Iterable[DrawnJoint | str], source: str, name: str, speed: float | None, driver: int | None,
+    left_out: list[str],
+) -> Draft:  # fmt: skip
+    """Return the mechanism of a list of joints, in which texts are the faults of entries that are no joints.
+
+    `driver` is the number of the joint that is the input, if the file names it apart from the joints. Raises ModelError
+    with all faults, also for joints that contradict each other, for gears, and for a driver that is a pin in a slot.
     """
-
-    rpm: float = 10.0
-    linear: float = 10.0
-
-
-def sound(read: Iterable[DrawnJoint | str]) -> list[DrawnJoint]:
-    """Return the joints that were read; raise ModelError with all faults if there are any."""
-    joints = list(read)
-    faults = [one for one in joints if isinstance(one, str)]
-    if faults:
-        raise ModelError(faults)
-    return [one for one in joints if isinstance(one, DrawnJoint)]
-
-
-def draft_of_joints(joints: list[DrawnJoint], source: str, name: str, speed: PmksSpeed, left_out: list[str]) -> Draft:
-    """Return the mechanism of a list of joints.
-
-    Raises ModelError for joints that contradict each other, for gears, and for a driver that is a pin in a slot.
-    """
-    draft = Draft(PROGRAM, source, name=name, left_out=list(left_out))
-    joints = _checked(joints, source)
-    spelled: dict[str, str] = {}
-    for joint in joints:
-        for link in joint.links:
-            spelled.setdefault(_key(link), link)
-    for key, link in spelled.items():
-        if key != GROUND:
-            spelled[key] = draft.body(link, ())
-    spelled[GROUND] = GROUND
-    names = [_add(draft, letter(k), joint, [spelled[_key(link)] for link in joint.links])
-             for k, joint in enumerate(joints)]  # fmt: skip
-    driver = _driver(joints)
-    if driver is not None:
-        _drive(draft, names[driver], joints[driver], [spelled[_key(link)] for link in joints[driver].links], speed)
+    draft = Draft(PROGRAM, source, name=name, left_out=left_out)
+    bodies = {GROUND: GROUND}
+    joints = _checked(list(read), source, driver)
+    for link in (link for joint in joints for link in joint.links):
+        if (key := _key(link)) not in bodies:
+            bodies[key] = draft.body(link, ())
+    joints = [replace(joint, links=tuple(bodies[_key(link)] for link in joint.links)) for joint in joints]
+    names = [_add(draft, letter(k), joint) for k, joint in enumerate(joints)]
+    number = _driver(joints)
+    if number is not None:
+        _drive(draft, names[number], joints[number], DEFAULT_SPEED if speed is None else speed)
     return draft
 
 
@@ -83,15 +71,20 @@ def _key(link: str) -> str:
     return GROUND if is_ground(link) else link.casefold()
 
 
-def _checked(joints: list[DrawnJoint], source: str) -> list[DrawnJoint]:
-    """Return the joints; raise ModelError with all of their faults."""
-    faults = [fault for joint in joints if (fault := _fault(joint))]
-    if len(joints) > MOST_JOINTS:
-        faults = [f"{source}: {len(joints)} joints are too many for one mechanism; at most {MOST_JOINTS} are read"]
-    elif sum(len(joint.links) for joint in joints) > MOST_PLACES:
+def _checked(read: list[DrawnJoint | str], source: str, driver: int | None) -> list[DrawnJoint]:
+    """Return the joints with the driver marked; raise ModelError with all of their faults."""
+    joints = [one for one in read if isinstance(one, DrawnJoint)]
+    if driver in range(len(joints)):
+        joints = [replace(joint, driver=k == driver) for k, joint in enumerate(joints)]
+    faults = [one for one in read if isinstance(one, str)]
+    if len(read) > MOST_JOINTS:
+        faults = [f"{source}: {len(read)} joints are too many for one mechanism; at most {MOST_JOINTS} are read"]
+    elif not faults and sum(len(joint.links) for joint in joints) > MOST_PLACES:
         faults = [f"{source}: more than {MOST_PLACES} names of links are too many for one mechanism"]
-    elif joints and not any(is_ground(link) for joint in joints for link in joint.links):
-        faults.append(f"{source}: no link is the ground; name one link ground")
+    elif not faults:
+        faults = [fault for joint in joints if (fault := _fault(joint))]
+        if joints and not any(is_ground(link) for joint in joints for link in joint.links):
+            faults.append(f"{source}: no link is the ground; name one link ground")
     if faults:
         raise ModelError(faults)
     return joints
@@ -114,33 +107,20 @@ def _fault(joint: DrawnJoint) -> str | None:
     return None
 
 
-def _add(draft: Draft, name: str, joint: DrawnJoint, links: list[str]) -> str:
+def _add(draft: Draft, name: str, joint: DrawnJoint) -> str:
     """Add a joint, its slot and its tracer to the draft; return its name."""
-    if len(links) == 1:
-        if links[0] != GROUND:
-            draft.tracers[name] = (links[0], joint.place)
-            draft.traced.append(name)
-        return name
-    own = draft.joint(name, joint.place)
-    if joint.traced:
-        draft.traced.append(own)
-    fixed = links if joint.kind == "R" else links[1:]
-    if joint.kind == "P" and links[1] == GROUND:  # the slot slides over a block of the ground
-        links = fixed = [GROUND, links[0]]
-        fixed = links[1:]
-    for link in fixed:
-        if link == GROUND:
-            draft.fix(own)
-        else:
-            draft.bodies[link].append(own)
-    if joint.kind != "R":
-        draft.slot(f"slide_{own}", own, links[0], direction(joint.angle), body=links[1] if joint.kind == "P" else "")
-    return own
+    if len(joint.links) > 1:
+        name = draft.listed(name, replace(joint, angle=half_turned(joint.angle)), "slide")
+    elif joint.links[0] != GROUND:
+        draft.point(name, joint.links[0], joint.place)
+    if joint.traced or name in draft.tracers:
+        draft.traced.append(name)
+    return name
 
 
-def direction(angle: float) -> complex:
-    """Return the direction of a slot: PMKS turns it by half a revolution to between -90 and 90 degrees."""
-    return cmath.rect(1.0, math.remainder(angle, math.pi))
+def half_turned(angle: float) -> float:
+    """Return the angle of a slot: PMKS turns it by half a revolution to between -90 and 90 degrees."""
+    return math.remainder(angle, math.pi)
 
 
 def _driver(joints: list[DrawnJoint]) -> int | None:
@@ -150,17 +130,16 @@ def _driver(joints: list[DrawnJoint]) -> int | None:
     return marked[-1] if marked else free[0] if free else None
 
 
-def _drive(draft: Draft, name: str, joint: DrawnJoint, links: list[str], speed: PmksSpeed) -> None:
+def _drive(draft: Draft, name: str, joint: DrawnJoint, speed: float) -> None:
+    sense = -1.0 if speed < 0.0 else 1.0
     if joint.kind == "R":
-        reference, body = (links[1], links[0]) if links[1] == GROUND else (links[0], links[1])
-        backwards = speed.rpm < 0.0
-        draft.rotary("motor", name, body, reference, law={"by": -360.0 if backwards else 360.0})
-        draft.duration = 60.0 / abs(speed.rpm) if speed.rpm else None
-        if speed.rpm == 0.0:
+        reference, body = joint.links[1::-1] if joint.links[1] == GROUND else joint.links[:2]
+        draft.rotary("motor", name, body, reference, law={"by": 360.0 * sense})
+        draft.duration = 60.0 / abs(speed) if speed else None
+        if not speed:
             draft.left_out.append(NO_SPEED)
         return
     travel = STROKE * draft.size()
-    backwards = speed.linear < 0.0
-    draft.slider("motor", f"slide_{name}", law={"by": -travel if backwards else travel})
-    draft.duration = travel / abs(speed.linear) if speed.linear else None
+    draft.slider("motor", f"slide_{name}", law={"by": travel * sense})
+    draft.duration = travel / abs(speed) if speed else None
     draft.left_out.append(f"the stroke of the input at joint {name} is not in the file; the law moves it by {travel:g}")

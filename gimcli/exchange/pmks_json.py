@@ -12,7 +12,7 @@ from typing import Any
 from gimcli.errors import ModelError
 from gimcli.exchange.draft import Draft, DrawnJoint
 from gimcli.exchange.json_parts import read_json
-from gimcli.exchange.pmks_joints import TYPES, PmksSpeed, draft_of_joints, sound
+from gimcli.exchange.pmks_joints import TYPES, draft_of_joints
 
 
 def recognises(text: str) -> bool:
@@ -26,16 +26,13 @@ def read(text: str, source: str) -> Draft:
     entries = data.get("Joints") if isinstance(data, dict) else None
     if not isinstance(entries, list):
         raise ModelError([f"{source}: Joints: expected a list of joints"])
-    driver = data.get("DrivingIndex")
-    joints = sound(
-        _joint(entry, f"{source}: Joints.{number}", isinstance(driver, int) and number == driver)
-        for number, entry in enumerate(entries)
-    )
-    speed = _number(data.get("InputSpeed"))
-    name = data.get("Name")
-    rates = PmksSpeed() if speed is None else PmksSpeed(rpm=speed, linear=speed)
+    driver, name = data.get("DrivingIndex"), data.get("Name")
+    joints = [_joint(entry, f"{source}: Joints.{number}") for number, entry in enumerate(entries)]
     left_out = ["the target shape is left out"] if data.get("TargetShape") else []
-    return draft_of_joints(joints, source, name if isinstance(name, str) else "", rates, left_out)
+    return draft_of_joints(
+        joints, source, name if isinstance(name, str) else "", _number(data.get("InputSpeed")),
+        driver if isinstance(driver, int) else None, left_out,
+    )  # fmt: skip
 
 
 def _number(value: Any) -> float | None:
@@ -45,7 +42,7 @@ def _number(value: Any) -> float | None:
     return float(value) if math.isfinite(value) else None
 
 
-def _joint(entry: Any, where: str, driver: bool) -> DrawnJoint | str:
+def _joint(entry: Any, where: str) -> DrawnJoint | str:
     """Return a joint, or the fault of an entry that is none."""
     if not isinstance(entry, dict):
         return f"{where}: expected a joint with the keys X, Y, TypeOfJoint and Links"
@@ -60,4 +57,4 @@ def _joint(entry: Any, where: str, driver: bool) -> DrawnJoint | str:
         return f"{where}.Links: expected a list of names"
     traced = entry.get("PositionVisible") is True
     names = tuple(link.strip() for link in links)
-    return DrawnJoint(names, kind.upper(), complex(x, y), angle or 0.0, where, traced, driver)
+    return DrawnJoint(names, kind.upper(), complex(x, y), angle or 0.0, where, traced)

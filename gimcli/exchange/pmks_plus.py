@@ -13,9 +13,9 @@ from typing import Any
 from urllib.parse import unquote
 
 from gimcli.errors import ModelError
-from gimcli.exchange.draft import BARREL, GROUND, STROKE, BodyLoad, BodyMass, Draft, free_name
+from gimcli.exchange.draft import BARREL, GROUND, STROKE, Draft, free_name
 from gimcli.exchange.pmks_joints import NO_SPEED
-from gimcli.exchange.pmks_plus_codec import HEAD, PlusDocument, PlusForce, PlusJoint, document_of
+from gimcli.exchange.pmks_plus_codec import HEAD, PlusDocument, PlusJoint, document_of
 from gimcli.exchange.pmks_plus_links import PlusStructure
 
 PROGRAM = "PMKS+"
@@ -109,12 +109,11 @@ class PlusDraft:
 
     def _joints(self) -> None:
         for own, joint in self.structure.joints.items():
-            name = self.draft.joint(joint.name or own, complex(joint.x, joint.y))
+            fixed = [GROUND] if joint.fixed and not joint.slides else []
+            name = self.draft.joint(joint.name or own, complex(joint.x, joint.y), *fixed)
             self.names[own] = name
             if joint.traced:
                 self.draft.traced.append(name)
-            if joint.fixed and not joint.slides:
-                self.draft.fix(name)
         for own, joints in self.structure.bodies.items():
             self.bodies[own] = self.draft.body(self.structure.links[own].name or own, [self.names[j] for j in joints])
 
@@ -158,11 +157,11 @@ class PlusDraft:
             link = self.structure.links[own]
             if link.mass > 0.0:
                 inertia = max(link.inertia, 0.0) * INERTIAS[self.unit]
-                self.draft.masses.append(BodyMass(body, link.mass, inertia, link.centre))
+                self.draft.masses.append((body, {"mass": link.mass, "inertia": inertia, "centre": link.centre}))
         for own, joint in self.structure.joints.items():
             if joint.mass > 0.0 and own in self.slots:
                 block = self.draft.body(f"block_{self.names[own]}", [self.names[own]])
-                self.draft.masses.append(BodyMass(block, joint.mass, None, None))
+                self.draft.masses.append((block, {"mass": joint.mass}))
         if self.draft.masses and not self.document.flags[NO_GRAVITY]:
             self.draft.gravity = complex(0.0, -GRAVITY)
 
@@ -171,16 +170,14 @@ class PlusDraft:
             body = self.structure.body_of.get(force.link)
             if body is None:
                 raise self.draft.refusal(f"force {force.id}: its link {force.link} is missing")
-            if force.size:
-                self.draft.loads.append(self._load(force, self.bodies[body]))
-
-    def _load(self, force: PlusForce, body: str) -> BodyLoad:
-        along = force.end - force.start
-        if not along:
-            raise self.draft.refusal(f"force {force.id}: it has no direction")
-        size = force.size * self.newton * (1.0 if force.outward else -1.0)
-        name = free_name(force.name or force.id, [load.name for load in self.draft.loads])
-        return BodyLoad(name, body, force.start, size * along / abs(along), force.local)
+            along = force.end - force.start
+            if not force.size:
+                continue
+            if not along:
+                raise self.draft.refusal(f"force {force.id}: it has no direction")
+            vector = force.size * self.newton * (1.0 if force.outward else -1.0) * along / abs(along)
+            name, key = free_name(force.name or force.id, self.draft.loads), "follower" if force.local else "force"
+            self.draft.loads[name] = {"on": self.bodies[body], "at": force.start, key: vector}
 
     # -- inputs ---------------------------------------------------------------------------------
 

@@ -9,8 +9,8 @@ from collections import defaultdict
 from urllib.parse import quote
 
 from gimcli.dynamic_data import NO_NODE, AppliedLoad
-from gimcli.exchange.draft import GROUND
-from gimcli.exchange.drawn_linkage import PIECE, DrawnLinkage, DrawnPose, DrawnSlot
+from gimcli.exchange.draft import GROUND, Slot
+from gimcli.exchange.drawn_linkage import PIECE, DrawnLinkage, DrawnPose
 from gimcli.exchange.pmks_joints import letter
 from gimcli.exchange.pmks_plus import CLOCKWISE, GRAVITY, INERTIAS, NO_GRAVITY, POUND, POUND_FORCE, PROGRAM
 from gimcli.exchange.pmks_plus_codec import THOUSANDTHS, PlusDocument, PlusForce, PlusJoint, PlusLink, text_of
@@ -47,11 +47,11 @@ class PlusDrawing:
 
     def __init__(self, drawn: DrawnLinkage) -> None:
         self.drawn, self.mechanism = drawn, drawn.mechanism
-        self.left_out = drawn.pose.left_out
+        self.left_out = drawn.left_out
         self.document = PlusDocument()
         self._unit()
         self.joints: dict[str, PlusJoint] = {}
-        for name, place in drawn.places.items():
+        for name, place in drawn.joints.items():
             self._joint(name, place)
         self._apart()
         for slot in drawn.slots:
@@ -74,7 +74,7 @@ class PlusDrawing:
         unit = self.mechanism.length_unit
         own = {"in": 0, "ft": 0, "m": 2, "km": 2}.get(unit, 1)
         metre = METRES[unit]
-        furthest = max(max(abs(place.real), abs(place.imag)) for place in self.drawn.places.values())
+        furthest = max(max(abs(place.real), abs(place.imag)) for place in self.drawn.joints.values())
         if not furthest * metre / UNITS[own] <= FURTHEST:
             raise self.drawn.refusal(f"the coordinates are too large for {PROGRAM}")
         if own == 2 and not self._exact(round(metre / UNITS[2], 12)):
@@ -93,10 +93,10 @@ class PlusDrawing:
     def _exact(self, factor: float) -> bool:
         """Return whether thousandths hold all coordinates."""
         error = 0.0
-        for place in self.drawn.places.values():
+        for place in self.drawn.joints.values():
             for value in (place.real * factor * THOUSANDTHS, place.imag * factor * THOUSANDTHS):
                 error = max(error, abs(value - round(value)) / THOUSANDTHS)
-        return error <= EXACT * self.drawn.size * factor
+        return error <= EXACT * self.drawn.span * factor
 
     # -- joints and slots -----------------------------------------------------------------------
 
@@ -117,20 +117,20 @@ class PlusDrawing:
         """Add a joint that the mechanism has no node for."""
         return self._joint(self.drawn.joint(name, place, *bodies), place)
 
-    def _slot(self, slot: DrawnSlot) -> None:
+    def _slot(self, slot: Slot) -> None:
         """Let a joint slide along a line; a pin that is also something else gets a slider beside it."""
         drawn = self.drawn
-        bodies = drawn.bodies_at(slot.joint)
+        bodies = drawn.common(slot.joint)
         joint = self.joints[slot.joint]
-        turned = any(turn.joint == slot.joint for turn in drawn.turns)
+        turned = any(turn.pivot == slot.joint for turn in drawn.turns)
         if joint.slides or joint.fixed or turned or (slot.body and bodies != [slot.body]):
             body = slot.body or bodies[0]
             if body == GROUND:
                 body = self._frame(slot.joint, slot.direction)
-            beside = PIECE * drawn.size * slot.direction if slot.body not in ("", GROUND) else 0.0
-            joint = self._added(f"{slot.joint} slide", drawn.places[slot.joint] + beside, body)
+            beside = PIECE * drawn.span * slot.direction if slot.body not in ("", GROUND) else 0.0
+            joint = self._added(f"{slot.joint} slide", drawn.joints[slot.joint] + beside, body)
         elif slot.body and len(drawn.bodies[slot.body]) < 2:
-            self._added(f"{slot.joint} end", drawn.places[slot.joint] + PIECE * drawn.size * slot.direction, slot.body)
+            self._added(f"{slot.joint} end", drawn.joints[slot.joint] + PIECE * drawn.span * slot.direction, slot.body)
         joint.slides, joint.welded = True, bool(slot.body)
         self._line(slot, joint)
         if slot.travel is not None:
@@ -138,13 +138,13 @@ class PlusDrawing:
 
     def _frame(self, joint: str, direction: complex) -> str:
         """Add a bar that is fixed by two pins of the ground, which a moving link slides over; return it."""
-        frame = self.drawn.body(f"frame at {joint}")
+        frame = self.drawn.body(f"frame at {joint}", [])
         for end in (direction, -direction):
-            pin = self._added(f"{joint} pin", self.drawn.places[joint] + PIECE * self.drawn.size * end, frame)
+            pin = self._added(f"{joint} pin", self.drawn.joints[joint] + PIECE * self.drawn.span * end, frame)
             pin.fixed = True
         return frame
 
-    def _line(self, slot: DrawnSlot, joint: PlusJoint) -> None:
+    def _line(self, slot: Slot, joint: PlusJoint) -> None:
         """Set the line of a slider: an angle on the ground, or two joints of its carrier."""
         place = complex(joint.x, joint.y) / self.factor
         if slot.stroke is not None:
@@ -154,20 +154,20 @@ class PlusDrawing:
             joint.fixed, joint.angle = True, cmath.phase(slot.direction)
             return
         else:
-            reach = 2.5 * PIECE * self.drawn.size * slot.direction
+            reach = 2.5 * PIECE * self.drawn.span * slot.direction
             ends = self._ends(slot, (place - reach, place + reach))
         joint.fixed = False
         joint.slot = (ends[0], ends[1])
         joint.carrier = slot.carrier
 
-    def _ends(self, slot: DrawnSlot, places: tuple[complex, complex]) -> list[str]:
+    def _ends(self, slot: Slot, places: tuple[complex, complex]) -> list[str]:
         """Return two joints of the carrier along the line; add those that it has not."""
         found = []
         for end, place in zip(("from", "to"), places, strict=True):
             near = [
                 name
                 for name in self.drawn.bodies[slot.carrier]
-                if abs(self.drawn.places[name] - place) <= EXACT * self.drawn.size and not self.joints[name].slides
+                if abs(self.drawn.joints[name] - place) <= EXACT * self.drawn.span and not self.joints[name].slides
             ]
             own = self.joints[near[0]] if near else self._added(f"{slot.joint} {end}", place, slot.carrier)
             found.append(own.id)
@@ -189,21 +189,21 @@ class PlusDrawing:
             if joint.carrier:
                 joint.carrier = self._carrier(joint)
         for turn in self.drawn.turns:
-            joint = self.joints[turn.joint]
-            joint.driven, joint.speed = True, self.drawn.speed(turn.actuator)
+            joint = self.joints[turn.pivot]
+            joint.driven, joint.speed = True, self.drawn.speed(turn.number)
 
     def _apart(self) -> None:
         """Let the pin of an input join two links only: further links get a pin of their own at its place."""
         for turn in self.drawn.turns:
-            further = [b for b in self.drawn.bodies_at(turn.joint) if b not in (turn.body, turn.reference)]
+            further = [b for b in self.drawn.common(turn.pivot) if b not in (turn.body, turn.reference)]
             if not further:
                 continue
             for body in further:
-                self.drawn.bodies[body].remove(turn.joint)
-            pin = self._added(f"{turn.joint} pin", self.drawn.places[turn.joint], turn.reference, *further)
+                self.drawn.bodies[body].remove(turn.pivot)
+            pin = self._added(f"{turn.pivot} pin", self.drawn.joints[turn.pivot], turn.reference, *further)
             for other in self.drawn.turns:
-                if other is not turn and other.joint == turn.joint and other.body in further:
-                    other.joint = pin.name
+                if other is not turn and other.pivot == turn.pivot and other.body in further:
+                    other.pivot = pin.name
 
     def _ordered(self) -> list[str]:
         """Return the bodies, each input's reference before the body that it turns: PMKS+ takes them in this order."""
@@ -247,7 +247,7 @@ class PlusDrawing:
                 if self.joints[node].slides:
                     self.joints[node].mass += inertia.mass / KILOGRAMS[self.unit]
                 elif body:
-                    parts[body].append((inertia.mass, 0.0, self.drawn.places[node]))
+                    parts[body].append((inertia.mass, 0.0, self.drawn.joints[node]))
                 else:
                     self.left_out.append(f"the mass at {node} is left out: no link has it")
             elif inertia.member != FRAME:
@@ -257,7 +257,7 @@ class PlusDrawing:
             self._joined(self.links[body], own)
 
     def _link_at(self, node: str) -> str:
-        found = [body for body in self.drawn.bodies_at(node) if body in self.links]
+        found = [body for body in self.drawn.common(node) if body in self.links]
         return found[0] if found else ""
 
     def _joined(self, link: PlusLink, parts: list[tuple[float, float, complex]]) -> None:
@@ -277,7 +277,7 @@ class PlusDrawing:
             return
         if load.node != NO_NODE:
             node = self.mechanism.nodes[load.node]
-            body, place, turned = self._link_at(node), self.drawn.places[node], 1.0 + 0.0j
+            body, place, turned = self._link_at(node), self.drawn.joints[node], 1.0 + 0.0j
         else:
             body, place = self.drawn.names[load.member], self.drawn.at(load.member, load.point)
             turned = self.drawn.turned[load.member] if load.follows else 1.0 + 0.0j
@@ -293,7 +293,7 @@ class PlusDrawing:
         if not size:
             return
         start = place * self.factor
-        end = start + force / abs(force) * PIECE * self.drawn.size * self.factor
+        end = start + force / abs(force) * PIECE * self.drawn.span * self.factor
         own = f"F{len(self.document.forces) + 1}"
         link = self.links[body].id
         self.document.forces.append(PlusForce(own, link, _plain(name), start, end, size, load.follows))

@@ -12,22 +12,20 @@ import cmath
 import math
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import NamedTuple
 from urllib.parse import unquote
 
 from gimcli.errors import ModelError
-from gimcli.exchange.draft import GROUND, Draft, DrawnJoint
-from gimcli.exchange.drawn_linkage import DrawnLinkage, DrawnPose, DrawnSlot, DrawnTurn
+from gimcli.exchange.draft import GROUND, Draft, DrawnJoint, Slot, Turn, number_of
+from gimcli.exchange.drawn_linkage import DrawnLinkage, DrawnPose
 from gimcli.exchange.pmks_joints import (
     MOST_JOINTS,
     PROGRAM,
     TYPES,
-    PmksSpeed,
-    direction,
     draft_of_joints,
+    half_turned,
     is_ground,
-    sound,
 )
 from gimcli.exchange.pmks_plus_codec import HEAD
 
@@ -77,7 +75,8 @@ def read(text: str, source: str) -> Draft:
         raise ModelError([f"{source}: holds {len(found)} addresses of {PROGRAM}; give one of them"])
     header = Header()
     lines = list(_of_address(found[0], source, header) if found else _of_text(text, source, header))
-    return _draft(lines, source, header)
+    joints = map(_joint, lines)
+    return draft_of_joints(joints, source, header.name, header.speed, header.driver, header.left_out)
 
 
 def _address(line: str) -> str:
@@ -128,33 +127,13 @@ def _set(header: Header, key: str, value: str) -> None:
         header.name = value
     elif key == "ts" and value.strip():
         header.left_out.append("the target shape is left out")
-    elif key == "s" and (number := _number(value)) is not None:
+    elif key == "s" and (number := number_of(value)) is not None:
         header.speed = number
     elif key == "d" and value.strip().isdecimal() and len(value) < 10:
         header.driver = int(value)
 
 
-def _number(text: str) -> float | None:
-    """Return a finite number; None for any other text."""
-    try:
-        number = float(text)
-    except ValueError:
-        return None
-    return number if math.isfinite(number) and "_" not in text else None
-
-
 # -- joints ---------------------------------------------------------------------------------------
-
-
-def _draft(lines: list[JointLine], source: str, header: Header) -> Draft:
-    if len(lines) > MOST_JOINTS:
-        text = f"{len(lines)} joints are too many for one mechanism; at most {MOST_JOINTS} are read"
-        raise ModelError([f"{source}: {text}"])
-    joints = sound(map(_joint, lines))
-    if header.driver is not None and 0 <= header.driver < len(joints):
-        joints = [replace(joint, driver=k == header.driver) for k, joint in enumerate(joints)]
-    speed = PmksSpeed() if header.speed is None else PmksSpeed(header.speed, header.speed)
-    return draft_of_joints(joints, source, header.name, speed, header.left_out)
 
 
 def _joint(line: JointLine) -> DrawnJoint | str:
@@ -164,7 +143,7 @@ def _joint(line: JointLine) -> DrawnJoint | str:
     shown = line.text.strip()[:LONGEST]
     if at < 0:
         return f"{line.where}: expected LINKS,TYPE,X,Y with a type R, P or RP, got '{shown}'"
-    numbers = [_number(word) for word in words[at + 1 : at + 4]]
+    numbers = [number_of(word) for word in words[at + 1 : at + 4]]
     if len(numbers) < 2 or numbers[0] is None or numbers[1] is None:
         return f"{line.where}: expected two coordinates after the type {words[at].upper()}, got '{shown}'"
     angle = numbers[2] if len(numbers) > 2 else None
@@ -214,7 +193,7 @@ class PmksRows:
             raise drawn.refusal(f"{PROGRAM} has one input, the model has {len(drawn.mechanism.actuators)}: {names}")
         self.rows: list[DrawnJoint] = []
         self.links = self._links()
-        for joint in drawn.places:
+        for joint in drawn.joints:
             self._joint(joint)
         self._note()
 
@@ -227,7 +206,7 @@ class PmksRows:
     def _speed(self) -> float:
         """Return the speed of the input, against the direction of its slot if PMKS turns this by half a revolution."""
         drives = [slot.direction for slot in self.drawn.slots if slot.travel is not None]
-        against = bool(drives) and (direction(cmath.phase(drives[0])) / drives[0]).real < 0.0
+        against = bool(drives) and (cmath.rect(1.0, half_turned(cmath.phase(drives[0]))) / drives[0]).real < 0.0
         return -self.drawn.speed(0) if against else self.drawn.speed(0)
 
     def _links(self) -> dict[str, str]:
@@ -248,9 +227,9 @@ class PmksRows:
 
     def _joint(self, joint: str) -> None:
         """Add the rows of a joint: its slots, its pin, or the row of a tracer."""
-        bodies = self.drawn.bodies_at(joint)
+        bodies = self.drawn.common(joint)
         slots = [slot for slot in self.drawn.slots if slot.joint == joint]
-        turns = [turn for turn in self.drawn.turns if turn.joint == joint]
+        turns = [turn for turn in self.drawn.turns if turn.pivot == joint]
         for slot in slots:
             self._slot(slot, bodies)
         if turns or len(bodies) > 1:
@@ -258,11 +237,11 @@ class PmksRows:
         elif not slots and bodies != [GROUND] and bodies:
             self._row(bodies, "R", joint)
 
-    def _slot(self, slot: DrawnSlot, bodies: list[str]) -> None:
+    def _slot(self, slot: Slot, bodies: list[str]) -> None:
         driver = slot.travel is not None
         body = slot.body
         if driver and not body:  # PMKS drives blocks, not pins in slots
-            body = self.drawn.body(f"{slot.joint} block")
+            body = self.drawn.body(f"{slot.joint} block", [])
             self.links = self._links()
             self._row([body, bodies[0]], "R", slot.joint)
         if body:
@@ -270,7 +249,7 @@ class PmksRows:
         else:
             self._row([slot.carrier, bodies[0]], "RP", slot.joint, slot.direction)
 
-    def _pin(self, joint: str, bodies: list[str], turns: list[DrawnTurn]) -> None:
+    def _pin(self, joint: str, bodies: list[str], turns: list[Turn]) -> None:
         """Add the pin: the links of the driver in a row of their own, then each further link to one of them."""
         first = [turns[0].reference, turns[0].body] if turns else bodies
         self._row(first[:2], "R", joint, driver=bool(turns))
@@ -281,7 +260,7 @@ class PmksRows:
     def _row(self, bodies: list[str], kind: str, joint: str, along: complex = 1.0 + 0.0j, driver: bool = False) -> None:
         traced = joint in self.drawn.mechanism.traced
         links = tuple(self.links[body] for body in bodies)
-        place = self.drawn.places[joint]
+        place = self.drawn.joints[joint]
         self.rows.append(DrawnJoint(links, kind, place, cmath.phase(along), "", traced, driver))
 
     def _note(self) -> None:
@@ -292,4 +271,4 @@ class PmksRows:
             (not own.dynamics.empty, "masses, loads, springs, dampers and friction are left out"),
             (not own.actuators, f"the model has no input; {PROGRAM} drives the first joint that can be driven"),
         )
-        self.drawn.pose.left_out.extend(note for holds, note in notes if holds)
+        self.drawn.left_out.extend(note for holds, note in notes if holds)

@@ -15,7 +15,7 @@ import cmath
 import math
 import re
 
-from gimcli.exchange.draft import GROUND, MOST_PLACES, Draft, free_name
+from gimcli.exchange.draft import GROUND, MOST_PLACES, Draft
 from gimcli.exchange.json_parts import JsonPart, read_json
 from gimcli.exchange.repeated import RepeatedInput, RepeatedMotion
 
@@ -37,7 +37,7 @@ class PylinkageJoints:
     """The joints by name; `fixed` are those of the frame."""
 
     def __init__(self, data: JsonPart, draft: Draft, most: int) -> None:
-        self.draft, self.motion = draft, RepeatedMotion(draft.program)
+        self.draft, self.motion = draft, RepeatedMotion(draft)
         self.joints: dict[str, JsonPart] = {}
         for part in data.at("joints").entries(most):
             name = part.at("name").text()
@@ -59,8 +59,7 @@ class PylinkageJoints:
             for name in ready:
                 del waiting[name]
                 self._add(name, self.joints[name])
-        self.draft.duration = self.motion.complete()
-        self.draft.left_out += self.motion.left_out
+        self.motion.complete()
 
     def _kind(self, part: JsonPart) -> str:
         kind = part.at("type").text()
@@ -85,9 +84,7 @@ class PylinkageJoints:
         if not own.has("inline"):
             return self.names[own.at("ref").text()]
         place = complex(own.at("x").number(0.0), own.at("y").number(0.0))
-        name = self.draft.joint(_chosen(own.at("name").text(), "fixed"), place)
-        self.draft.fix(name)
-        return name
+        return self.draft.joint(_chosen(own.at("name").text(), "fixed"), place, GROUND)
 
     def _add(self, name: str, part: JsonPart) -> None:
         add = {
@@ -104,9 +101,7 @@ class PylinkageJoints:
     # -- one of each type -----------------------------------------------------------------------
 
     def _static(self, name: str, part: JsonPart) -> str:
-        own = self.draft.joint(name, self._drawn(part))
-        self.draft.fix(own)
-        return own
+        return self.draft.joint(name, self._drawn(part), GROUND)
 
     def _crank(self, name: str, part: JsonPart) -> str:
         pivot = self._parent(part, "joint0")
@@ -117,7 +112,7 @@ class PylinkageJoints:
             raise part.refused("the crank has no length; correct `distance`, or its coordinates")
         own = self.draft.joint(name, centre + ray / abs(ray) * radius)
         body = self.draft.body(f"{name}_crank", [pivot, own])
-        if pivot not in self.draft.ground:
+        if pivot not in self.draft.bodies[GROUND]:
             raise part.refused("the crank turns about a moving joint; only cranks on fixed joints are converted")
         motor = "motor" if self.cranks == 1 else f"motor_{name}"
         speed = math.degrees(part.at("angle").number(0.0))
@@ -128,14 +123,10 @@ class PylinkageJoints:
         first, second = self._parent(part, "joint0"), self._parent(part, "joint1")
         origin, along = self.draft.joints[first], self.draft.joints[second]
         turn = cmath.phase(along - origin) + part.at("angle").number(0.0)
-        own = self.draft.joint(name, origin + cmath.rect(part.at("distance").number(), turn))
-        if first in self.draft.ground and second in self.draft.ground:
-            self.draft.fix(own)
-            return own
-        carriers = [body for body, joints in self.draft.bodies.items() if first in joints and second in joints]
+        carriers = self.draft.common(first, second)
+        own = self.draft.joint(name, origin + cmath.rect(part.at("distance").number(), turn), *carriers[:1])
         if not carriers:
             raise part.refused(f"joint '{name[:40]}' is fixed to {first} and {second}, whose distance is not constant")
-        self.draft.bodies[carriers[0]].append(own)
         return own
 
     def _revolute(self, name: str, part: JsonPart) -> str:
@@ -171,11 +162,10 @@ class PylinkageJoints:
         place = min((a + unit * (local.real + s * reach) for s in (1.0, -1.0)), key=lambda z: abs(z - drawn))
         own = self.draft.joint(name, place)
         self.draft.body(f"{name}_{centre}", [centre, own])
-        fixed = first in self.draft.ground and second in self.draft.ground
-        carriers = [body for body, joints in self.draft.bodies.items() if first in joints and second in joints]
-        if not fixed and not carriers:
+        carriers = self.draft.common(first, second)
+        if not carriers:
             raise part.refused(f"its line passes through {first} and {second}, whose distance is not constant")
-        self.draft.slot(f"slot_{own}", own, GROUND if fixed else carriers[0], b - a, guide=(first, second))
+        self.draft.slot(f"slot_{own}", own, carriers[0], b - a, guide=(first, second))
         return own
 
 
@@ -234,8 +224,8 @@ class _Mechanism:
                 raise link.refused(f"more than {MOST_PLACES} joints of links are too many for one mechanism")
         for ident, joint in self.joints.items():
             if joint.at("type").text("revolute") != "tracker" or self.on[ident]:
-                self.names[ident] = self.draft.joint(joint.at("name").text(ident), self._place(joint))
-        self.draft.fix(*(name for ident, name in self.names.items() if self._fixed(ident)))
+                fixed = [GROUND] if self._fixed(ident) else []
+                self.names[ident] = self.draft.joint(joint.at("name").text(ident), self._place(joint), *fixed)
         for ident, link in self.links.items():
             own = [self.names[joint.text()] for joint in link.at("joints").entries(MOST_PARTS)]
             if link.at("type").text("link") == GROUND:
@@ -287,7 +277,7 @@ class _Mechanism:
         """Add a point; one that joins links is a joint of the link that carries it, too."""
         if self._fixed(ident):
             if not self.on[ident]:
-                self.draft.tracers[self._free(joint.at("name").text(ident))] = (GROUND, self._place(joint))
+                self.draft.point(joint.at("name").text(ident), GROUND, self._place(joint))
             return
         first, second = (self._known(joint.at(key)) for key in ("ref_joint1_id", "ref_joint2_id"))
         both = {*self.on[first]} & {*self.on[second]}
@@ -303,24 +293,18 @@ class _Mechanism:
             self.draft.left_out.append(f"tracker {ident} is left out: {text}")
             return
         if ident in self.names:
-            if body == GROUND:
-                self.draft.fix(self.names[ident])
-            else:
-                self.draft.bodies[body].append(self.names[ident])
+            self.draft.bodies[body].append(self.names[ident])
             return
         origin, along = self._place(self.joints[first]), self._place(self.joints[second])
         turn = cmath.phase(along - origin) + joint.at("angle").number(0.0)
         place = origin + cmath.rect(joint.at("distance").number(0.0), turn)
-        self.draft.tracers[self._free(joint.at("name").text(ident))] = (body, place)
-
-    def _free(self, name: str) -> str:
-        return free_name(name, [*self.draft.joints, *self.draft.tracers])
+        self.draft.point(joint.at("name").text(ident), body, place)
 
     # -- inputs ---------------------------------------------------------------------------------
 
     def _add_inputs(self) -> None:
         drivers = [i for i, link in self.links.items() if link.at("type").text() in ("driver", "arc_driver")]
-        motion = RepeatedMotion(PROGRAM)
+        motion = RepeatedMotion(self.draft)
         for ident in drivers:
             link = self.links[ident]
             if not link.has("motor_joint"):
@@ -333,8 +317,7 @@ class _Mechanism:
             pivot, arm = self.names[motor], self.names[others[0]]
             law = motion.add(name, self._driver(link, self.draft.joints[arm] - self.draft.joints[pivot]))
             self.draft.rotary(name, pivot, self.bodies.get(ident, ident), arm=arm, law=law)
-        self.draft.duration = motion.complete()
-        self.draft.left_out += motion.left_out
+        motion.complete()
 
     def _driver(self, link: JsonPart, ray: complex) -> RepeatedInput:
         """Return the input of a driver; its first angle is given, whatever the positions are."""

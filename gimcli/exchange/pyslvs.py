@@ -6,8 +6,8 @@ motion, no time and no unit of length.
 
 from __future__ import annotations
 
-import cmath
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -113,42 +113,39 @@ def _pairs(inputs: Any, draft: Draft, line: int) -> list[tuple[int, int]]:
 
 
 class _Pyslvs:
-    """The conversion of one list of joints."""
+    """The conversion of one list of joints; `names` are those of the joints in the draft, "" for a point."""
 
     def __init__(self, joints: list[DrawnJoint], draft: Draft) -> None:
-        self.joints, self.draft = joints, draft
-        self.names: list[str] = []
-        self.bodies: dict[str, str] = {GROUND: GROUND}
+        self.draft = draft
         self.same: dict[str, str] = {}
+        if joints and not any(GROUND in joint.links for joint in joints):
+            raise draft.refusal("no joint is on the link 'ground'; name the frame so")
+        self._weld_blocks(joints)
+        links = dict.fromkeys(self._first(link) for joint in joints for link in joint.links)
+        bodies = {link: GROUND if link == GROUND else draft.body(link, ()) for link in links}
+        whole = [dict.fromkeys(bodies[self._first(link)] for link in joint.links) for joint in joints]
+        self.joints = [replace(joint, links=tuple(links)) for joint, links in zip(joints, whole, strict=True)]
+        self.names = [self._add_joint(f"Point{number}", joint) for number, joint in enumerate(self.joints)]
 
     def convert(self, inputs: list[tuple[int, int]]) -> None:
-        """Fill the draft."""
-        if self.joints and not any(GROUND in joint.links for joint in self.joints):
-            raise self.draft.refusal("no joint is on the link 'ground'; name the frame so")
-        self._weld_blocks()
-        for joint in self.joints:
-            for link in self._links(joint):
-                if link not in self.bodies:
-                    self.bodies[link] = self.draft.body(link, ())
-        for number, joint in enumerate(self.joints):
-            self._add_joint(f"Point{number}", joint)
+        """Add the inputs."""
         for number, (base, driver) in enumerate(inputs):
             self._add_input(number, base, driver)
         if not inputs:
             self.draft.suggest_input()
 
-    def _weld_blocks(self) -> None:
+    def _weld_blocks(self, joints: list[DrawnJoint]) -> None:
         """Make one body of the links that a P joint joins to its slot: none of them turns against it."""
-        for joint in self.joints:
-            blocks = joint.links[1:] if joint.kind == "P" else ()
+        for joint in joints:
+            slot, *blocks = joint.links if joint.kind == "P" and joint.links else [""]
             for link in blocks[1:]:
                 first, second = self._first(blocks[0]), self._first(link)
                 if second == GROUND:
                     first, second = second, first
                 if first != second:
                     self.same[second] = first
-            if blocks and self._first(blocks[0]) == self._first(joint.links[0]):
-                raise self.refused(joint, f"the block and the slot of this P joint are one link, {joint.links[0]}")
+            if blocks and self._first(blocks[0]) == self._first(slot):
+                raise ModelError([f"{joint.where}: the block and the slot of this P joint are one link, {slot}"])
 
     def _first(self, link: str) -> str:
         """Return the link that stands for the links of a body."""
@@ -156,36 +153,17 @@ class _Pyslvs:
             link = self.same[link]
         return link
 
-    def _links(self, joint: DrawnJoint) -> tuple[str, ...]:
-        """Return the links of a joint, one for each body."""
-        return tuple(dict.fromkeys(self._first(link) for link in joint.links))
-
-    def refused(self, joint: DrawnJoint, text: str) -> ModelError:
-        """Return the error for a joint."""
-        return ModelError([f"{joint.where}: {text}"])
-
-    def _add_joint(self, name: str, joint: DrawnJoint) -> None:
-        links = self._links(joint)
+    def _add_joint(self, name: str, joint: DrawnJoint) -> str:
+        links = joint.links
         if joint.kind == "R" and len(links) == 1 and links[0] != GROUND and self._has_joints(links[0]):
-            self.draft.tracers[name] = (self.bodies[links[0]], joint.place)
-            self.names.append("")
-            return
-        own = self.draft.joint(name, joint.place)
-        self.names.append(own)
-        for link in links if joint.kind == "R" else links[1:]:
-            if link == GROUND:
-                self.draft.fix(own)
-            else:
-                self.draft.bodies[self.bodies[link]].append(own)
-        if joint.kind != "R" and len(links) > 1:
-            body = self.bodies[links[1]] if joint.kind == "P" else ""
-            direction = cmath.rect(1.0, joint.angle)
-            self.draft.slot(f"slot_{own}", own, self.bodies[links[0]], direction, body=body)
+            self.draft.point(name, links[0], joint.place)
+            return ""
+        return self.draft.listed(name, joint, "slot")
 
     def _has_joints(self, link: str) -> bool:
         """Return whether a link has two places without its points: joints, or a slot, which has two."""
-        own = [(joint, links) for joint in self.joints if len(links := self._links(joint)) > 1 and link in links]
-        return sum(2 if joint.kind != "R" and links[0] == link else 1 for joint, links in own) > 1
+        own = [joint for joint in self.joints if len(joint.links) > 1 and link in joint.links]
+        return sum(2 if joint.kind != "R" and joint.links[0] == link else 1 for joint in own) > 1
 
     # -- inputs ---------------------------------------------------------------------------------
 
@@ -201,20 +179,19 @@ class _Pyslvs:
         shared = [link for link in self._pinned(base) if link in self._pinned(driver) and link != GROUND]
         if GROUND not in self._pinned(base) or not shared:
             raise self.draft.refusal(f"{what}: one of the two must be fixed, and a link must join both")
-        body = self.bodies[shared[0]]
         if not self.names[driver]:  # a point: it becomes a joint of its link
-            self.names[driver] = self.draft.joint(f"Point{driver}", self.draft.tracers.pop(f"Point{driver}")[1])
-            self.draft.bodies[body].append(self.names[driver])
+            place = self.draft.tracers.pop(f"Point{driver}")[1]
+            self.names[driver] = self.draft.joint(f"Point{driver}", place, shared[0])
         law = {"by": 0.0 if number else 360.0}
         name = "motor" if not number else f"motor_{number + 1}"
-        self.draft.rotary(name, self.names[base], body, arm=self.names[driver], law=law)
+        self.draft.rotary(name, self.names[base], shared[0], arm=self.names[driver], law=law)
         if number:
             self.draft.left_out.append(f"{name} ({what}) is constant: Pyslvs stores no motion; change its law")
 
     def _pinned(self, number: int) -> tuple[str, ...]:
         """Return the links that a joint is a pin of."""
         joint = self.joints[number]
-        return self._links(joint)[0 if joint.kind == "R" else 1 :]
+        return joint.links if joint.kind == "R" else joint.links[1:]
 
     def _add_travel(self, number: int, base: int) -> None:
         if self.joints[base].kind == "R" or not self._pinned(base):

@@ -10,6 +10,8 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any
 
+from gimcli.exchange.draft import Draft
+
 MOST_TURNS = 10
 """Most turns of the slowest motor until all motors are back at their start; beyond it, the slowest one turns once."""
 SAME = 1e-6
@@ -62,37 +64,36 @@ class RepeatedInput:
 class RepeatedMotion:
     """The inputs of one file, and the law of each, which is complete after `complete`."""
 
-    program: str
+    draft: Draft
     inputs: dict[str, RepeatedInput] = field(default_factory=dict)
     laws: dict[str, dict[str, Any]] = field(default_factory=dict)
-    left_out: list[str] = field(default_factory=list)
 
     def add(self, name: str, own: RepeatedInput) -> dict[str, Any]:
         """Add an input; return its law, which is completed later."""
         self.inputs[name], self.laws[name] = own, {}
         return self.laws[name]
 
-    def complete(self) -> float | None:
-        """Complete the laws; return the duration of the motion [s], None if nothing moves."""
+    def complete(self) -> None:
+        """Complete the laws, and set the duration of the motion [s]; None if nothing moves."""
         moving = {name: own for name, own in self.inputs.items() if not own.manual} or self.inputs
         for name in (name for name in self.inputs if name not in moving):
             self.laws[name]["by"] = 0.0
-            self.left_out.append(f"{name} is moved by hand in {self.program}: here it is constant")
+            self.draft.left_out.append(f"{name} is moved by hand in {self.draft.program}: here it is constant")
         ranged = {name: own for name, own in moving.items() if own.until_reversal() < math.inf}
         if len(ranged) == len(moving) == 1:
             [(name, own)] = ranged.items()
             self.laws[name].update(own.whole())
-            self.left_out.append(f"{name} moves out and back in {self.program}: the law is one stroke")
-            return _tidy((own.stroke or 0.0) / abs(own.speed))
-        duration = self._until_reversal(ranged) if ranged else _common_period(list(moving.values()))
+            self.draft.left_out.append(f"{name} moves out and back in {self.draft.program}: the law is one stroke")
+            self.draft.duration = _tidy((own.stroke or 0.0) / abs(own.speed))
+            return
+        self.draft.duration = self._until_reversal(ranged) if ranged else _common_period(list(moving.values()))
         for name, own in moving.items():
-            self.laws[name].update(own.law(duration or 0.0))
-        return duration
+            self.laws[name].update(own.law(self.draft.duration or 0.0))
 
     def _until_reversal(self, ranged: dict[str, RepeatedInput]) -> float:
         first = min(ranged, key=lambda name: ranged[name].until_reversal())
-        self.left_out.append(
-            f"{', '.join(ranged)} {'moves' if len(ranged) == 1 else 'move'} out and back in {self.program}: "
+        self.draft.left_out.append(
+            f"{', '.join(ranged)} {'moves' if len(ranged) == 1 else 'move'} out and back in {self.draft.program}: "
             f"the motion ends where {first} first reverses"
         )
         return _tidy(ranged[first].until_reversal())

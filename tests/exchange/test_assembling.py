@@ -11,10 +11,11 @@ from gimcli.exchange.draft import GROUND, Draft
 def slider_crank(*ground: complex, resolution: float = 1e-3) -> dict:
     """A slider-crank whose slot lies along the x axis, with further joints of the ground."""
     draft = Draft("Program", "f", resolution=resolution)
-    o, a, b = (draft.joint(name, place) for name, place in (("O", 0j), ("A", 1 + 1j), ("B", 4 + 0j)))
+    o, a, b = draft.joint("O", 0j, GROUND), draft.joint("A", 1 + 1j), draft.joint("B", 4 + 0j)
     draft.body("crank", [o, a])
     draft.body("rod", [a, b])
-    draft.fix(o, *(draft.joint(f"G{k}", place) for k, place in enumerate(ground)))
+    for k, place in enumerate(ground):
+        draft.joint(f"G{k}", place, GROUND)
     draft.slot("slot", b, GROUND, 1 + 0j)
     return model_of(draft)
 
