@@ -15,7 +15,7 @@ from urllib.parse import unquote
 from gimcli.errors import ModelError
 from gimcli.exchange.draft import BARREL, GROUND, STROKE, Draft, free_name
 from gimcli.exchange.pmks_joints import NO_SPEED
-from gimcli.exchange.pmks_plus_codec import HEAD, PlusDocument, PlusJoint, document_of
+from gimcli.exchange.pmks_plus_codec import HEAD, PlusDocument, PlusJoint, document_of, named
 from gimcli.exchange.pmks_plus_links import PlusStructure
 
 PROGRAM = "PMKS+"
@@ -35,13 +35,6 @@ HALF = 0.5 * RESOLUTION
 
 APPEARANCE = ("J", "L", "F", "C", "S", "H", "K")
 """First letters of entries that no motion depends on: locks, anchors, synthesis designs, held values and colours."""
-
-PRECISE = {
-    "J": ("x", "y", "angle", "speed", "mass"),
-    "L": ("mass", "inertia", "centre.real", "centre.imag"),
-    "F": ("start.real", "start.imag", "end.real", "end.imag", "size"),
-}
-"""Fields of entries with all digits of a number, in the order of the format."""
 
 
 def recognises(text: str) -> bool:
@@ -157,7 +150,9 @@ class PlusDraft:
             link = self.structure.links[own]
             if link.mass > 0.0:
                 inertia = max(link.inertia, 0.0) * INERTIAS[self.unit]
-                self.draft.masses.append((body, {"mass": link.mass, "inertia": inertia, "centre": link.centre}))
+                self.draft.masses.append(
+                    (body, {"mass": link.mass, "inertia": inertia, "centre": complex(link.x, link.y)})
+                )
         for own, joint in self.structure.joints.items():
             if joint.mass > 0.0 and own in self.slots:
                 block = self.draft.body(f"block_{self.names[own]}", [self.names[own]])
@@ -170,14 +165,15 @@ class PlusDraft:
             body = self.structure.body_of.get(force.link)
             if body is None:
                 raise self.draft.refusal(f"force {force.id}: its link {force.link} is missing")
-            along = force.end - force.start
+            start, end = complex(force.x, force.y), complex(force.x1, force.y1)
+            along = end - start
             if not force.size:
                 continue
             if not along:
                 raise self.draft.refusal(f"force {force.id}: it has no direction")
             vector = force.size * self.newton * (1.0 if force.outward else -1.0) * along / abs(along)
             name, key = free_name(force.name or force.id, self.draft.loads), "follower" if force.local else "force"
-            self.draft.loads[name] = {"on": self.bodies[body], "at": force.start, key: vector}
+            self.draft.loads[name] = {"on": self.bodies[body], "at": start, key: vector}
 
     # -- inputs ---------------------------------------------------------------------------------
 
@@ -276,25 +272,12 @@ def _restored(document: PlusDocument, entry: str) -> bool:
     if not math.isfinite(value) or index < 0:
         return False
     if kind in ("D", "I"):
-        return _put(document.decimals if kind == "D" else document.integers, index, value)
+        numbers = document.decimals if kind == "D" else document.integers
+        numbers[index : index + 1] = [value] * (index < len(numbers))
+        return index < len(numbers)
     records: dict[str, Sequence[Any]] = {"J": document.joints, "L": document.links, "F": document.forces}
-    found = [record for record in records.get(kind, ()) if record.id == own]
-    if not found or index >= len(PRECISE[kind]):
-        return False
-    _set(found[0], PRECISE[kind][index], value)
-    return True
-
-
-def _put(numbers: list[float], index: int, value: float) -> bool:
-    if index >= len(numbers):
-        return False
-    numbers[index] = value
-    return True
-
-
-def _set(record: Any, path: str, value: float) -> None:
-    """Set a number of a record, or one of the two coordinates of a point."""
-    name, _, part = path.partition(".")
-    old = getattr(record, name)
-    new = {"": value, "real": complex(value, old.imag), "imag": complex(old.real, value)}[part]
-    setattr(record, name, new)
+    found = next((record for record in records.get(kind, ()) if record.id == own), None)
+    names = named(type(found), "float") if found else []
+    for name in names[index : index + 1]:
+        setattr(found, name, value)
+    return index < len(names)

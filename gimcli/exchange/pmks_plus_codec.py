@@ -12,9 +12,8 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable
-from dataclasses import dataclass, field
-from typing import NamedTuple, TypeVar
+from dataclasses import dataclass, field, fields
+from typing import Any, TypeVar
 
 from gimcli.errors import ModelError
 
@@ -37,54 +36,77 @@ ROOTS, PARTS = "YAMG0123", "Namg4567"
 
 @dataclass
 class PlusJoint:
-    """A pin or a slider; a slider has an angle if the ground carries it, else a carrier and two joints of its slot."""
+    """A pin or a slider; a slider has an angle if the ground carries it, else a carrier and two joints of its slot.
+
+    Texts and numbers are in the order of the format, and so are the flags, which are its first character.
+    """
 
     id: str
     name: str
     x: float
     y: float
     angle: float = 0.0
+    carrier: str = ""
+    start: str = ""
+    end: str = ""
+    speed: float = 0.0  # its own speed, with sign; 0: that of the drawing
+    mass: float = 0.0
     slides: bool = False
     driven: bool = False
     fixed: bool = False
     welded: bool = False  # of a slider: its links cannot turn against the slot
     traced: bool = False
     sealed: bool = False  # the piston of a cylinder
-    carrier: str = ""
-    slot: tuple[str, str] = ("", "")
-    speed: float = 0.0  # its own speed, with sign; 0: that of the drawing
-    mass: float = 0.0
     further: tuple[str, ...] = ()  # fields of newer versions
 
 
 @dataclass
 class PlusLink:
-    """A link: a body (`root`), a bar that is welded into a body, or the block of a slider (`block`)."""
+    """A link: a body (`root`), a bar that is welded into a body, or the block of a slider (`block`).
+
+    Texts and numbers are in the order of the format; x and y are the centre of mass.
+    """
 
     id: str
     name: str
-    root: bool = True
-    block: bool = False
     mass: float = 0.0
     inertia: float = 0.0
-    centre: complex = 0j
+    x: float = 0.0
+    y: float = 0.0
     colour: str = "303e9f"
+    root: bool = True
+    block: bool = False
     joints: tuple[str, ...] = ()
     parts: tuple[str, ...] = ()
 
 
 @dataclass
 class PlusForce:
-    """A force from `start` towards `end`, or the other way if it is not `outward`."""
+    """A force from (x, y) towards (x1, y1), or the other way if it is not `outward`; `local`: it turns with its link.
+
+    Texts and numbers are in the order of the format, and so are the flags, which are its first character.
+    """
 
     id: str
     link: str
     name: str
-    start: complex
-    end: complex
+    x: float
+    y: float
+    x1: float
+    y1: float
     size: float
-    local: bool = False  # turns with its link
+    local: bool = False
     outward: bool = True
+
+
+WORDS: dict[type, str] = {PlusJoint: "joint", PlusLink: "link", PlusForce: "force"}
+LEAST: dict[type, int] = {PlusJoint: 5, PlusLink: 7, PlusForce: 8}
+"""Fields that records must have; a number after them is left empty if it is 0."""
+
+
+def named(kind: type, *types: str) -> list[str]:
+    """Return the names of the fields of a record that have one of some types, in the order of the format."""
+    return [one.name for one in fields(kind) if one.type in types]
 
 
 @dataclass
@@ -101,26 +123,31 @@ class PlusDocument:
     entries: list[str] = field(default_factory=list)  # the tagged list
 
 
-class Damaged(NamedTuple):
-    """Where a text is read, to report errors."""
-
-    source: str
-
-    def error(self, text: str) -> ModelError:
-        """Return the error for a damaged text."""
-        return ModelError([f"{self.source}: {text}; copy the whole address or file again"])
+def damaged(source: str, text: str) -> ModelError:
+    """Return the error for a damaged text."""
+    return ModelError([f"{source}: {text}; copy the whole address or file again"])
 
 
 # -- numbers --------------------------------------------------------------------------------------
 
 
+def _digits(value: int, digits: str, least: int = 1) -> str:
+    """Return the digits of a number that is not negative, at least `least` of them."""
+    text = ""
+    while value or len(text) < least:
+        value, digit = divmod(value, len(digits))
+        text = digits[digit] + text
+    return text
+
+
+def _value(text: str) -> int:
+    """Return the number of digits in base 64; other signs count as 0."""
+    return sum(max(DIGITS.find(digit), 0) << 6 * k for k, digit in enumerate(reversed(text)))
+
+
 def integer_text(value: int) -> str:
     """Return an integer in base 64, with a leading 0 if it is negative."""
-    rest, text = abs(value), ""
-    while rest or not text:
-        rest, digit = divmod(rest, len(DIGITS))
-        text = DIGITS[digit] + text
-    return "0" + text if value < 0 else text
+    return ("0" if value < 0 else "") + _digits(abs(value), DIGITS)
 
 
 def decimal_text(value: float) -> str:
@@ -136,18 +163,12 @@ def integer_of(text: str) -> int | None:
     digits = text[1:] if negative else text
     if not digits or len(digits) > LONGEST_NUMBER or any(c not in DIGITS for c in digits):
         return None
-    value = 0
-    for digit in digits:
-        value = value * len(DIGITS) + DIGITS.index(digit)
-    return -value if negative else value
+    return -_value(digits) if negative else _value(digits)
 
 
 def flags_of(text: str, count: int) -> list[bool]:
     """Return flags that are packed into an integer in base 64, the first one in the last bit."""
-    value = 0
-    for digit in text[:4]:
-        value = value * len(DIGITS) + max(DIGITS.find(digit), 0)
-    return [bool(value >> k & 1) for k in range(count)]
+    return [bool(_value(text[:4]) >> k & 1) for k in range(count)]
 
 
 def flags_text(flags: list[bool]) -> str:
@@ -163,11 +184,7 @@ def digest(text: str) -> str:
     value = 2166136261
     for unit in _units(text):
         value = (value ^ unit) * 16777619 & 0xFFFFFFFF
-    found = ""
-    for _ in range(DIGEST_LENGTH):
-        value, digit = divmod(value, len(CHECK_DIGITS))
-        found = CHECK_DIGITS[digit] + found
-    return found
+    return _digits(value, CHECK_DIGITS, DIGEST_LENGTH)
 
 
 def _units(text: str) -> memoryview:
@@ -187,14 +204,13 @@ def stamped(body: str) -> str:
 
 def checked_body(text: str, source: str) -> str:
     """Return the body of a text; raise ModelError if its length or its digest is wrong."""
-    damaged = Damaged(source)
     if len(text) > MOST_CHARACTERS:
-        raise damaged.error("too long for a drawing of PMKS+")
+        raise damaged(source, "too long for a drawing of PMKS+")
     text, mark, found = text.partition(DIGEST_MARK)
     if mark and found != digest(text):
-        raise damaged.error("the address is damaged: its digest does not match")
+        raise damaged(source, "the address is damaged: its digest does not match")
     if len(text) < 2 or text[-1] != _length_digit(text[:-1]):
-        raise damaged.error("the address is damaged or truncated: its length does not match")
+        raise damaged(source, "the address is damaged or truncated: its length does not match")
     return text[:-1]
 
 
@@ -210,7 +226,7 @@ class _PlusText:
     """A body that is read from its start to its end."""
 
     def __init__(self, body: str, source: str) -> None:
-        self.rest, self.damaged = body, Damaged(source)
+        self.rest, self.source = body, source
 
     def document(self) -> PlusDocument:
         """Return the content."""
@@ -228,7 +244,7 @@ class _PlusText:
     def _part(self, name: str) -> str:
         part, point, self.rest = self.rest.partition(".")
         if not point:
-            raise self.damaged.error(f"the {name} are incomplete")
+            raise damaged(self.source, f"the {name} are incomplete")
         return part
 
     def _records(self, name: str) -> list[str]:
@@ -237,57 +253,55 @@ class _PlusText:
         while record := self._part(name):
             found.append(record)
             if len(found) > MOST_RECORDS:
-                raise self.damaged.error(f"more than {MOST_RECORDS} {name}")
+                raise damaged(self.source, f"more than {MOST_RECORDS} {name}")
         return found
 
     def _number(self, text: str, where: str) -> int:
         value = integer_of(text)
         if value is None:
-            raise self.damaged.error(f"{where}: '{text[:20]}' is not a number")
+            raise damaged(self.source, f"{where}: '{text[:20]}' is not a number")
         return value
 
     def _decimal(self, text: str, where: str) -> float:
         return self._number(text, where) / THOUSANDTHS
 
-    def _fields(self, record: str, least: int, where: str) -> list[str]:
-        fields = record.split(",")
-        if len(fields) < least:
-            raise self.damaged.error(f"{where} {fields[0][:20]}: expected {least} fields, got {len(fields)}")
-        return fields
+    def _fields(self, kind: type, record: str, head: int = 1) -> list[str]:
+        """Return the texts of a record; its identifier stands after `head` characters of the first one."""
+        first, *rest = record.split(",")
+        if len(rest) + 1 < LEAST[kind]:
+            text = f"{WORDS[kind]} {first[:20]}: expected {LEAST[kind]} fields, got {len(rest) + 1}"
+            raise damaged(self.source, text)
+        return [first[head:], *rest]
+
+    def _values(self, kind: type, texts: list[str]) -> dict[str, Any]:
+        """Return the texts and numbers of a record by the names of its fields."""
+        numbers = named(kind, "float")
+        found: dict[str, Any] = dict(zip(named(kind, "str", "float"), texts, strict=False))
+        for number, (name, text) in enumerate(found.items()):
+            if name in numbers:
+                written = text or number < LEAST[kind]
+                found[name] = self._decimal(text, f"{WORDS[kind]} {texts[0][:20]}") if written else 0.0
+        return found
 
     def _joint(self, record: str) -> PlusJoint:
-        fields = self._fields(record, 5, "joint")
-        slides, driven, fixed, welded, traced, sealed = flags_of(record[:1], 6)
-        own = fields[0][1:]
-        where = f"joint {own[:20]}"
-        x, y, angle = (self._decimal(text, where) for text in fields[2:5])
-        carrier, a, b, *rates = (*fields[5:10], *[""] * 5)[:5]
-        speed, mass = (self._decimal(text, where) if text else 0.0 for text in rates)
-        further = tuple(text for text in fields[10:] if text)
-        return PlusJoint(
-            own, fields[1], x, y, angle, slides, driven, fixed, welded, traced, sealed,
-            carrier, (a, b), speed, mass, further,
-        )  # fmt: skip
+        texts = self._fields(PlusJoint, record)
+        own = self._values(PlusJoint, texts) | dict(zip(named(PlusJoint, "bool"), flags_of(record[:1], 6), strict=True))
+        return PlusJoint(**own, further=tuple(text for text in texts[10:] if text))
 
     def _link(self, record: str) -> PlusLink:
-        fields = self._fields(record, 7, "link")
-        flag, kind, own = record[:1], record[1:2], fields[0][2:]
+        flag, kind, texts = record[:1], record[1:2], self._fields(PlusLink, record, 2)
         if flag not in ROOTS + PARTS or kind not in ("R", "P"):
-            raise self.damaged.error(f"link {own[:20]}: '{record[:2]}' is unknown: a newer version of PMKS+ wrote it")
-        where = f"link {own[:20]}"
-        mass, inertia, x, y = (self._decimal(text, where) for text in fields[2:6])
-        joints = tuple(_until_empty(fields[7:]))
-        parts = tuple(text for text in fields[8 + len(joints) :] if text)
-        return PlusLink(
-            own, fields[1], flag in ROOTS, kind == "P", mass, inertia, complex(x, y), fields[6], joints, parts
-        )
+            text = f"link {texts[0][:20]}: '{record[:2]}' is unknown: a newer version of PMKS+ wrote it"
+            raise damaged(self.source, text)
+        joints = tuple(_until_empty(texts[7:]))
+        parts = tuple(text for text in texts[8 + len(joints) :] if text)
+        own = self._values(PlusLink, texts)
+        return PlusLink(**own, root=flag in ROOTS, block=kind == "P", joints=joints, parts=parts)
 
     def _force(self, record: str) -> PlusForce:
-        fields = self._fields(record, 8, "force")
         local, outward = flags_of(record[:1], 2)
-        own = fields[0][1:]
-        x0, y0, x1, y1, size = (self._decimal(text, f"force {own[:20]}") for text in fields[3:8])
-        return PlusForce(own, fields[1], fields[2], complex(x0, y0), complex(x1, y1), size, local, outward)
+        own = self._values(PlusForce, self._fields(PlusForce, record))
+        return PlusForce(**own, local=local, outward=outward)
 
 
 def _until_empty(texts: list[str]) -> list[str]:
@@ -299,45 +313,34 @@ def _until_empty(texts: list[str]) -> list[str]:
 
 def text_of(document: PlusDocument) -> str:
     """Return the text of a document, with its checks."""
-    return stamped(
-        ".".join(
-            (
-                flags_text(document.flags),
-                ",".join(map(decimal_text, document.decimals)),
-                ",".join(integer_text(round(value)) for value in document.integers),
-                "".join(map(integer_text, document.enums)),
-                _listed(document.joints, _joint_text),
-                _listed(document.links, _link_text),
-                _listed(document.forces, _force_text),
-                "N_",
-            )
-        )
-    )
+    settings = (
+        flags_text(document.flags), ",".join(map(decimal_text, document.decimals)),
+        ",".join(integer_text(round(value)) for value in document.integers), "".join(map(integer_text, document.enums)),
+    )  # fmt: skip
+    lists = (map(_joint_text, document.joints), map(_link_text, document.links), map(_force_text, document.forces))
+    return stamped(".".join([*settings, *("".join(f"{record}." for record in own) for own in lists), "N_"]))
 
 
-def _listed(records: list[Record], written: Callable[[Record], str]) -> str:
-    return "".join(f"{written(record)}." for record in records)
+def _record_text(record: PlusJoint | PlusLink | PlusForce, head: str) -> str:
+    """Return the texts and numbers of a record, without empty ones at its end that need not be there."""
+    least = LEAST[type(record)]
+    own = [getattr(record, name) for name in named(type(record), "str", "float")]
+    empty = ("", 0.0)
+    while len(own) > least and own[-1] in empty:
+        own.pop()
+    texts = ["" if k >= least and value in empty else value if isinstance(value, str) else decimal_text(value)
+             for k, value in enumerate(own)]  # fmt: skip
+    return head + ",".join(texts)
 
 
 def _joint_text(joint: PlusJoint) -> str:
-    flags = [joint.slides, joint.driven, joint.fixed, joint.welded, joint.traced, joint.sealed]
-    numbers = [decimal_text(value) for value in (joint.x, joint.y, joint.angle)]
-    further = [
-        joint.carrier, *joint.slot, decimal_text(joint.speed) if joint.speed else "",
-        decimal_text(joint.mass) if joint.mass else "",
-    ]  # fmt: skip
-    while further and not further[-1]:
-        further.pop()
-    return ",".join([f"{flags_text(flags)}{joint.id}", joint.name, *numbers, *further])
+    return _record_text(joint, flags_text([getattr(joint, name) for name in named(PlusJoint, "bool")]))
 
 
 def _link_text(link: PlusLink) -> str:
-    flag = "Y" if link.root else "N"
-    numbers = [decimal_text(value) for value in (link.mass, link.inertia, link.centre.real, link.centre.imag)]
-    return ",".join([f"{flag}R{link.id}", link.name, *numbers, link.colour, *link.joints, "", *(link.parts or ("",))])
+    head = "YR" if link.root else "NR"
+    return ",".join([_record_text(link, head), *link.joints, "", *(link.parts or ("",))])
 
 
 def _force_text(force: PlusForce) -> str:
-    points = (force.start.real, force.start.imag, force.end.real, force.end.imag)
-    numbers = [decimal_text(value) for value in (*points, force.size)]
-    return ",".join([f"{flags_text([force.local, force.outward])}{force.id}", force.link, force.name, *numbers])
+    return _record_text(force, flags_text([force.local, force.outward]))

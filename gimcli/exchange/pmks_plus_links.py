@@ -46,7 +46,8 @@ class PlusStructure:
             if missing or not link.joints:
                 raise self.fault(f"link {link.id}: '{', '.join(missing)}' is missing; copy the whole address again")
         for joint in self.joints.values():
-            if joint.carrier and (joint.carrier not in self.links or any(s not in self.joints for s in joint.slot)):
+            known = joint.carrier in self.links and {joint.start, joint.end} <= self.joints.keys()
+            if joint.carrier and not known:
                 raise self.fault(f"joint {joint.id}: the link of its slot is missing; copy the whole address again")
             if joint.slides and not joint.fixed and not joint.carrier and joint.sealed:
                 raise self.fault(f"joint {joint.id}: the cylinder has no barrel")
@@ -89,4 +90,4 @@ class PlusStructure:
 
     def slot(self, joint: PlusJoint) -> tuple[str, str]:
         """Return the two joints along which a joint slides."""
-        return self.renamed.get(joint.slot[0], joint.slot[0]), self.renamed.get(joint.slot[1], joint.slot[1])
+        return self.renamed.get(joint.start, joint.start), self.renamed.get(joint.end, joint.end)

@@ -90,7 +90,7 @@ class _Sections:
         further = [field for field in fields[7:] if field]
         driven = bool(further) and _flag(further[-1])
         slope = _number(angle) if kind == "P" else 0.0
-        return PlusJoint(own, own, _number(x), _number(y), slope, kind == "P", driven, _flag(fixed))
+        return PlusJoint(own, own, _number(x), _number(y), slope, slides=kind == "P", driven=driven, fixed=_flag(fixed))
 
     def _link(self, fields: list[str]) -> PlusLink:
         own, *rest = fields
@@ -99,14 +99,12 @@ class _Sections:
         if not own or not joints:
             raise ValueError(own)
         mass, inertia, x, y = (_number(text) if text not in EMPTY else 0.0 for text in rest[:4])
-        return PlusLink(
-            own, own, block=kind == "P", mass=mass, inertia=inertia, centre=complex(x, y), joints=joints
-        )  # fmt: skip
+        return PlusLink(own, own, mass, inertia, x, y, block=kind == "P", joints=joints)
 
     def _force(self, fields: list[str]) -> PlusForce:
-        x0, y0, x1, y1 = (_number(text) for text in fields[2:6])
+        x, y, x1, y1 = (_number(text) for text in fields[2:6])
         fixed, outward, size = _flag(fields[6]), _flag(fields[7]), _number(fields[8])
-        return PlusForce(fields[0], fields[1], fields[0], complex(x0, y0), complex(x1, y1), size, not fixed, outward)
+        return PlusForce(fields[0], fields[1], fields[0], x, y, x1, y1, size, not fixed, outward)
 
     def _blocks(self, document: PlusDocument) -> None:
         """Mark the blocks of sliders where the version has no type of links: a slider and a pin at one place."""

@@ -157,7 +157,7 @@ class PlusDrawing:
             reach = 2.5 * PIECE * self.drawn.span * slot.direction
             ends = self._ends(slot, (place - reach, place + reach))
         joint.fixed = False
-        joint.slot = (ends[0], ends[1])
+        joint.start, joint.end = ends
         joint.carrier = slot.carrier
 
     def _ends(self, slot: Slot, places: tuple[complex, complex]) -> list[str]:
@@ -177,11 +177,15 @@ class PlusDrawing:
 
     def _link(self, body: str, joints: list[str]) -> None:
         ids = [self.joints[name].id for name in joints]
-        places = [complex(self.joints[name].x, self.joints[name].y) for name in joints]
         own = "".join(ids)
         if own in {link.id for link in self.links.values()}:
             own += str(len(self.links))
-        self.links[body] = PlusLink(own, _plain(body), centre=sum(places) / len(places), joints=tuple(ids))
+        self.links[body] = self._plain_link(own, _plain(body), [self.joints[name] for name in joints])
+
+    def _plain_link(self, own: str, name: str, joints: list[PlusJoint]) -> PlusLink:
+        """Return a link with its centre of mass in the middle of its joints."""
+        centre = sum(complex(joint.x, joint.y) for joint in joints) / len(joints)
+        return PlusLink(own, name, x=centre.real, y=centre.imag, joints=tuple(joint.id for joint in joints))
 
     def _turns(self) -> None:
         """Set the turning inputs, and the names of carriers, which are known now."""
@@ -216,9 +220,8 @@ class PlusDrawing:
 
     def _carrier(self, joint: PlusJoint) -> str:
         if joint.carrier == GROUND:
-            frame = PlusLink("".join(joint.slot), f"guide of {joint.name}", joints=joint.slot)
-            places = [complex(one.x, one.y) for one in self.joints.values() if one.id in joint.slot]
-            frame.centre = sum(places) / len(places)
+            ends = [one for end in (joint.start, joint.end) for one in self.joints.values() if one.id == end]
+            frame = self._plain_link("".join((joint.start, joint.end)), f"guide of {joint.name}", ends)
             self.links[f"{GROUND} {joint.id}"] = frame
             return frame.id
         return self.links[joint.carrier].id
@@ -269,7 +272,7 @@ class PlusDrawing:
         metre = METRES[self.mechanism.length_unit]
         moment = sum(own + m * abs((place - centre) * metre) ** 2 for m, own, place in parts)
         link.mass, link.inertia = mass / KILOGRAMS[self.unit], moment / INERTIAS[self.unit]
-        link.centre = centre * self.factor
+        link.x, link.y = centre.real * self.factor, centre.imag * self.factor
 
     def _load(self, load: AppliedLoad) -> None:
         name = load.name
@@ -296,7 +299,8 @@ class PlusDrawing:
         end = start + force / abs(force) * PIECE * self.drawn.span * self.factor
         own = f"F{len(self.document.forces) + 1}"
         link = self.links[body].id
-        self.document.forces.append(PlusForce(own, link, _plain(name), start, end, size, load.follows))
+        places = (start.real, start.imag, end.real, end.imag)
+        self.document.forces.append(PlusForce(own, link, _plain(name), *places, size, load.follows))
 
     def _settings(self) -> None:
         self.drawn.note_laws(cylinders=True)
