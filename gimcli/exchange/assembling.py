@@ -30,8 +30,7 @@ class Assembling:
     def __init__(self, draft: Draft) -> None:
         self.draft = draft
         self.places = dict(draft.joints)
-        if not self.places:
-            raise draft.refusal(f"no joints found: this is not a mechanism of {draft.program}")
+        draft.refuse(not self.places, f"no joints found: this is not a mechanism of {draft.program}")
         points = list(self.places.values())
         self.size = max(
             abs(a - b) for a in (_corner(points, min), points[0]) for b in (_corner(points, max), points[0])
@@ -155,8 +154,7 @@ class Assembling:
         keys = dict(turn.keys)
         if body == GROUND:
             body, reference = reference, GROUND
-        if body == GROUND:
-            raise self.draft.refusal(f"input {turn.name}: the link that it turns is fixed to the ground")
+        self.draft.refuse(body == GROUND, f"input {turn.name}: the link that it turns is fixed to the ground")
         pivot = self.same[turn.pivot]
         arm = self.same[turn.arm] if turn.arm else self._other(body, pivot, turn.name)
         own: dict[str, Any] = {"type": "rotary", "pivot": pivot, "arm": arm}
@@ -175,15 +173,16 @@ class Assembling:
         for tracer, (owner, place) in self.draft.tracers.items():
             if owner == body and abs(place - self.places[pivot]) > 1e-9 * self.size:
                 return self._add(body, tracer, place)
-        raise self.draft.refusal(f"input {name}: the link that it turns has no second joint")
+        raise self.draft.refused(f"input {name}: the link that it turns has no second joint")
 
     def _travel(self, name: str, keys: dict[str, Any]) -> dict[str, Any]:
         own = dict(keys)
         if "slot" not in own:
             a, b = (self.same[n] for n in own["nodes"])
             return {**_with_range(own, abs(self.places[b] - self.places[a])), "nodes": [a, b]}
-        if own["slot"] not in self.guides:
-            raise self.draft.refusal(f"input {name}: the link that it moves is fixed to the ground")
+        self.draft.refuse(
+            own["slot"] not in self.guides, f"input {name}: the link that it moves is fixed to the ground"
+        )
         pair, *guide = self.guides[own.pop("slot")]
         part = self.prismatic[pair]
         return {"type": "linear", "node": part.get("node") or part["nodes"][0], "guide": guide, **own}
@@ -196,8 +195,9 @@ class Assembling:
         inputs = {free_name(t.name, draft.travels): self._turn(t) for t in draft.turns}
         inputs |= {name: self._travel(name, keys) for name, keys in draft.travels.items()}
         members = {n: own for n, own in self.bodies.items() if n not in self.fixed and len(own) > 1}
-        if not members and not self.prismatic:
-            raise draft.refusal(f"no moving links found: this is not a mechanism of {draft.program}")
+        draft.refuse(
+            not members and not self.prismatic, f"no moving links found: this is not a mechanism of {draft.program}"
+        )
         used = {*self.ground, *(n for own in members.values() for n in own), *self._slid()}
         used |= {n for own in inputs.values() for n in own.get("nodes", [])}
         points = self._points(members)

@@ -9,12 +9,13 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from itertools import islice
 from typing import Any
 
 from gimcli.errors import ModelError
+from gimcli.exchange.refusing import Refusing
 
 GROUND = "ground"
 
@@ -24,6 +25,8 @@ MOST_PLACES = 3000
 """Most joints, or connectors, of all links together."""
 STROKE = 0.1
 """Travel of a sliding input that has no ends, relative to the size of the mechanism."""
+LARGEST = 1e12
+"""Largest number in files of programs that write models of any size."""
 PARALLEL = 1e-9
 """Largest sine of the angle between a slot and a line through two joints that is its guide."""
 
@@ -79,7 +82,7 @@ class Turn:
 
 
 @dataclass
-class Draft:
+class Draft(Refusing):
     """A mechanism as other programs have it; all coordinates are those of its drawn position, y upwards.
 
     `bodies`: joints by body, GROUND among them. `tracers`: points of bodies, with their places.
@@ -113,8 +116,10 @@ class Draft:
 
     def joint(self, name: str, place: complex, *bodies: str) -> str:
         """Add a joint of some bodies; return its name, which is changed if another joint has it."""
-        if not (math.isfinite(place.real) and math.isfinite(place.imag)):
-            raise self.refusal(f"joint {name}: the coordinates are not finite numbers")
+        self.refuse(
+            not (math.isfinite(place.real) and math.isfinite(place.imag)),
+            f"joint {name}: the coordinates are not finite numbers",
+        )
         own = free_name(name, self.joints)
         self.joints[own] = place
         for body in bodies:
@@ -194,24 +199,27 @@ class Draft:
         spans = [max(values) - min(values) for values in ([z.real for z in places], [z.imag for z in places])]
         return math.hypot(*spans) or 1.0
 
-    def refusal(self, text: str) -> ModelError:
+    def refused(self, text: str) -> ModelError:
         """Return the error for a part of the file that cannot become a model."""
         return ModelError([f"{self.source}: {text}"])
 
 
-def free_name(name: str, taken: Iterable[str]) -> str:
-    """Return a name as a model file can have it, with a number if it is taken."""
+def free_name(name: str, taken: Iterable[str], same: Callable[[str], str] = str) -> str:
+    """Return a name as a model file can have it, with a number if it is taken.
+
+    `same` returns what two names that count as one have in common.
+    """
     plain = " ".join("".join(c if c.isprintable() else " " for c in name).split()) or "unnamed"
-    known, own, number = set(taken), plain, 2
-    while own in known:
+    known, own, number = set(map(same, taken)), plain, 2
+    while same(own) in known:
         own, number = f"{plain}_{number}", number + 1
     return own
 
 
-def number_of(text: str) -> float | None:
-    """Return a finite number; None for any other text."""
+def number_of(text: str) -> float:
+    """Return a finite number; nan for any other text."""
     try:
         number = float(text)
     except ValueError:
-        return None
-    return number if math.isfinite(number) and "_" not in text else None
+        return math.nan
+    return number if math.isfinite(number) and "_" not in text else math.nan

@@ -113,15 +113,13 @@ class DrawnLinkage(Draft):
         """Add the slots of the prismatic pairs: one for a pin, one for each block."""
         rows: dict[str, list[PairRow]] = defaultdict(list)
         for row in self.mechanism.pairs:
-            if row.kind != HEIGHT:
-                raise self.refusal(f"the pair {row.pair or row.name} cannot be written for {self.program}")
+            self.refuse(row.kind != HEIGHT, f"the pair {row.pair or row.name} cannot be written for {self.program}")
             rows[row.pair or row.name].append(row)
         for name, own in rows.items():
             guide, direction = self.names[own[0].guide], own[0].along * self.turned[own[0].guide]
             nodes = [self.mechanism.nodes[row.node] for row in own]
             bodies = [body for body in self.common(*nodes) if body != guide] if len(nodes) > 1 else [""]
-            if not bodies:
-                raise self.refusal(f"the pair {name} cannot be written for {self.program}: its nodes have no link")
+            self.refuse(not bodies, f"the pair {name} cannot be written for {self.program}: its nodes have no link")
             self.slots.append(Slot(nodes[0], guide, direction, bodies[0]))
 
     # -- inputs ---------------------------------------------------------------------------------
@@ -158,7 +156,7 @@ class DrawnLinkage(Draft):
             reference = self._block_of(slot)
         if pivot not in self.bodies[reference] or pivot not in self.bodies[body]:
             text = f"the input {actuator.name} turns against the ground about a pivot that moves"
-            raise self.refusal(f"{text}; {self.program} has no such input")
+            raise self.refused(f"{text}; {self.program} has no such input")
         self.turns.append(Turn(pivot, body, reference, number))
 
     def _block_of(self, slot: Slot) -> str:

@@ -8,13 +8,14 @@ from dataclasses import dataclass
 from typing import Any
 
 from gimcli.errors import SYNTAX, ModelError
+from gimcli.exchange.draft import LARGEST
+from gimcli.exchange.refusing import Refusing
 
 MOST_CHARACTERS = 4_000_000
-_LARGEST = 1e12
 
 
 @dataclass(frozen=True)
-class JsonPart:
+class JsonPart(Refusing):
     """A value of a JSON text; `where` is its path of keys, such as `joints.2.position`."""
 
     value: Any
@@ -39,18 +40,18 @@ class JsonPart:
 
     def entries(self, most: int) -> list[JsonPart]:
         """Return the parts of a list of at most `most` entries."""
-        if not isinstance(self.value, list):
-            raise self.refused(f"expected a list, got {self.found()}")
-        if len(self.value) > most:
-            raise self.refused(f"more than {most} entries are too many for one mechanism")
+        self.refuse(not isinstance(self.value, list), f"expected a list, got {self.found()}")
+        self.refuse(len(self.value) > most, f"more than {most} entries are too many for one mechanism")
         return [self.at(k) for k in range(len(self.value))]
 
     def text(self, default: str = "") -> str:
         """Return a text; numbers are names too."""
         if self.value is None:
             return default
-        if isinstance(self.value, bool) or not isinstance(self.value, str | int):
-            raise self.refused(f"expected a name, got {self.found()}")
+        self.refuse(
+            isinstance(self.value, bool) or not isinstance(self.value, str | int),
+            f"expected a name, got {self.found()}",
+        )
         return str(self.value)
 
     def number(self, default: float | None = None) -> float:
@@ -58,14 +59,15 @@ class JsonPart:
         if self.value is None and default is not None:
             return default
         good = isinstance(self.value, int | float) and not isinstance(self.value, bool)
-        if not good or not abs(self.value) <= _LARGEST:
-            raise self.refused(f"expected a number of at most {_LARGEST:g}, got {self.found()}")
+        self.refuse(
+            not good or not abs(self.value) <= LARGEST,
+            f"expected a number of at most {LARGEST:g}, got {self.found()}",
+        )
         return float(self.value)
 
     def place(self) -> complex:
         """Return a pair of numbers [x, y]."""
-        if not isinstance(self.value, list) or len(self.value) != 2:
-            raise self.refused(f"expected [x, y], got {self.found()}")
+        self.refuse(not isinstance(self.value, list) or len(self.value) != 2, f"expected [x, y], got {self.found()}")
         return complex(self.at(0).number(), self.at(1).number())
 
     def found(self) -> str:

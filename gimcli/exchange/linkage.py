@@ -63,10 +63,8 @@ class GearTrains:
 def pivots(ratio: RatioPart) -> tuple[PinPart, PinPart]:
     """Return the connectors about which two wheels turn: the first ones of their links."""
     for link in ratio.links:
-        if not link.connectors:
-            raise ratio.own.refused(f"the gear '{link.name}' has no connector; put it on one")
-    if min(ratio.sizes) <= 0.0:
-        raise ratio.own.refused("the sizes of two gears are not positive; correct them")
+        ratio.own.refuse(not link.connectors, f"the gear '{link.name}' has no connector; put it on one")
+    ratio.own.refuse(min(ratio.sizes) <= 0.0, "the sizes of two gears are not positive; correct them")
     first, second = ratio.links
     return first.connectors[0], second.connectors[0]
 
@@ -183,8 +181,7 @@ class _Linkage:
 
     def _refuse_actuators(self, *links: LinkPart) -> None:
         for link in links:
-            if link.actuator:
-                raise link.own.refused("is an actuator that is fastened to a link; fasten the other link elsewhere")
+            link.own.refuse(link.actuator, "is an actuator that is fastened to a link; fasten the other link elsewhere")
 
     def _join(self, a: LinkPart, b: LinkPart) -> None:
         """Make two links parts of one body, in the order of the file."""
@@ -236,8 +233,9 @@ class _Linkage:
         own = self._mechanism()
         self.points = {c for c in own if c.ident not in limits and self._is_point(c)}
         for connector in own:
-            if connector.input and not connector.anchor:
-                raise connector.own.refused("is an input that is no anchor; make it an anchor")
+            connector.own.refuse(
+                connector.input and not connector.anchor, "is an input that is no anchor; make it an anchor"
+            )
             if connector not in self.points:
                 fixed = (GROUND,) if connector.anchor else ()
                 self.names[connector] = self.draft.joint(connector.name, connector.place * self.scale, *fixed)
@@ -284,18 +282,18 @@ class _Linkage:
 
     def _add_slider(self, connector: PinPart) -> None:
         own = connector.own
-        missing = [ident for ident in connector.limits if ident not in self.parts.connectors]
-        if missing:
-            raise own.refused(f"slides to connector {missing[0]}, which does not exist; correct its limits")
-        if connector.slide_radius:
-            raise own.refused("slides along an arc (slideradius); curved slots cannot be converted")
+        for ident in connector.limits:
+            known = ident in self.parts.connectors
+            own.refuse(not known, f"slides to connector {ident}, which does not exist; correct its limits")
+        own.refuse(connector.slide_radius, "slides along an arc (slideradius); curved slots cannot be converted")
         a, b = (self.parts.connectors[ident] for ident in connector.limits)
-        if a not in self.names or b not in self.names or abs(a.place - b.place) <= DIGIT:
-            raise own.refused("its two limits coincide or are on no layer of the mechanism; move one of them")
+        own.refuse(
+            a not in self.names or b not in self.names or abs(a.place - b.place) <= DIGIT,
+            "its two limits coincide or are on no layer of the mechanism; move one of them",
+        )
         shared = [link for link in a.links if link in b.links and link.mechanism and not link.actuator]
         carrier = self.body.get(shared[0], "") if shared else GROUND if a.anchor and b.anchor else ""
-        if not carrier:
-            raise own.refused(f"its limits {a.name} and {b.name} are on no common link; correct its limits")
+        own.refuse(not carrier, f"its limits {a.name} and {b.name} are on no common link; correct its limits")
         name = self.names[connector]
         self.draft.slot(f"slot_{name}", name, carrier, b.place - a.place, guide=(self.names[a], self.names[b]))
 
@@ -313,8 +311,10 @@ class _Linkage:
             name = "motor" if len(turns) == 1 else f"motor_{connector.name}"
             self.draft.rotary(name, self.names[connector], body, law=motion.add(name, _motor(connector)))
         for link in actuators:
-            if len(link.connectors) != 2 or any(c not in self.names for c in link.connectors):
-                raise link.own.refused(f"is an actuator with {len(link.connectors)} connectors; it needs 2")
+            link.own.refuse(
+                len(link.connectors) != 2 or any(c not in self.names for c in link.connectors),
+                f"is an actuator with {len(link.connectors)} connectors; it needs 2",
+            )
             if motors := [c.name for c in link.connectors if c.input]:
                 raise link.own.refused(
                     f"is an actuator that the motor {motors[0]} turns; put it on an anchor of its own"

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import math
-import re
 from dataclasses import dataclass, field
 
 from gimcli.errors import ModelError
-from gimcli.exchange.draft import MOST_PLACES
+from gimcli.exchange.draft import LARGEST, MOST_PLACES, number_of
+from gimcli.exchange.refusing import Refusing
 from gimcli.exchange.tags import Tag
 
 MOST_PARTS = 300
@@ -18,12 +17,10 @@ DEFAULT_RATE = 15.0
 """Revolutions or strokes a minute where the file gives none."""
 
 _ALPHABET = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz"
-_NUMBER = re.compile(r"\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*$")
-_LARGEST = 1e12
 
 
 @dataclass(frozen=True)
-class PartReader:
+class PartReader(Refusing):
     """Attributes of one tag; errors name the file, the line and the tag."""
 
     tag: Tag
@@ -48,18 +45,17 @@ class PartReader:
         text = self.text(key)
         if not text and default is not None:
             return default
-        if not text:
-            raise self.refused(f"`{key}` is missing; give a number")
-        value = float(text) if _NUMBER.match(text) else math.nan
-        if not abs(value) <= _LARGEST:
-            raise self.refused(f"expected a number of at most {_LARGEST:g} for `{key}`, got '{text[:40]}'")
+        self.refuse(not text, f"`{key}` is missing; give a number")
+        value = number_of(text)
+        self.refuse(
+            not abs(value) <= LARGEST, f"expected a number of at most {LARGEST:g} for `{key}`, got '{text[:40]}'"
+        )
         return value
 
     def integer(self, key: str, default: int | None = None) -> int:
         """Return a whole number."""
         value = self.number(key, default)
-        if value != int(value):
-            raise self.refused(f"expected a whole number for `{key}`, got '{self.text(key)[:40]}'")
+        self.refuse(value != int(value), f"expected a whole number for `{key}`, got '{self.text(key)[:40]}'")
         return int(value)
 
     def layer(self) -> bool:
@@ -159,8 +155,7 @@ def _add_connector(parts: LinkageParts, own: PartReader) -> None:
     if ident in parts.connectors:
         first = parts.connectors[ident].own.tag.line
         raise own.refused(f"this number is given twice, first in line {first}; change one of the two")
-    if len(parts.connectors) >= MOST_PARTS:
-        raise own.refused(f"more than {MOST_PARTS} connectors are too many for one mechanism")
+    own.refuse(len(parts.connectors) >= MOST_PARTS, f"more than {MOST_PARTS} connectors are too many for one mechanism")
     limits = [PartReader(child, own.source).integer("id") for child in own.tag.children if child.name == "slidelimit"]
     sliding = own.true("slider") and len(limits) >= 2
     parts.connectors[ident] = PinPart(
@@ -181,8 +176,7 @@ def _ident(own: PartReader, *keys: str) -> int | None:
 
 
 def _add_link(parts: LinkageParts, own: PartReader) -> None:
-    if len(parts.links) >= MOST_PARTS:
-        raise own.refused(f"more than {MOST_PARTS} links are too many for one mechanism")
+    own.refuse(len(parts.links) >= MOST_PARTS, f"more than {MOST_PARTS} links are too many for one mechanism")
     ident = own.integer("id")
     kind = "actuator" if own.true("actuator") else "link"
     link = LinkPart(
@@ -194,15 +188,16 @@ def _add_link(parts: LinkageParts, own: PartReader) -> None:
     for child in own.tag.children:
         if child.name == "connector":
             number = PartReader(child, own.source).integer("id")
-            if number not in parts.connectors:
-                raise own.refused(f"connector {number} does not exist; remove it from the link")
+            own.refuse(number not in parts.connectors, f"connector {number} does not exist; remove it from the link")
             connector = parts.connectors[number]
             if connector not in link.connectors:
                 link.connectors.append(connector)
                 connector.links.append(link)
     parts.links.append(link)
-    if sum(len(x.connectors) for x in parts.links) > MOST_PLACES:
-        raise own.refused(f"more than {MOST_PLACES} connectors on links are too many for one mechanism")
+    own.refuse(
+        sum(len(x.connectors) for x in parts.links) > MOST_PLACES,
+        f"more than {MOST_PLACES} connectors on links are too many for one mechanism",
+    )
 
 
 def _fasten_listed(parts: LinkageParts) -> None:
@@ -222,8 +217,7 @@ def _add_ratios(parts: LinkageParts, tag: Tag, source: str) -> None:
             [PartReader(child, source) for child in ratio.children if child.name == "link"],
         )
         known = [(link, wheel) for wheel in wheels if (link := parts.link(wheel.integer("id"))) is not None]
-        if len(parts.ratios) >= MOST_PARTS:
-            raise own.refused(f"more than {MOST_PARTS} ratios are too many for one mechanism")
+        own.refuse(len(parts.ratios) >= MOST_PARTS, f"more than {MOST_PARTS} ratios are too many for one mechanism")
         if ratio.name == "ratio" and len(known) >= 2:
             (a, first), (b, second) = known[0], known[-1]
             sizes = (first.number("size"), second.number("size"))

@@ -90,8 +90,9 @@ class PlusDraft:
 
     def _units(self) -> None:
         enums = [*self.document.enums, 0, 0, 0]
-        if not 0 <= enums[0] < len(LENGTHS):
-            raise self.draft.refusal("the unit of length is unknown: a newer version of PMKS+ wrote it")
+        self.draft.refuse(
+            not 0 <= enums[0] < len(LENGTHS), "the unit of length is unknown: a newer version of PMKS+ wrote it"
+        )
         self.unit = enums[0]
         self.draft.length, self.draft.mass = LENGTHS[self.unit], MASSES[self.unit]
         self.newton = POUND_FORCE if self.unit == 0 else 1.0
@@ -118,8 +119,9 @@ class PlusDraft:
             if not joint.slides or not riders:
                 continue
             carrier, guide, direction = self._line(joint)
-            if carrier in (self.bodies[rider] for rider in riders):
-                raise self.draft.refusal(f"joint {joint.id}: it slides along its own link")
+            self.draft.refuse(
+                carrier in (self.bodies[rider] for rider in riders), f"joint {joint.id}: it slides along its own link"
+            )
             self.slots[own] = slot = free_name(f"slide_{self.names[own]}", self.slots.values())
             blocks = [self.bodies[rider] for rider in riders] if joint.welded or joint.sealed else [""]
             for number, body in enumerate(blocks):
@@ -132,11 +134,12 @@ class PlusDraft:
             return GROUND, None, cmath.rect(1.0, _whole_degrees(joint.angle))
         a, b = self.structure.slot(joint)
         carrier = self.structure.body_of.get(joint.carrier, "")
-        if not {a, b} <= set(self.structure.bodies.get(carrier, ())):
-            raise self.draft.refusal(f"joint {joint.id}: the joints of its slot are not on link {joint.carrier}")
+        self.draft.refuse(
+            not {a, b} <= set(self.structure.bodies.get(carrier, ())),
+            f"joint {joint.id}: the joints of its slot are not on link {joint.carrier}",
+        )
         along = self._place(b) - self._place(a)
-        if abs(along) <= RESOLUTION:
-            raise self.draft.refusal(f"joint {joint.id}: its slot has no length")
+        self.draft.refuse(abs(along) <= RESOLUTION, f"joint {joint.id}: its slot has no length")
         return self.bodies[carrier], (self.names[a], self.names[b]), along
 
     def _place(self, own: str) -> complex:
@@ -164,13 +167,12 @@ class PlusDraft:
         for force in self.document.forces:
             body = self.structure.body_of.get(force.link)
             if body is None:
-                raise self.draft.refusal(f"force {force.id}: its link {force.link} is missing")
+                raise self.draft.refused(f"force {force.id}: its link {force.link} is missing")
             start, end = complex(force.x, force.y), complex(force.x1, force.y1)
             along = end - start
             if not force.size:
                 continue
-            if not along:
-                raise self.draft.refusal(f"force {force.id}: it has no direction")
+            self.draft.refuse(not along, f"force {force.id}: it has no direction")
             vector = force.size * self.newton * (1.0 if force.outward else -1.0) * along / abs(along)
             name, key = free_name(force.name or force.id, self.draft.loads), "follower" if force.local else "force"
             self.draft.loads[name] = {"on": self.bodies[body], "at": start, key: vector}
@@ -234,7 +236,7 @@ class PlusDraft:
             self.draft.rotary(name, self.names[own], body, reference, law={"by": by})
         else:
             expected = "one link on the ground, or two moving links"
-            raise self.draft.refusal(f"input {joint.name or own}: it joins {len(bodies)} links; expected {expected}")
+            raise self.draft.refused(f"input {joint.name or own}: it joins {len(bodies)} links; expected {expected}")
 
 
 def _whole_degrees(angle: float) -> float:
@@ -246,15 +248,18 @@ def _whole_degrees(angle: float) -> float:
 def apply_entries(document: PlusDocument, draft: Draft) -> None:
     """Apply the entries to the records that they name; refuse those that the motion may depend on."""
     for entry in document.entries:
-        if entry.startswith("G"):
-            raise draft.refusal("the gears of the drawing cannot be converted; add them to the model file as `gears`")
+        draft.refuse(
+            entry.startswith("G"), "the gears of the drawing cannot be converted; add them to the model file as `gears`"
+        )
         if entry.startswith("P"):
-            if not _restored(document, entry):
-                raise draft.refusal(f"the entry '{entry[:20]}' is damaged; copy the whole address or file again")
+            draft.refuse(
+                not _restored(document, entry),
+                f"the entry '{entry[:20]}' is damaged; copy the whole address or file again",
+            )
         elif entry.startswith("T"):
             draft.left_out.append("the properties for stresses are left out")
         elif entry[:1] not in APPEARANCE:
-            raise draft.refusal(f"the entry '{entry[:20]}' is unknown: a newer version of PMKS+ wrote it")
+            raise draft.refused(f"the entry '{entry[:20]}' is unknown: a newer version of PMKS+ wrote it")
     further = [joint.id for joint in document.joints if joint.further]
     if further:
         fields = "friction, names and the like, which newer versions of PMKS+ write for joints"

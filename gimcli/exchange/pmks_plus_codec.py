@@ -16,6 +16,7 @@ from dataclasses import dataclass, field, fields
 from typing import Any, TypeVar
 
 from gimcli.errors import ModelError
+from gimcli.exchange.refusing import Refusing
 
 DIGITS = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz_-"
 CHECK_DIGITS = DIGITS[:62]
@@ -123,9 +124,15 @@ class PlusDocument:
     entries: list[str] = field(default_factory=list)  # the tagged list
 
 
-def damaged(source: str, text: str) -> ModelError:
-    """Return the error for a damaged text."""
-    return ModelError([f"{source}: {text}; copy the whole address or file again"])
+@dataclass(frozen=True)
+class Damaged(Refusing):
+    """A text that may be damaged; `source` is its place in messages."""
+
+    source: str
+
+    def refused(self, text: str) -> ModelError:
+        """Return the error for a damaged text."""
+        return ModelError([f"{self.source}: {text}; copy the whole address or file again"])
 
 
 # -- numbers --------------------------------------------------------------------------------------
@@ -204,13 +211,12 @@ def stamped(body: str) -> str:
 
 def checked_body(text: str, source: str) -> str:
     """Return the body of a text; raise ModelError if its length or its digest is wrong."""
-    if len(text) > MOST_CHARACTERS:
-        raise damaged(source, "too long for a drawing of PMKS+")
+    whole = Damaged(source)
+    whole.refuse(len(text) > MOST_CHARACTERS, "too long for a drawing of PMKS+")
     text, mark, found = text.partition(DIGEST_MARK)
-    if mark and found != digest(text):
-        raise damaged(source, "the address is damaged: its digest does not match")
-    if len(text) < 2 or text[-1] != _length_digit(text[:-1]):
-        raise damaged(source, "the address is damaged or truncated: its length does not match")
+    whole.refuse(mark and found != digest(text), "the address is damaged: its digest does not match")
+    good = len(text) > 1 and text[-1] == _length_digit(text[:-1])
+    whole.refuse(not good, "the address is damaged or truncated: its length does not match")
     return text[:-1]
 
 
@@ -226,7 +232,7 @@ class _PlusText:
     """A body that is read from its start to its end."""
 
     def __init__(self, body: str, source: str) -> None:
-        self.rest, self.source = body, source
+        self.rest, self.damaged = body, Damaged(source)
 
     def document(self) -> PlusDocument:
         """Return the content."""
@@ -243,8 +249,7 @@ class _PlusText:
 
     def _part(self, name: str) -> str:
         part, point, self.rest = self.rest.partition(".")
-        if not point:
-            raise damaged(self.source, f"the {name} are incomplete")
+        self.damaged.refuse(not point, f"the {name} are incomplete")
         return part
 
     def _records(self, name: str) -> list[str]:
@@ -252,14 +257,13 @@ class _PlusText:
         found: list[str] = []
         while record := self._part(name):
             found.append(record)
-            if len(found) > MOST_RECORDS:
-                raise damaged(self.source, f"more than {MOST_RECORDS} {name}")
+            self.damaged.refuse(len(found) > MOST_RECORDS, f"more than {MOST_RECORDS} {name}")
         return found
 
     def _number(self, text: str, where: str) -> int:
         value = integer_of(text)
         if value is None:
-            raise damaged(self.source, f"{where}: '{text[:20]}' is not a number")
+            raise self.damaged.refused(f"{where}: '{text[:20]}' is not a number")
         return value
 
     def _decimal(self, text: str, where: str) -> float:
@@ -268,9 +272,8 @@ class _PlusText:
     def _fields(self, kind: type, record: str, head: int = 1) -> list[str]:
         """Return the texts of a record; its identifier stands after `head` characters of the first one."""
         first, *rest = record.split(",")
-        if len(rest) + 1 < LEAST[kind]:
-            text = f"{WORDS[kind]} {first[:20]}: expected {LEAST[kind]} fields, got {len(rest) + 1}"
-            raise damaged(self.source, text)
+        text = f"{WORDS[kind]} {first[:20]}: expected {LEAST[kind]} fields, got {len(rest) + 1}"
+        self.damaged.refuse(len(rest) + 1 < LEAST[kind], text)
         return [first[head:], *rest]
 
     def _values(self, kind: type, texts: list[str]) -> dict[str, Any]:
@@ -290,9 +293,8 @@ class _PlusText:
 
     def _link(self, record: str) -> PlusLink:
         flag, kind, texts = record[:1], record[1:2], self._fields(PlusLink, record, 2)
-        if flag not in ROOTS + PARTS or kind not in ("R", "P"):
-            text = f"link {texts[0][:20]}: '{record[:2]}' is unknown: a newer version of PMKS+ wrote it"
-            raise damaged(self.source, text)
+        text = f"link {texts[0][:20]}: '{record[:2]}' is unknown: a newer version of PMKS+ wrote it"
+        self.damaged.refuse(flag not in ROOTS + PARTS or kind not in ("R", "P"), text)
         joints = tuple(_until_empty(texts[7:]))
         parts = tuple(text for text in texts[8 + len(joints) :] if text)
         own = self._values(PlusLink, texts)

@@ -11,19 +11,24 @@ from dataclasses import replace
 from gimcli.errors import ModelError
 from gimcli.exchange.draft import MOST_PLACES
 from gimcli.exchange.pmks_plus_codec import PlusDocument, PlusJoint, PlusLink
+from gimcli.exchange.refusing import Refusing
 
 
-class PlusStructure:
+class PlusStructure(Refusing):
     """The joints by their ids, the bodies by the ids of their links, and the body of each link."""
 
     def __init__(self, document: PlusDocument, source: str) -> None:
         self.source = source
         self.joints = {joint.id: joint for joint in document.joints}
         self.links = {link.id: link for link in document.links}
-        if len(self.joints) < len(document.joints) or len(self.links) < len(document.links):
-            raise self.fault("two joints or two links have the same name; copy the whole address or file again")
-        if sum(len(link.joints) + len(link.parts) for link in document.links) > MOST_PLACES:
-            raise self.fault(f"more than {MOST_PLACES} joints on links are too many for one mechanism")
+        self.refuse(
+            len(self.joints) < len(document.joints) or len(self.links) < len(document.links),
+            "two joints or two links have the same name; copy the whole address or file again",
+        )
+        self.refuse(
+            sum(len(link.joints) + len(link.parts) for link in document.links) > MOST_PLACES,
+            f"more than {MOST_PLACES} joints on links are too many for one mechanism",
+        )
         self._refer()
         self.renamed: dict[str, str] = {}
         for link in document.links:
@@ -34,7 +39,7 @@ class PlusStructure:
         for root in self.bodies:
             self._claim(root)
 
-    def fault(self, text: str) -> ModelError:
+    def refused(self, text: str) -> ModelError:
         """Return the error for a part of the document."""
         return ModelError([f"{self.source}: {text}"])
 
@@ -43,21 +48,26 @@ class PlusStructure:
         for link in self.links.values():
             parts = [name for name in link.parts if name not in self.links]
             missing = [*(name for name in link.joints if name not in self.joints), *parts]
-            if missing or not link.joints:
-                raise self.fault(f"link {link.id}: '{', '.join(missing)}' is missing; copy the whole address again")
+            self.refuse(
+                missing or not link.joints,
+                f"link {link.id}: '{', '.join(missing)}' is missing; copy the whole address again",
+            )
         for joint in self.joints.values():
             known = joint.carrier in self.links and {joint.start, joint.end} <= self.joints.keys()
-            if joint.carrier and not known:
-                raise self.fault(f"joint {joint.id}: the link of its slot is missing; copy the whole address again")
-            if joint.slides and not joint.fixed and not joint.carrier and joint.sealed:
-                raise self.fault(f"joint {joint.id}: the cylinder has no barrel")
+            self.refuse(
+                joint.carrier and not known,
+                f"joint {joint.id}: the link of its slot is missing; copy the whole address again",
+            )
+            self.refuse(
+                joint.slides and not joint.fixed and not joint.carrier and joint.sealed,
+                f"joint {joint.id}: the cylinder has no barrel",
+            )
 
     def _fold(self, block: PlusLink) -> None:
         """Let the slider and the pin that a block joins be one joint."""
         sliders = [self.joints[name] for name in block.joints if self.joints[name].slides]
         pins = [self.joints[name] for name in block.joints if not self.joints[name].slides]
-        if len(sliders) != 1 or len(pins) != 1:
-            raise self.fault(f"link {block.id}: expected a block with a slider and a pin")
+        self.refuse(len(sliders) != 1 or len(pins) != 1, f"link {block.id}: expected a block with a slider and a pin")
         slider, pin = sliders[0], pins[0]
         self.renamed[slider.id] = pin.id
         self.joints[pin.id] = replace(
@@ -75,8 +85,10 @@ class PlusStructure:
         open_ends = [root]
         while open_ends:
             own = open_ends.pop()
-            if own in self.body_of or (own != root and self.links[own].root):
-                raise self.fault(f"link {own} belongs to two welded links; copy the whole address or file again")
+            self.refuse(
+                own in self.body_of or (own != root and self.links[own].root),
+                f"link {own} belongs to two welded links; copy the whole address or file again",
+            )
             self.body_of[own] = root
             open_ends += self.links[own].parts
 

@@ -15,7 +15,7 @@ from collections.abc import Callable
 from urllib.parse import unquote
 
 from gimcli.errors import ModelError
-from gimcli.exchange.draft import Draft
+from gimcli.exchange.draft import Draft, number_of
 from gimcli.exchange.pmks_plus import CLOCKWISE, NO_GRAVITY, PlusDraft
 from gimcli.exchange.pmks_plus_codec import MOST_RECORDS, PlusDocument, PlusForce, PlusJoint, PlusLink, Record
 
@@ -136,7 +136,6 @@ def _flag(text: str) -> bool:
 
 def _number(text: str) -> float:
     """Return a finite number; raise ValueError if it is none."""
-    value = float(text)
-    if not math.isfinite(value) or "_" in text:
+    if math.isnan(value := number_of(text)):
         raise ValueError(text)
     return value

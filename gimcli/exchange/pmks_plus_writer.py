@@ -75,8 +75,7 @@ class PlusDrawing:
         own = {"in": 0, "ft": 0, "m": 2, "km": 2}.get(unit, 1)
         metre = METRES[unit]
         furthest = max(max(abs(place.real), abs(place.imag)) for place in self.drawn.joints.values())
-        if not furthest * metre / UNITS[own] <= FURTHEST:
-            raise self.drawn.refusal(f"the coordinates are too large for {PROGRAM}")
+        self.drawn.refuse(not furthest * metre / UNITS[own] <= FURTHEST, f"the coordinates are too large for {PROGRAM}")
         if own == 2 and not self._exact(round(metre / UNITS[2], 12)):
             own = 1
         self.unit, self.factor = own, round(metre / UNITS[own], 12)

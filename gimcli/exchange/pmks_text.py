@@ -13,11 +13,10 @@ import math
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import NamedTuple
 from urllib.parse import unquote
 
 from gimcli.errors import ModelError
-from gimcli.exchange.draft import GROUND, Draft, DrawnJoint, Slot, Turn, number_of
+from gimcli.exchange.draft import GROUND, Draft, DrawnJoint, Slot, Turn, free_name, number_of
 from gimcli.exchange.drawn_linkage import DrawnLinkage, DrawnPose
 from gimcli.exchange.pmks_joints import (
     MOST_JOINTS,
@@ -38,13 +37,6 @@ LONGEST = 60
 """Most characters of a line that a message quotes."""
 
 MOST_INPUTS = 1
-
-
-class JointLine(NamedTuple):
-    """A line of the mechanism, with its place in the file for messages."""
-
-    where: str
-    text: str
 
 
 @dataclass
@@ -74,8 +66,8 @@ def read(text: str, source: str) -> Draft:
     if len(found) > 1:
         raise ModelError([f"{source}: holds {len(found)} addresses of {PROGRAM}; give one of them"])
     header = Header()
-    lines = list(_of_address(found[0], source, header) if found else _of_text(text, source, header))
-    joints = map(_joint, lines)
+    lines = _of_address(found[0], source, header) if found else _of_text(text, source, header)
+    joints = [_joint(where, line) for where, line in lines]
     return draft_of_joints(joints, source, header.name, header.speed, header.driver, header.left_out)
 
 
@@ -95,27 +87,27 @@ def _is_row(line: str) -> bool:
 # -- lines and header -----------------------------------------------------------------------------
 
 
-def _of_address(address: str, source: str, header: Header) -> Iterator[JointLine]:
-    """Yield the lines behind `mech=`; note what the other parts of the address set."""
+def _of_address(address: str, source: str, header: Header) -> Iterator[tuple[str, str]]:
+    """Yield the lines behind `mech=`, each after its place in messages; note what the rest of the address sets."""
     for part in re.split("[?&]", address)[1:]:
         key, _, value = part.partition("=")
         text = unquote(value)
         if key.strip().casefold() == "mech":
             rows = [row for row in re.split(r"[|\n]", text) if row.strip()]
-            yield from (JointLine(f"{source}: joint {number}", row) for number, row in enumerate(rows, 1))
+            yield from ((f"{source}: joint {number}", row) for number, row in enumerate(rows, 1))
         else:
             _set(header, key.strip().casefold(), text)
 
 
-def _of_text(text: str, source: str, header: Header) -> Iterator[JointLine]:
-    """Yield the joints of a file; note what its header sets."""
+def _of_text(text: str, source: str, header: Header) -> Iterator[tuple[str, str]]:
+    """Yield the lines of joints, each after its place in messages; note what the header of the file sets."""
     for number, line in enumerate(text.splitlines(), 1):
         match = HEADER.match(line)
         if match and match.group(1).casefold() != "mech":
             _set(header, match.group(1).casefold(), match.group(2).strip())
             continue
         rows = (match.group(2) if match else line).split("|")
-        yield from (JointLine(f"{source}:{number}:1", row) for row in rows if row.strip())
+        yield from ((f"{source}:{number}:1", row) for row in rows if row.strip())
 
 
 def _set(header: Header, key: str, value: str) -> None:
@@ -127,7 +119,7 @@ def _set(header: Header, key: str, value: str) -> None:
         header.name = value
     elif key == "ts" and value.strip():
         header.left_out.append("the target shape is left out")
-    elif key == "s" and (number := number_of(value)) is not None:
+    elif key == "s" and not math.isnan(number := number_of(value)):
         header.speed = number
     elif key == "d" and value.strip().isdecimal() and len(value) < 10:
         header.driver = int(value)
@@ -136,21 +128,20 @@ def _set(header: Header, key: str, value: str) -> None:
 # -- joints ---------------------------------------------------------------------------------------
 
 
-def _joint(line: JointLine) -> DrawnJoint | str:
-    """Return the joint of a line, or the fault of a line that is none."""
-    words = re.split(r"[,\s]+", line.text.strip(" \t\r,"))
+def _joint(where: str, line: str) -> DrawnJoint | str:
+    """Return the joint of a line at a place in the file, or the fault of a line that is none."""
+    words = re.split(r"[,\s]+", line.strip(" \t\r,"))
     at = max((k for k, word in enumerate(words) if word.upper() in TYPES), default=-1)
-    shown = line.text.strip()[:LONGEST]
+    shown = line.strip()[:LONGEST]
     if at < 0:
-        return f"{line.where}: expected LINKS,TYPE,X,Y with a type R, P or RP, got '{shown}'"
-    numbers = [number_of(word) for word in words[at + 1 : at + 4]]
-    if len(numbers) < 2 or numbers[0] is None or numbers[1] is None:
-        return f"{line.where}: expected two coordinates after the type {words[at].upper()}, got '{shown}'"
-    angle = numbers[2] if len(numbers) > 2 else None
-    marks = _marks(words[at + 3 + (angle is not None) :])
+        return f"{where}: expected LINKS,TYPE,X,Y with a type R, P or RP, got '{shown}'"
+    x, y, angle = (*map(number_of, words[at + 1 : at + 4]), *[math.nan] * 3)[:3]
     kind = words[at].upper()
-    place = complex(numbers[0], numbers[1])
-    return DrawnJoint(tuple(words[:at]), kind, place, math.radians(angle or 0.0), line.where, marks[0], marks[3])
+    if math.isnan(x) or math.isnan(y):
+        return f"{where}: expected two coordinates after the type {kind}, got '{shown}'"
+    marks = _marks(words[at + (3 if math.isnan(angle) else 4) :])
+    slope = 0.0 if math.isnan(angle) else math.radians(angle)
+    return DrawnJoint(tuple(words[:at]), kind, complex(x, y), slope, where, marks[0], marks[3])
 
 
 def _marks(words: list[str]) -> list[bool]:
@@ -190,7 +181,7 @@ class PmksRows:
         self.drawn = drawn
         if len(drawn.mechanism.actuators) > MOST_INPUTS:
             names = ", ".join(actuator.name for actuator in drawn.mechanism.actuators)
-            raise drawn.refusal(f"{PROGRAM} has one input, the model has {len(drawn.mechanism.actuators)}: {names}")
+            raise drawn.refused(f"{PROGRAM} has one input, the model has {len(drawn.mechanism.actuators)}: {names}")
         self.rows: list[DrawnJoint] = []
         self.links = self._links()
         for joint in drawn.joints:
@@ -211,18 +202,11 @@ class PmksRows:
 
     def _links(self) -> dict[str, str]:
         """Return names of links as PMKS can read them: without blanks and commas, and not those of the ground."""
-        found, taken = {GROUND: GROUND}, {GROUND}
-        for body in self.drawn.bodies:
-            if body == GROUND:
-                continue
+        found = {GROUND: GROUND}
+        for body in (body for body in self.drawn.bodies if body != GROUND):
             plain = re.sub(r"[^\w.-]+", "_", body).strip("_") or "link"
-            if is_ground(plain) or plain.isdecimal():
-                plain = f"link_{plain}"
-            own, number = plain, 2
-            while own.casefold() in taken:
-                own, number = f"{plain}_{number}", number + 1
-            found[body] = own
-            taken.add(own.casefold())
+            own = f"link_{plain}" if is_ground(plain) or plain.isdecimal() else plain
+            found[body] = free_name(own, found.values(), same=str.casefold)
         return found
 
     def _joint(self, joint: str) -> None:

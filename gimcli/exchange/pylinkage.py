@@ -41,8 +41,10 @@ class PylinkageJoints:
         self.joints: dict[str, JsonPart] = {}
         for part in data.at("joints").entries(most):
             name = part.at("name").text()
-            if not name or name in self.joints:
-                raise part.refused(f"the joint has {'the name of another one' if name else 'no `name`'}; correct it")
+            part.refuse(
+                not name or name in self.joints,
+                f"the joint has {'the name of another one' if name else 'no `name`'}; correct it",
+            )
             self.joints[name] = part
         self.cranks = sum(self._kind(part) == "Crank" for part in self.joints.values())
         self.places: dict[str, complex] = {}
@@ -71,16 +73,14 @@ class PylinkageJoints:
         for key in _KEYS:
             if part.has(key) and not part.at(key).has("inline"):
                 ref = part.at(key).at("ref")
-                if ref.text() not in self.joints:
-                    raise ref.refused(f"there is no joint '{ref.text()[:40]}'")
+                ref.refuse(ref.text() not in self.joints, f"there is no joint '{ref.text()[:40]}'")
                 found.append(ref.text())
         return found
 
     def _parent(self, part: JsonPart, key: str) -> str:
         """Return the draft's name of a joint that is referred to; one that is given inline is fixed."""
         own = part.at(key)
-        if own.value is None:
-            raise part.refused(f"`{key}` is missing; name a joint")
+        part.refuse(own.value is None, f"`{key}` is missing; name a joint")
         if not own.has("inline"):
             return self.names[own.at("ref").text()]
         place = complex(own.at("x").number(0.0), own.at("y").number(0.0))
@@ -108,12 +108,15 @@ class PylinkageJoints:
         centre = self.draft.joints[pivot]
         ray = self._drawn(part) - centre
         radius = part.at("distance").number(abs(ray))
-        if not radius > 0.0 or not abs(ray) > 0.0:
-            raise part.refused("the crank has no length; correct `distance`, or its coordinates")
+        part.refuse(
+            not radius > 0.0 or not abs(ray) > 0.0, "the crank has no length; correct `distance`, or its coordinates"
+        )
         own = self.draft.joint(name, centre + ray / abs(ray) * radius)
         body = self.draft.body(f"{name}_crank", [pivot, own])
-        if pivot not in self.draft.bodies[GROUND]:
-            raise part.refused("the crank turns about a moving joint; only cranks on fixed joints are converted")
+        part.refuse(
+            pivot not in self.draft.bodies[GROUND],
+            "the crank turns about a moving joint; only cranks on fixed joints are converted",
+        )
         motor = "motor" if self.cranks == 1 else f"motor_{name}"
         speed = math.degrees(part.at("angle").number(0.0))
         self.draft.rotary(motor, pivot, body, arm=own, law=self.motion.add(motor, RepeatedInput(speed)))
@@ -125,8 +128,9 @@ class PylinkageJoints:
         turn = cmath.phase(along - origin) + part.at("angle").number(0.0)
         carriers = self.draft.common(first, second)
         own = self.draft.joint(name, origin + cmath.rect(part.at("distance").number(), turn), *carriers[:1])
-        if not carriers:
-            raise part.refused(f"joint '{name[:40]}' is fixed to {first} and {second}, whose distance is not constant")
+        part.refuse(
+            not carriers, f"joint '{name[:40]}' is fixed to {first} and {second}, whose distance is not constant"
+        )
         return own
 
     def _revolute(self, name: str, part: JsonPart) -> str:
@@ -136,10 +140,10 @@ class PylinkageJoints:
         rb = part.at("distance1").number(abs(drawn - b))
         gap = abs(b - a)
         along = (ra * ra - rb * rb + gap * gap) / (2.0 * gap) if gap else math.inf
-        if not abs(along) <= ra * (1.0 + _TOUCH):
-            raise part.refused(
-                f"distances {ra:g} and {rb:g} to {first} and {second}, which are {gap:g} apart, do not meet"
-            )
+        part.refuse(
+            not abs(along) <= ra * (1.0 + _TOUCH),
+            f"distances {ra:g} and {rb:g} to {first} and {second}, which are {gap:g} apart, do not meet",
+        )
         height = math.sqrt(max(0.0, ra * ra - along * along))
         foot, unit = a + (b - a) / gap * along, 1j * (b - a) / gap
         place = min((foot + height * unit, foot - height * unit), key=lambda z: abs(z - drawn))
@@ -151,20 +155,20 @@ class PylinkageJoints:
     def _prismatic(self, name: str, part: JsonPart) -> str:
         centre, first, second = (self._parent(part, key) for key in _KEYS)
         c, a, b, drawn = *(self.draft.joints[n] for n in (centre, first, second)), self._drawn(part)
-        if not abs(b - a) > 0.0:
-            raise part.refused("the two joints of its line coincide and define no direction; move one")
+        part.refuse(not abs(b - a) > 0.0, "the two joints of its line coincide and define no direction; move one")
         unit = (b - a) / abs(b - a)
         radius = part.at("revolute_radius").number(abs(drawn - c))
         local = (c - a) / unit
-        if abs(local.imag) > radius * (1.0 + _TOUCH):
-            raise part.refused(f"the line is {abs(local.imag):g} from {centre}, more than the distance {radius:g}")
+        part.refuse(
+            abs(local.imag) > radius * (1.0 + _TOUCH),
+            f"the line is {abs(local.imag):g} from {centre}, more than the distance {radius:g}",
+        )
         reach = math.sqrt(max(0.0, radius * radius - local.imag**2))
         place = min((a + unit * (local.real + s * reach) for s in (1.0, -1.0)), key=lambda z: abs(z - drawn))
         own = self.draft.joint(name, place)
         self.draft.body(f"{name}_{centre}", [centre, own])
         carriers = self.draft.common(first, second)
-        if not carriers:
-            raise part.refused(f"its line passes through {first} and {second}, whose distance is not constant")
+        part.refuse(not carriers, f"its line passes through {first} and {second}, whose distance is not constant")
         self.draft.slot(f"slot_{own}", own, carriers[0], b - a, guide=(first, second))
         return own
 
@@ -193,8 +197,10 @@ def read(text: str, source: str) -> Draft:
     data = read_json(text, source)
     name = data.at("name").text()
     draft = Draft(PROGRAM, source, name="" if name.isdigit() else name)
-    if data.has("nodes") and not data.has("joints"):
-        raise data.refused("this graph of pylinkage has no dimensions; save the mechanism with mechanism_to_json")
+    data.refuse(
+        data.has("nodes") and not data.has("joints"),
+        "this graph of pylinkage has no dimensions; save the mechanism with mechanism_to_json",
+    )
     if _JOINTS.search(text):
         PylinkageJoints(data, draft, MOST_PARTS).convert()
     else:
@@ -220,8 +226,10 @@ class _Mechanism:
             for joint in link.at("joints").entries(MOST_PARTS):
                 self._known(joint)
                 self.on[joint.text()].append(ident)
-            if sum(map(len, self.on.values())) > MOST_PLACES:
-                raise link.refused(f"more than {MOST_PLACES} joints of links are too many for one mechanism")
+            link.refuse(
+                sum(map(len, self.on.values())) > MOST_PLACES,
+                f"more than {MOST_PLACES} joints of links are too many for one mechanism",
+            )
         for ident, joint in self.joints.items():
             if joint.at("type").text("revolute") != "tracker" or self.on[ident]:
                 fixed = [GROUND] if self._fixed(ident) else []
@@ -243,14 +251,15 @@ class _Mechanism:
     # -- joints ---------------------------------------------------------------------------------
 
     def _known(self, ident: JsonPart) -> str:
-        if ident.text() not in self.joints:
-            raise ident.refused(f"there is no joint '{ident.text()[:40]}'")
+        ident.refuse(ident.text() not in self.joints, f"there is no joint '{ident.text()[:40]}'")
         return ident.text()
 
     def _place(self, joint: JsonPart) -> complex:
         position = joint.at("position")
-        if position.value is None or (isinstance(position.value, list) and None in position.value):
-            raise position.refused("the joint has no position; build the mechanism before it is saved")
+        position.refuse(
+            position.value is None or (isinstance(position.value, list) and None in position.value),
+            "the joint has no position; build the mechanism before it is saved",
+        )
         return position.place()
 
     def _fixed(self, ident: str) -> bool:
@@ -265,12 +274,13 @@ class _Mechanism:
     def _add_slide(self, ident: str, joint: JsonPart) -> None:
         axis = joint.at("axis").place() if joint.has("axis") else 1.0 + 0j
         foot = joint.at("line_point").place() if joint.has("line_point") else 0j
-        if not abs(axis) > 0.0:
-            raise joint.at("axis").refused("the axis has no direction; give two numbers that are not both 0")
+        joint.at("axis").refuse(not abs(axis) > 0.0, "the axis has no direction; give two numbers that are not both 0")
         name = self.names[ident]
         across = ((self.draft.joints[name] - foot) / axis * abs(axis)).imag
-        if abs(across) > NEAR * self.draft.size():
-            raise joint.refused(f"the joint is {abs(across):g} off its line (axis, line_point); move it there")
+        joint.refuse(
+            abs(across) > NEAR * self.draft.size(),
+            f"the joint is {abs(across):g} off its line (axis, line_point); move it there",
+        )
         self.draft.slot(f"slot_{name}", name, GROUND, axis)
 
     def _add_tracker(self, ident: str, joint: JsonPart) -> None:
@@ -288,8 +298,7 @@ class _Mechanism:
             body = self.bodies[carriers[0]]
         else:
             text = f"its joints {first} and {second} are on no common link"
-            if self.on[ident]:
-                raise joint.refused(f"a tracker cannot carry a link: {text}")
+            joint.refuse(self.on[ident], f"a tracker cannot carry a link: {text}")
             self.draft.left_out.append(f"tracker {ident} is left out: {text}")
             return
         if ident in self.names:
@@ -307,12 +316,15 @@ class _Mechanism:
         motion = RepeatedMotion(self.draft)
         for ident in drivers:
             link = self.links[ident]
-            if not link.has("motor_joint"):
-                raise link.refused(f"the driver '{ident[:40]}' has no `motor_joint`; name a ground joint")
+            link.refuse(
+                not link.has("motor_joint"), f"the driver '{ident[:40]}' has no `motor_joint`; name a ground joint"
+            )
             motor = self._known(link.at("motor_joint"))
             others = [joint.text() for joint in link.at("joints").entries(MOST_PARTS) if joint.text() != motor]
-            if len(others) != 1 or motor not in (joint.text() for joint in link.at("joints").entries(MOST_PARTS)):
-                raise link.refused(f"the driver '{ident[:40]}' needs two joints, its `motor_joint` and one more")
+            link.refuse(
+                len(others) != 1 or motor not in (joint.text() for joint in link.at("joints").entries(MOST_PARTS)),
+                f"the driver '{ident[:40]}' needs two joints, its `motor_joint` and one more",
+            )
             name = "motor" if len(drivers) == 1 else f"motor_{ident}"
             pivot, arm = self.names[motor], self.names[others[0]]
             law = motion.add(name, self._driver(link, self.draft.joints[arm] - self.draft.joints[pivot]))
@@ -329,8 +341,10 @@ class _Mechanism:
         ahead = math.degrees(ahead) if abs(ahead) > NEAR else 0.0
         if not bounded:
             return RepeatedInput(speed, ahead=ahead)
-        if not low <= first <= high or not low < high:
-            raise link.refused("expected arc_start <= initial_angle <= arc_end; correct the angles")
+        link.refuse(
+            not low <= first <= high or not low < high,
+            "expected arc_start <= initial_angle <= arc_end; correct the angles",
+        )
         stroke, passed = math.degrees(high - low), math.degrees(first - low)
         return RepeatedInput(abs(speed), stroke=stroke, passed=passed, back=speed < 0.0, ahead=ahead)
 
@@ -340,9 +354,9 @@ def _by_id(listed: JsonPart, what: str) -> dict[str, JsonPart]:
     found: dict[str, JsonPart] = {}
     for part in listed.entries(MOST_PARTS):
         ident = part.at("id").text()
-        if not isinstance(part.value, dict) or not ident:
-            raise part.refused(f"expected a {what} with an `id`, got {part.found()}")
-        if ident in found:
-            raise part.refused(f"the {what} '{ident[:40]}' is given twice")
+        part.refuse(
+            not isinstance(part.value, dict) or not ident, f"expected a {what} with an `id`, got {part.found()}"
+        )
+        part.refuse(ident in found, f"the {what} '{ident[:40]}' is given twice")
         found[ident] = part
     return found

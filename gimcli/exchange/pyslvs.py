@@ -85,7 +85,7 @@ def _mechanism(data: dict[str, Any], draft: Draft) -> tuple[str, str, Where]:
         name = next(iter(stored))
         found = (name, stored.pop(name), ("storage", name))
     else:
-        raise draft.refusal("the file has no mechanism; draw one in Pyslvs and save the file again")
+        raise draft.refused("the file has no mechanism; draw one in Pyslvs and save the file again")
     if stored:
         draft.left_out.append(f"stored mechanisms are left out: {', '.join(stored)}")
     return found
@@ -118,8 +118,10 @@ class _Pyslvs:
     def __init__(self, joints: list[DrawnJoint], draft: Draft) -> None:
         self.draft = draft
         self.same: dict[str, str] = {}
-        if joints and not any(GROUND in joint.links for joint in joints):
-            raise draft.refusal("no joint is on the link 'ground'; name the frame so")
+        draft.refuse(
+            joints and not any(GROUND in joint.links for joint in joints),
+            "no joint is on the link 'ground'; name the frame so",
+        )
         self._weld_blocks(joints)
         links = dict.fromkeys(self._first(link) for joint in joints for link in joint.links)
         bodies = {link: GROUND if link == GROUND else draft.body(link, ()) for link in links}
@@ -169,16 +171,20 @@ class _Pyslvs:
 
     def _add_input(self, number: int, base: int, driver: int) -> None:
         what = f"input Point{base}->Point{driver}"
-        if not (0 <= base < len(self.joints) and 0 <= driver < len(self.joints)):
-            raise self.draft.refusal(f"{what}: there is no such joint; the last one is Point{len(self.joints) - 1}")
+        self.draft.refuse(
+            not (0 <= base < len(self.joints) and 0 <= driver < len(self.joints)),
+            f"{what}: there is no such joint; the last one is Point{len(self.joints) - 1}",
+        )
         if base == driver:
             self._add_travel(number, base)
             return
         if GROUND not in self._pinned(base):
             base, driver = driver, base
         shared = [link for link in self._pinned(base) if link in self._pinned(driver) and link != GROUND]
-        if GROUND not in self._pinned(base) or not shared:
-            raise self.draft.refusal(f"{what}: one of the two must be fixed, and a link must join both")
+        self.draft.refuse(
+            GROUND not in self._pinned(base) or not shared,
+            f"{what}: one of the two must be fixed, and a link must join both",
+        )
         if not self.names[driver]:  # a point: it becomes a joint of its link
             place = self.draft.tracers.pop(f"Point{driver}")[1]
             self.names[driver] = self.draft.joint(f"Point{driver}", place, shared[0])
@@ -194,8 +200,10 @@ class _Pyslvs:
         return joint.links if joint.kind == "R" else joint.links[1:]
 
     def _add_travel(self, number: int, base: int) -> None:
-        if self.joints[base].kind == "R" or not self._pinned(base):
-            raise self.draft.refusal(f"input Point{base}->Point{base}: it is no slider (P or RP)")
+        self.draft.refuse(
+            self.joints[base].kind == "R" or not self._pinned(base),
+            f"input Point{base}->Point{base}: it is no slider (P or RP)",
+        )
         travel = STROKE * self.draft.size()
         name = f"slide_{number + 1}" if number else "slide"
         self.draft.slider(name, f"slot_{self.names[base]}", law={"by": 0.0 if number else travel})

@@ -8,9 +8,12 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Callable
+from typing import Any, TypeVar
 
 from gimcli.errors import ModelError
-from gimcli.exchange.draft import DrawnJoint
+from gimcli.exchange.draft import LARGEST, DrawnJoint, number_of
+from gimcli.exchange.refusing import Refusing
 
 MOST_JOINTS = 500
 MOST_LINKS = 50
@@ -21,8 +24,7 @@ MOST_COLOUR = 10
 TYPES = ("R", "P", "RP")
 
 _TOKEN = re.compile(r"(?:\s|#[^\n]*+)*+(?:(?P<sign>[\[\](),])|(?P<word>[^\s\[\](),#]+))")
-_NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?$")
-_LARGEST = 1e12
+Item = TypeVar("Item")
 
 
 def joints_of(expression: str, source: str, line: int = 1) -> list[DrawnJoint]:
@@ -38,7 +40,7 @@ def joints_of(expression: str, source: str, line: int = 1) -> list[DrawnJoint]:
     return joints
 
 
-class _Expression:
+class _Expression(Refusing):
     def __init__(self, text: str, source: str, line: int) -> None:
         self.text, self.source, self.first = text, source, line
         self.at = 0
@@ -60,109 +62,89 @@ class _Expression:
 
     def take(self) -> str:
         """Return the next sign or word, and go on after it."""
-        match = _TOKEN.match(self.text, self.at)
+        sign, match = self.peek(), _TOKEN.match(self.text, self.at)
         self.at = len(self.text) if match is None else match.end()
-        return "" if match is None else match["sign"] or match["word"]
+        return sign
+
+    def require(self, right: bool, expected: str) -> str:
+        """Return the next sign or word, and go on after it; raise ModelError if it is not right."""
+        found = f"'{self.peek()[:40]}'" if self.peek() else "the end of the text"
+        self.refuse(not right, f"expected {expected}, got {found}")
+        return self.take()
 
     def expect(self, *signs: str) -> None:
         """Go on after signs that must come next."""
         for sign in signs:
-            if self.peek() != sign:
-                raise self.refused(f"expected '{sign}', got {self.found()}")
-            self.take()
-
-    def found(self) -> str:
-        """Return what comes next, for a message."""
-        return f"'{self.peek()[:40]}'" if self.peek() else "the end of the text"
+            self.require(self.peek() == sign, f"'{sign}'")
 
     def more(self) -> bool:
         """Return whether another item of a list follows; go on after its comma or the end of the list."""
-        if self.peek() == ",":
+        if self.peek() != "]":
+            self.require(self.peek() == ",", "',' or ']'")
+        return not self.ended()
+
+    def ended(self) -> bool:
+        """Return whether a list ends here; go on after its end."""
+        end = self.peek() == "]"
+        if end:
             self.take()
-        elif self.peek() != "]":
-            raise self.refused(f"expected ',' or ']', got {self.found()}")
-        if self.peek() == "]":
-            self.take()
-            return False
-        return True
+        return end
+
+    def items(self, item: Callable[[], Item], most: int, what: str) -> list[Item]:
+        """Return the items up to the end of a list."""
+        found: list[Item] = []
+        more = not self.ended()
+        while more:
+            self.refuse(len(found) >= most, f"more than {most} {what}")
+            found.append(item())
+            more = self.more()
+        return found
 
     # -- the mechanism --------------------------------------------------------------------------
 
     def mechanism(self) -> list[DrawnJoint]:
-        joints: list[DrawnJoint] = []
         self.expect("M", "[")
-        if self.peek() == "]":
-            self.take()
-        else:
-            joints.append(self.joint())
-            while self.more():
-                if len(joints) >= MOST_JOINTS:
-                    raise self.refused(f"more than {MOST_JOINTS} joints are too many for one mechanism")
-                joints.append(self.joint())
-        if self.peek():
-            raise self.refused(f"expected the end after the mechanism, got {self.found()}")
+        joints = self.items(self.joint, MOST_JOINTS, "joints are too many for one mechanism")
+        self.require(not self.peek(), "the end after the mechanism")
         return joints
 
     def joint(self) -> DrawnJoint:
         line = self.line()
         self.expect("J", "[")
-        kind = self.peek()
-        if kind not in TYPES:
-            raise self.refused(f"expected a joint type ({', '.join(TYPES)}), got {self.found()}")
-        self.take()
-        place: list[float] | None = None
-        links: list[str] | None = None
-        angle: list[float] = []
+        kind = self.require(self.peek() in TYPES, f"a joint type ({', '.join(TYPES)})")
+        parts: dict[str, Any] = {}
+        read = {"P": lambda: self.numbers(2), "A": lambda: self.numbers(1), "L": self.names, "color": self.colour}
         while self.more():
             key = self.take()
             self.expect("[")
-            if key == "P":
-                place = self.numbers(2)
-            elif key == "A":
-                angle = self.numbers(1)
-            elif key == "L":
-                links = self.names()
-            elif key == "color":
-                self.colour()
-            else:
-                raise self.refused(f"expected A[...], color[...], P[...] or L[...] in a joint, got '{key[:40]}'")
-        missing = "P[x, y]" if place is None else "L[...]" if links is None else "A[angle]"
-        if place is None or links is None or (kind != "R" and not angle):
-            raise ModelError([f"{self.source}:{line}: this joint has no {missing}; add it"])
-        direction = math.radians(angle[0] % 360.0) if angle else 0.0
-        return DrawnJoint(tuple(links), kind, complex(*place), direction, f"{self.source}:{line}")
+            self.refuse(key not in read, f"expected A[...], color[...], P[...] or L[...] in a joint, got '{key[:40]}'")
+            parts[key] = read[key]()
+        for key, form in (("P", "P[x, y]"), ("L", "L[...]"), *([("A", "A[angle]")] if kind != "R" else [])):
+            if key not in parts:
+                raise ModelError([f"{self.source}:{line}: this joint has no {form}; add it"])
+        angle = math.radians(parts["A"][0] % 360.0) if "A" in parts else 0.0
+        return DrawnJoint(tuple(parts["L"]), kind, complex(*parts["P"]), angle, f"{self.source}:{line}")
 
     def numbers(self, count: int) -> list[float]:
         found = []
         for k in range(count):
             if k:
                 self.expect(",")
-            value = float(self.peek()) if _NUMBER.match(self.peek()) else math.nan
-            if not abs(value) <= _LARGEST:
-                raise self.refused(f"expected a number of at most {_LARGEST:g}, got {self.found()}")
-            found.append(value)
-            self.take()
+            good = abs(number_of(self.peek())) <= LARGEST
+            found.append(float(self.require(good, f"a number of at most {LARGEST:g}")))
         self.expect("]")
         return found
 
     def names(self) -> list[str]:
         """Return the names of links up to the end of the list."""
-        found: list[str] = []
-        if self.peek() == "]":
-            self.take()
-            return found
-        more = True
-        while more:
-            if self.peek() in ("", "[", "]", "(", ")", ","):
-                raise self.refused(f"expected the name of a link, got {self.found()}")
-            name = self.take()
-            if name in found:
-                raise self.refused(f"link {name[:40]} is named twice in one joint")
-            if len(found) >= MOST_LINKS:
-                raise self.refused(f"more than {MOST_LINKS} links are too many for one joint")
-            found.append(name)
-            more = self.more()
+        found = self.items(self.name, MOST_LINKS, "links are too many for one joint")
+        for name in found:
+            self.refuse(found.count(name) > 1, f"link {name[:40]} is named twice in one joint")
         return found
+
+    def name(self) -> str:
+        """Return the name of a link."""
+        return self.require(self.peek() not in ("", "[", "]", "(", ")", ","), "the name of a link")
 
     def colour(self) -> None:
         """Go on after a colour: a name, or three numbers in parentheses."""

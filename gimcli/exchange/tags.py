@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from gimcli.errors import ModelError
+from gimcli.exchange.refusing import Refusing
 
 MOST_TAGS = 50_000
 """Most tags, with those that end others, comments and other signs '<'."""
@@ -50,7 +51,7 @@ def read_tags(text: str, source: str, parents: Mapping[str, tuple[str, ...]]) ->
     return _Reading(text, source, parents).root()
 
 
-class _Reading:
+class _Reading(Refusing):
     def __init__(self, text: str, source: str, parents: Mapping[str, tuple[str, ...]]) -> None:
         self.text, self.source, self.parents = text, source, parents
         self.at = self.counted = 0
@@ -69,8 +70,7 @@ class _Reading:
     def past(self, mark: str) -> None:
         """Go on after a mark."""
         end = self.text.find(mark, self.at)
-        if end < 0:
-            raise self.refused(f"the text ends before '{mark}': the file is not complete")
+        self.refuse(end < 0, f"the text ends before '{mark}': the file is not complete")
         self.move(end + len(mark))
 
     def root(self) -> Tag:
@@ -82,8 +82,7 @@ class _Reading:
                 raise self.refused(f"the text ends before {missing}: the file is not complete")
             self.move(start)
             self.tags += 1
-            if self.tags > MOST_TAGS:
-                raise self.refused(f"more than {MOST_TAGS} tags are too many")
+            self.refuse(self.tags > MOST_TAGS, f"more than {MOST_TAGS} tags are too many")
             tag = self.next()
             found = found or tag
         return found
@@ -117,8 +116,7 @@ class _Reading:
             self.open[-1].children.append(tag)
         if not closed:
             self.open.append(tag)
-        if len(self.open) > DEEPEST:
-            raise self.refused(f"<{tag.name}>: tags are nested more than {DEEPEST} deep")
+        self.refuse(len(self.open) > DEEPEST, f"<{tag.name}>: tags are nested more than {DEEPEST} deep")
         return tag
 
     def attributes(self, tag: Tag, at: int) -> bool:
