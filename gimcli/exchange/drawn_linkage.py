@@ -82,16 +82,19 @@ class DrawnLinkage(Draft):
             times = np.linspace(0.0, 1.0, 9)
             values = actuator.law(times)
             span = float(values[-1] - values[0])
-            straight = values[0] + span * times
-            if not abs(values - straight).max() <= UNIFORM * max(abs(span), 1e-9):
-                text = f"{self.program} moves its inputs at constant speed"
-                self.left_out.append(f"the profile of the law of {actuator.name} is left out: {text}")
-            elif actuator.rotary and abs(abs(span) - 2.0 * math.pi) > 1e-9:
-                text = f"{self.program} turns its inputs as far as they can turn"
-                self.left_out.append(f"the range of the law of {actuator.name} is left out: {text}")
-            elif not actuator.rotary and not (cylinders and actuator.kind == SPAN):
-                text = f"{self.program} moves its inputs as far as they can move"
-                self.left_out.append(f"the stroke of the law of {actuator.name} is left out: {text}")
+            even = abs(values - (values[0] + span * times)).max() <= UNIFORM * max(abs(span), 1e-9)
+            whole = abs(abs(span) - 2.0 * math.pi) <= 1e-9
+            notes = {
+                "profile": (not even, "moves its inputs at constant speed"),
+                "range": (actuator.rotary and not whole, "turns its inputs as far as they can turn"),
+                "stroke": (
+                    not (actuator.rotary or (cylinders and actuator.kind == SPAN)),
+                    "moves its inputs as far as they can move",
+                ),
+            }
+            texts = [f"the {part} of the law of {actuator.name} is left out: {self.program} {how}"
+                     for part, (holds, how) in notes.items() if holds]  # fmt: skip
+            self.left_out += texts[:1]
 
     # -- members and pairs ----------------------------------------------------------------------
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from gimcli.errors import SYNTAX, ModelError
 from gimcli.exchange.draft import LARGEST
-from gimcli.exchange.refusing import Refusing
+from gimcli.exchange.refusing import Place, Refusing
 
 MOST_CHARACTERS = 4_000_000
 
@@ -80,8 +80,9 @@ class JsonPart(Refusing):
 
 def read_json(text: str, source: str) -> JsonPart:
     """Return the value of a JSON text; raise ModelError with line and column if it is not readable."""
-    if len(text) > MOST_CHARACTERS:
-        raise ModelError([f"{source}: is too large; at most {MOST_CHARACTERS // 1_000_000} MB are read"])
+    Place(source).refuse(
+        len(text) > MOST_CHARACTERS, f"is too large; at most {MOST_CHARACTERS // 1_000_000} MB are read"
+    )
     try:
         return JsonPart(json.loads(text.removeprefix("\ufeff"), parse_constant=_nothing, parse_int=_integer), source)
     except json.JSONDecodeError as error:

@@ -3,83 +3,19 @@
 The file has connectors (pins) with coordinates in 1/96 inch, y upwards, and links that share them. Source:
 linkageDoc.cpp and Simulator.cpp of the program: positive revolutions a minute are clockwise; all links on a motor turn
 with it; an actuator moves its throw out and back `cpm` times a minute; a slider stays on the line through its limits.
-
-Gears and chains transmit a motion between the links on which their wheels turn. Source: link.cpp and Simulator.cpp of
-the program. Relative to the link that has the connectors of both wheels, gears turn in opposite senses and the wheels
-of a chain in the same one, by the inverse ratio of their sizes. A wheel turns with the link to which it is fastened,
-and with the motor on its connector; one that is fastened to an anchor is fixed.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
 
 from gimcli.connected import grouped
-from gimcli.errors import ModelError
 from gimcli.exchange.draft import GROUND, Draft, free_name
-from gimcli.exchange.linkage_parts import LinkageParts, LinkPart, PartReader, PinPart, RatioPart, read_parts
+from gimcli.exchange.linkage_gears import GearTrains, anchored, carrier, pivots
+from gimcli.exchange.linkage_parts import LinkageParts, LinkPart, PartReader, PinPart, read_parts
+from gimcli.exchange.refusing import Place
 from gimcli.exchange.repeated import RepeatedInput, RepeatedMotion
 from gimcli.exchange.tags import Tag, read_tags
-
-UNKNOWN = 0.25
-"""Radius of a wheel of a chain whose sizes are only a ratio, relative to the distance of the pivots: for its mark."""
-
-
-class GearTrains:
-    """The gears of a file; `whole` has all links of the body of each link."""
-
-    def __init__(self, parts: LinkageParts, whole: Mapping[LinkPart, list[LinkPart]]) -> None:
-        self.parts, self.whole = parts, whole
-        trains = self._trains()
-        self.driven = [ratio for ratio in parts.ratios if any(map(self._driving, trains[ratio.links[0]]))]
-        """The pairs of wheels that turn with something other than gears: a link, a motor or the ground."""
-        kept = {link for ratio in self.driven for link in ratio.links}
-        self.idle = [link.name for link in parts.links if link.gear and link not in kept]
-
-    def _trains(self) -> dict[LinkPart, set[LinkPart]]:
-        """Return for each wheel all links that gears connect to it."""
-        trains = {link: set(self.whole[link]) for ratio in self.parts.ratios for link in ratio.links}
-        for ratio in self.parts.ratios:
-            a, b = (trains[link] for link in ratio.links)
-            both = a | b
-            for link in both & trains.keys():
-                trains[link] = both
-        return trains
-
-    def _driving(self, link: LinkPart) -> bool:
-        return len(link.connectors) > 1 or anchored(link, self.parts) or any(c.input for c in link.connectors)
-
-    def radius(self, link: LinkPart) -> float:
-        """Return the pitch radius of a wheel in the first pair that has it (file's unit)."""
-        ratio = next(ratio for ratio in self.driven if link in ratio.links)
-        a, b = pivots(ratio)
-        own = ratio.sizes[ratio.links.index(link)]
-        if ratio.chain:
-            return own if ratio.radii else UNKNOWN * abs(b.place - a.place)
-        return abs(b.place - a.place) * own / sum(ratio.sizes)
-
-
-def pivots(ratio: RatioPart) -> tuple[PinPart, PinPart]:
-    """Return the connectors about which two wheels turn: the first ones of their links."""
-    for link in ratio.links:
-        ratio.own.refuse(not link.connectors, f"the gear '{link.name}' has no connector; put it on one")
-    ratio.own.refuse(min(ratio.sizes) <= 0.0, "the sizes of two gears are not positive; correct them")
-    first, second = ratio.links
-    return first.connectors[0], second.connectors[0]
-
-
-def anchored(link: LinkPart, parts: LinkageParts) -> bool:
-    """Return whether a gear does not turn: it is fastened to an anchor."""
-    to = parts.connectors.get(-1 if link.fastened_connector is None else link.fastened_connector)
-    return link.gear and to is not None and to.anchor
-
-
-def carrier(ratio: RatioPart) -> LinkPart | None:
-    """Return the link that has the pivots of both wheels; None if both are anchors, or if there is none."""
-    a, b = pivots(ratio)
-    return next((x for x in a.links if x in b.links and x.mechanism and not x.actuator and x not in ratio.links), None)
-
 
 PROGRAM = "Linkage"
 PER_INCH = 96.0
@@ -105,11 +41,9 @@ def recognises(text: str) -> bool:
 def read(text: str, source: str) -> Draft:
     """Return the mechanism of a file of Linkage; `source` names it in messages."""
     root = read_tags(text, source, _PARENTS)
-    if root.name == "linkage":
-        text = "<linkage>: a file of the first version of Linkage; open it with Linkage 3 and save it again"
-        raise ModelError([f"{source}:{root.line}: {text}"])
-    if root.name != "linkage2":
-        raise ModelError([f"{source}:{root.line}: expected <linkage2> as the first tag, got <{root.name[:40]}>"])
+    first, old = Place(f"{source}:{root.line}"), "a file of the first version of Linkage"
+    first.refuse(root.name == "linkage", f"<linkage>: {old}; open it with Linkage 3 and save it again")
+    first.refuse(root.name != "linkage2", f"expected <linkage2> as the first tag, got <{root.name[:40]}>")
     program = PartReader(next((tag for tag in root.children if tag.name == "program"), Tag("program", 1)), source)
     length, per_inch = LENGTHS.get(program.text("units").lower(), LENGTHS[""])
     draft = Draft(PROGRAM, source, length=length, resolution=2.0 * DIGIT * per_inch / PER_INCH)
@@ -309,7 +243,7 @@ class _Linkage:
                 self.draft.left_out.append(f"input {connector.name} is left out: it turns no link")
                 continue
             name = "motor" if len(turns) == 1 else f"motor_{connector.name}"
-            self.draft.rotary(name, self.names[connector], body, law=motion.add(name, _motor(connector)))
+            self.draft.rotary(name, self.names[connector], body, law=motion.add(name, connector.motor))
         for link in actuators:
             link.own.refuse(
                 len(link.connectors) != 2 or any(c not in self.names for c in link.connectors),
@@ -331,14 +265,6 @@ class _Linkage:
         if drawn:
             what = "drawing element" if len(drawn) == 1 else "drawing elements"
             self.draft.left_out.append(f"{len(drawn)} {what} left out: lines, text or measurements")
-
-
-def _motor(connector: PinPart) -> RepeatedInput:
-    """Return the input of a motor: clockwise if its rate is positive."""
-    speed, limit = -6.0 * connector.rpm, connector.limit_angle
-    if limit <= 0.0:
-        return RepeatedInput(speed, connector.manual)
-    return RepeatedInput.between(speed, limit, connector.start_offset, manual=connector.manual)
 
 
 def _actuator(link: LinkPart, scale: float) -> RepeatedInput:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from gimcli.errors import ModelError
 from gimcli.exchange.draft import LARGEST, MOST_PLACES, number_of
 from gimcli.exchange.refusing import Refusing
+from gimcli.exchange.repeated import RepeatedInput
 from gimcli.exchange.tags import Tag
 
 MOST_PARTS = 300
@@ -31,6 +32,10 @@ class PartReader(Refusing):
         ident = self.tag.attributes.get("id", "")
         what = f"{self.tag.name} {ident}".strip()
         return ModelError([f"{self.source}:{self.tag.line}: {what}: {text}"])
+
+    def inside(self, *names: str) -> list[PartReader]:
+        """Return the tags in this one that have one of some names; all if none is given."""
+        return [PartReader(child, self.source) for child in self.tag.children if not names or child.name in names]
 
     def text(self, key: str) -> str:
         """Return an attribute; "" if it is not given."""
@@ -74,10 +79,7 @@ class PinPart:
     anchor: bool
     input: bool
     drawn: bool
-    manual: bool
-    rpm: float
-    limit_angle: float
-    start_offset: float
+    motor: RepeatedInput
     limits: list[int]
     slide_radius: float
     fastened: int | None  # link
@@ -136,34 +138,39 @@ class LinkageParts:
 
 def read_parts(root: Tag, source: str) -> LinkageParts:
     """Return the parts of a file; raise ModelError for damaged ones."""
-    parts = LinkageParts()
-    for tag in root.children:
-        if tag.name == "connector":
-            _add_connector(parts, PartReader(tag, source))
-    for tag in root.children:
-        if tag.name in ("Link", "element"):
-            _add_link(parts, PartReader(tag, source))
+    parts, whole = LinkageParts(), PartReader(root, source)
+    for own in whole.inside("connector"):
+        _add_connector(parts, own)
+    for own in whole.inside("Link", "element"):
+        _add_link(parts, own)
     _fasten_listed(parts)
-    for tag in root.children:
-        if tag.name == "ratios":
-            _add_ratios(parts, tag, source)
+    for ratios in whole.inside("ratios"):
+        for own in ratios.inside():
+            _add_ratio(parts, own)
     return parts
 
 
 def _add_connector(parts: LinkageParts, own: PartReader) -> None:
     ident = own.integer("id")
-    if ident in parts.connectors:
-        first = parts.connectors[ident].own.tag.line
-        raise own.refused(f"this number is given twice, first in line {first}; change one of the two")
+    first = parts.connectors[ident].own.tag.line if ident in parts.connectors else 0
+    own.refuse(first, f"this number is given twice, first in line {first}; change one of the two")
     own.refuse(len(parts.connectors) >= MOST_PARTS, f"more than {MOST_PARTS} connectors are too many for one mechanism")
-    limits = [PartReader(child, own.source).integer("id") for child in own.tag.children if child.name == "slidelimit"]
+    limits = [child.integer("id") for child in own.inside("slidelimit")]
     sliding = own.true("slider") and len(limits) >= 2
     parts.connectors[ident] = PinPart(
         ident, own.text("name") or _letters(ident), complex(own.number("x"), own.number("y")), own.layer(),
-        own.true("anchor"), own.true("input"), own.true("draw"), own.true("alwaysmanual"),
-        own.number("rpm", DEFAULT_RATE), own.number("limitangle", 0.0), own.number("startoffset", 0.0),
-        limits[:2] if sliding else [], own.number("slideradius", 0.0), _ident(own, "fasten", "fastenlink"), own,
+        own.true("anchor"), own.true("input"), own.true("draw"), _motor(own), limits[:2] if sliding else [],
+        own.number("slideradius", 0.0), _ident(own, "fasten", "fastenlink"), own,
     )  # fmt: skip
+
+
+def _motor(own: PartReader) -> RepeatedInput:
+    """Return the input of a connector that is a motor: clockwise if its rate is positive."""
+    speed, limit = -6.0 * own.number("rpm", DEFAULT_RATE), own.number("limitangle", 0.0)
+    offset, manual = own.number("startoffset", 0.0), own.true("alwaysmanual")
+    if limit <= 0.0:
+        return RepeatedInput(speed, manual)
+    return RepeatedInput.between(speed, limit, offset, manual=manual)
 
 
 def _letters(ident: int) -> str:
@@ -185,14 +192,12 @@ def _add_link(parts: LinkageParts, own: PartReader) -> None:
         own.number("cpm", DEFAULT_RATE), own.number("startoffset", 0.0), _ident(own, "fastenlink"),
         _ident(own, "fastenconnector"), own,
     )  # fmt: skip
-    for child in own.tag.children:
-        if child.name == "connector":
-            number = PartReader(child, own.source).integer("id")
-            own.refuse(number not in parts.connectors, f"connector {number} does not exist; remove it from the link")
-            connector = parts.connectors[number]
-            if connector not in link.connectors:
-                link.connectors.append(connector)
-                connector.links.append(link)
+    numbers = [child.integer("id") for child in own.inside("connector")]
+    for number in dict.fromkeys(numbers):
+        own.refuse(number not in parts.connectors, f"connector {number} does not exist; remove it from the link")
+        connector = parts.connectors[number]
+        link.connectors.append(connector)
+        connector.links.append(link)
     parts.links.append(link)
     own.refuse(
         sum(len(x.connectors) for x in parts.links) > MOST_PLACES,
@@ -203,22 +208,17 @@ def _add_link(parts: LinkageParts, own: PartReader) -> None:
 def _fasten_listed(parts: LinkageParts) -> None:
     """Fasten the connectors that links list; older files have no such attribute of the connector."""
     for link in parts.links:
-        for child in link.own.tag.children:
-            if child.name == "fastenconnector":
-                connector = parts.connectors.get(PartReader(child, link.own.source).integer("id"))
-                if connector is not None and connector.fastened is None:
-                    connector.fastened = link.ident
+        for child in link.own.inside("fastenconnector"):
+            connector = parts.connectors.get(child.integer("id"))
+            if connector is not None and connector.fastened is None:
+                connector.fastened = link.ident
 
 
-def _add_ratios(parts: LinkageParts, tag: Tag, source: str) -> None:
-    for ratio in tag.children:
-        own, wheels = (
-            PartReader(ratio, source),
-            [PartReader(child, source) for child in ratio.children if child.name == "link"],
-        )
-        known = [(link, wheel) for wheel in wheels if (link := parts.link(wheel.integer("id"))) is not None]
-        own.refuse(len(parts.ratios) >= MOST_PARTS, f"more than {MOST_PARTS} ratios are too many for one mechanism")
-        if ratio.name == "ratio" and len(known) >= 2:
-            (a, first), (b, second) = known[0], known[-1]
-            sizes = (first.number("size"), second.number("size"))
-            parts.ratios.append(RatioPart((a, b), sizes, own.text("type") == "chain", own.true("sizeassize"), own))
+def _add_ratio(parts: LinkageParts, own: PartReader) -> None:
+    own.refuse(len(parts.ratios) >= MOST_PARTS, f"more than {MOST_PARTS} ratios are too many for one mechanism")
+    wheels = own.inside("link")
+    known = [(link, wheel) for wheel in wheels if (link := parts.link(wheel.integer("id"))) is not None]
+    if own.tag.name == "ratio" and len(known) >= 2:
+        (a, first), (b, second) = known[0], known[-1]
+        sizes = (first.number("size"), second.number("size"))
+        parts.ratios.append(RatioPart((a, b), sizes, own.text("type") == "chain", own.true("sizeassize"), own))

@@ -91,20 +91,18 @@ def _checked(read: list[DrawnJoint | str], source: str, driver: int | None) -> l
 
 
 def _fault(joint: DrawnJoint) -> str | None:
+    """Return what is wrong with a joint; None if nothing is."""
     keys = [_key(link) for link in joint.links]
-    if not keys:
-        return f"{joint.where}: expected the names of links before the type {joint.kind}"
-    if len(set(keys)) < len(keys):
-        return f"{joint.where}: a link is named twice in one joint"
-    if not cmath.isfinite(joint.place) or not math.isfinite(joint.angle):
-        return f"{joint.where}: the coordinates are not finite numbers"
-    if joint.kind == "G":
-        return f"{joint.where}: gear teeth (type G) cannot be converted; write the gears as `gears` of a model file"
-    if joint.kind == "P" and len(keys) > 2:
-        return f"{joint.where}: a sliding block (type P) joins two links, not {len(keys)}"
-    if joint.driver and joint.kind == "RP":
-        return f"{joint.where}: the driver is a pin in a slot (type RP), which has two freedoms; drive an R or P joint"
-    return None
+    faults = {
+        f"expected the names of links before the type {joint.kind}": not keys,
+        "a link is named twice in one joint": len(set(keys)) < len(keys),
+        "the coordinates are not finite numbers": not (cmath.isfinite(joint.place) and math.isfinite(joint.angle)),
+        "gear teeth (type G) cannot be converted; write the gears as `gears` of a model file": joint.kind == "G",
+        f"a sliding block (type P) joins two links, not {len(keys)}": joint.kind == "P" and len(keys) > 2,
+        "the driver is a pin in a slot (type RP), which has two freedoms; drive an R or P joint":
+            joint.driver and joint.kind == "RP",
+    }  # fmt: skip
+    return next((f"{joint.where}: {text}" for text, holds in faults.items() if holds), None)
 
 
 def _add(draft: Draft, name: str, joint: DrawnJoint) -> str:

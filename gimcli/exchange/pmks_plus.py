@@ -17,6 +17,7 @@ from gimcli.exchange.draft import BARREL, GROUND, STROKE, Draft, free_name
 from gimcli.exchange.pmks_joints import NO_SPEED
 from gimcli.exchange.pmks_plus_codec import HEAD, PlusDocument, PlusJoint, document_of, named
 from gimcli.exchange.pmks_plus_links import PlusStructure
+from gimcli.exchange.refusing import Place
 
 PROGRAM = "PMKS+"
 ADDRESS = re.compile(r"https?://[^\s?]*pmks[^\s?]*\?", re.IGNORECASE)
@@ -49,10 +50,8 @@ def read(text: str, source: str) -> Draft:
     Raises ModelError for a damaged text, and for gears and entries of newer versions.
     """
     payload = payload_of(text)
-    if payload.startswith(NEWER):
-        raise ModelError(
-            [f"{source}: documents `{NEWER}` of newer PMKS+ versions are not read; share it as an address"]
-        )
+    newer = f"documents `{NEWER}` of newer PMKS+ versions are not read; share it as an address"
+    Place(source).refuse(payload.startswith(NEWER), newer)
     try:
         document = document_of(unquote(payload), source)
     except ModelError:

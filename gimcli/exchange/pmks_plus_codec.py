@@ -16,7 +16,7 @@ from dataclasses import dataclass, field, fields
 from typing import Any, TypeVar
 
 from gimcli.errors import ModelError
-from gimcli.exchange.refusing import Refusing
+from gimcli.exchange.refusing import Place
 
 DIGITS = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz_-"
 CHECK_DIGITS = DIGITS[:62]
@@ -124,15 +124,12 @@ class PlusDocument:
     entries: list[str] = field(default_factory=list)  # the tagged list
 
 
-@dataclass(frozen=True)
-class Damaged(Refusing):
-    """A text that may be damaged; `source` is its place in messages."""
-
-    source: str
+class Damaged(Place):
+    """A text that may be damaged."""
 
     def refused(self, text: str) -> ModelError:
         """Return the error for a damaged text."""
-        return ModelError([f"{self.source}: {text}; copy the whole address or file again"])
+        return super().refused(f"{text}; copy the whole address or file again")
 
 
 # -- numbers --------------------------------------------------------------------------------------

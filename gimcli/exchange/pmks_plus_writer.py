@@ -15,12 +15,12 @@ from gimcli.exchange.pmks_joints import letter
 from gimcli.exchange.pmks_plus import CLOCKWISE, GRAVITY, INERTIAS, NO_GRAVITY, POUND, POUND_FORCE, PROGRAM
 from gimcli.exchange.pmks_plus_codec import THOUSANDTHS, PlusDocument, PlusForce, PlusJoint, PlusLink, text_of
 from gimcli.mechanism import FRAME
+from gimcli.model.units import METRES
 from gimcli.structure.mobility import drawn_mobility
 
 SITE = "https://app.pmksplus.com/?"
 SAFE = "-_.~*,"
 """Characters that stand in addresses as they are, besides letters and digits."""
-METRES = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "um": 1e-6, "km": 1e3, "in": 0.0254, "ft": 0.3048, "unit": 1e-2}
 UNITS = (0.0254, 1e-2, 1.0)
 """Lengths of the units of PMKS+ [m]: inches, centimetres, metres."""
 KILOGRAMS = (POUND, 1e-3, 1.0)
@@ -73,7 +73,7 @@ class PlusDrawing:
         """Choose the unit of length: that of the model if it has all digits, else centimetres or inches."""
         unit = self.mechanism.length_unit
         own = {"in": 0, "ft": 0, "m": 2, "km": 2}.get(unit, 1)
-        metre = METRES[unit]
+        self.metre = metre = METRES.get(unit, 1e-2)
         furthest = max(max(abs(place.real), abs(place.imag)) for place in self.drawn.joints.values())
         self.drawn.refuse(not furthest * metre / UNITS[own] <= FURTHEST, f"the coordinates are too large for {PROGRAM}")
         if own == 2 and not self._exact(round(metre / UNITS[2], 12)):
@@ -268,13 +268,11 @@ class PlusDrawing:
         if not mass:
             return
         centre = sum(part[0] * part[2] for part in parts) / mass
-        metre = METRES[self.mechanism.length_unit]
-        moment = sum(own + m * abs((place - centre) * metre) ** 2 for m, own, place in parts)
+        moment = sum(own + m * abs((place - centre) * self.metre) ** 2 for m, own, place in parts)
         link.mass, link.inertia = mass / KILOGRAMS[self.unit], moment / INERTIAS[self.unit]
         link.x, link.y = centre.real * self.factor, centre.imag * self.factor
 
     def _load(self, load: AppliedLoad) -> None:
-        name = load.name
         if load.member == FRAME:
             return
         if load.node != NO_NODE:
@@ -283,23 +281,21 @@ class PlusDrawing:
         else:
             body, place = self.drawn.names[load.member], self.drawn.at(load.member, load.point)
             turned = self.drawn.turned[load.member] if load.follows else 1.0 + 0.0j
-        if not body:
-            self.left_out.append(f"the load {name} is left out: no link has its node")
-            return
-        if load.torque or load.curve is not None:
-            text = "it is a torque" if load.torque else "it has a table"
-            self.left_out.append(f"the load {name} is left out: {text}")
+        notes = {
+            "no link has its node": not body, "it is a torque": load.torque, "it has a table": load.curve is not None,
+        }  # fmt: skip
+        note = next((text for text, holds in notes.items() if holds), "")
+        if note:
+            self.left_out.append(f"the load {load.name} is left out: {note}")
             return
         force = load.force * turned
         size = abs(force) / (POUND_FORCE if self.unit == 0 else 1.0)
-        if not size:
-            return
-        start = place * self.factor
-        end = start + force / abs(force) * PIECE * self.drawn.span * self.factor
-        own = f"F{len(self.document.forces) + 1}"
-        link = self.links[body].id
-        places = (start.real, start.imag, end.real, end.imag)
-        self.document.forces.append(PlusForce(own, link, _plain(name), *places, size, load.follows))
+        if size:
+            start = place * self.factor
+            end = start + force / abs(force) * PIECE * self.drawn.span * self.factor
+            own, places = f"F{len(self.document.forces) + 1}", (start.real, start.imag, end.real, end.imag)
+            own_force = PlusForce(own, self.links[body].id, _plain(load.name), *places, size, load.follows)
+            self.document.forces.append(own_force)
 
     def _settings(self) -> None:
         self.drawn.note_laws(cylinders=True)

@@ -15,7 +15,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from urllib.parse import unquote
 
-from gimcli.errors import ModelError
 from gimcli.exchange.draft import GROUND, Draft, DrawnJoint, Slot, Turn, free_name, number_of
 from gimcli.exchange.drawn_linkage import DrawnLinkage, DrawnPose
 from gimcli.exchange.pmks_joints import (
@@ -27,6 +26,7 @@ from gimcli.exchange.pmks_joints import (
     is_ground,
 )
 from gimcli.exchange.pmks_plus_codec import HEAD
+from gimcli.exchange.refusing import Place
 
 ADDRESS = re.compile(r"https?://", re.IGNORECASE)
 MECHANISM = re.compile(r"[?&]mech=", re.IGNORECASE)
@@ -63,8 +63,7 @@ def recognises(text: str) -> bool:
 def read(text: str, source: str) -> Draft:
     """Return the mechanism of a text or of an address; raise ModelError with all errors."""
     found = [address for line in text.splitlines() if (address := _address(line))]
-    if len(found) > 1:
-        raise ModelError([f"{source}: holds {len(found)} addresses of {PROGRAM}; give one of them"])
+    Place(source).refuse(len(found) > 1, f"holds {len(found)} addresses of {PROGRAM}; give one of them")
     header = Header()
     lines = _of_address(found[0], source, header) if found else _of_text(text, source, header)
     joints = [_joint(where, line) for where, line in lines]
@@ -179,9 +178,9 @@ class PmksRows:
 
     def __init__(self, drawn: DrawnLinkage) -> None:
         self.drawn = drawn
-        if len(drawn.mechanism.actuators) > MOST_INPUTS:
-            names = ", ".join(actuator.name for actuator in drawn.mechanism.actuators)
-            raise drawn.refused(f"{PROGRAM} has one input, the model has {len(drawn.mechanism.actuators)}: {names}")
+        names = [actuator.name for actuator in drawn.mechanism.actuators]
+        several = f"{PROGRAM} has one input, the model has {len(names)}: {', '.join(names)}"
+        drawn.refuse(len(names) > MOST_INPUTS, several)
         self.rows: list[DrawnJoint] = []
         self.links = self._links()
         for joint in drawn.joints:

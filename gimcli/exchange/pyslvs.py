@@ -11,9 +11,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from gimcli.errors import ModelError
 from gimcli.exchange.draft import GROUND, STROKE, Draft, DrawnJoint
 from gimcli.exchange.pyslvs_expression import joints_of
+from gimcli.exchange.refusing import Place
 
 PROGRAM = "Pyslvs"
 DIGIT = 1e-4
@@ -46,10 +46,10 @@ def _binary(text: str) -> str:
 
 def read(text: str, source: str) -> Draft:
     """Return the mechanism of a file of Pyslvs; `source` names it in messages."""
+    draft = Draft(PROGRAM, source, resolution=2.0 * DIGIT)
     if form := _binary(text):
         cure = "open it with Pyslvs and save it as YAML (preferences: file type)"
-        raise ModelError([f"{source}: a Pyslvs file in the binary format {form} is not read; {cure}"])
-    draft = Draft(PROGRAM, source, resolution=2.0 * DIGIT)
+        raise draft.refused(f"a Pyslvs file in the binary format {form} is not read; {cure}")
     if _EXPRESSION.match(text):
         _Pyslvs(joints_of(text, source), draft).convert([])
         return draft
@@ -101,14 +101,13 @@ def _items(storage: Any) -> list[tuple[str, Any]]:
 
 def _pairs(inputs: Any, draft: Draft, line: int) -> list[tuple[int, int]]:
     """Return the pairs of joints of the inputs."""
-    found = []
+    found, place = [], Place(f"{draft.source}:{line}: input")
     for pair in inputs if isinstance(inputs, list) else [] if inputs is None else [inputs]:
         own = pair[:2] if isinstance(pair, list) else []
-        if len(own) < 2 or not all(isinstance(k, int) and not isinstance(k, bool) for k in own):
-            raise ModelError([f"{draft.source}:{line}: input: expected pairs of joint numbers such as [0, 1]"])
+        good = len(own) == 2 and all(isinstance(k, int) and not isinstance(k, bool) for k in own)
+        place.refuse(not good, "expected pairs of joint numbers such as [0, 1]")
         found.append((own[0], own[1]))
-    if len(found) > MOST_INPUTS:
-        raise ModelError([f"{draft.source}:{line}: input: more than {MOST_INPUTS} inputs are too many"])
+    place.refuse(len(found) > MOST_INPUTS, f"more than {MOST_INPUTS} inputs are too many")
     return found
 
 
@@ -146,8 +145,8 @@ class _Pyslvs:
                     first, second = second, first
                 if first != second:
                     self.same[second] = first
-            if blocks and self._first(blocks[0]) == self._first(slot):
-                raise ModelError([f"{joint.where}: the block and the slot of this P joint are one link, {slot}"])
+            same = bool(blocks) and self._first(blocks[0]) == self._first(slot)
+            Place(joint.where).refuse(same, f"the block and the slot of this P joint are one link, {slot}")
 
     def _first(self, link: str) -> str:
         """Return the link that stands for the links of a body."""

@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 
 from gimcli.errors import ModelError
 from gimcli.exchange.draft import LARGEST, DrawnJoint, number_of
-from gimcli.exchange.refusing import Refusing
+from gimcli.exchange.refusing import Place, Refusing
 
 MOST_JOINTS = 500
 MOST_LINKS = 50
@@ -32,11 +32,11 @@ def joints_of(expression: str, source: str, line: int = 1) -> list[DrawnJoint]:
 
     Raises ModelError, with the line, for what is no expression.
     """
-    if len(expression) > MOST_CHARACTERS:
-        raise ModelError([f"{source}:{line}: the expression has more than {MOST_CHARACTERS} characters"])
+    start = Place(f"{source}:{line}")
+    start.refuse(len(expression) > MOST_CHARACTERS, f"the expression has more than {MOST_CHARACTERS} characters")
     joints = _Expression(expression, source, line).mechanism()
-    if len({link for joint in joints for link in joint.links}) > 10 * MOST_LINKS:
-        raise ModelError([f"{source}:{line}: more than {10 * MOST_LINKS} links are too many for one mechanism"])
+    count = len({link for joint in joints for link in joint.links})
+    start.refuse(count > 10 * MOST_LINKS, f"more than {10 * MOST_LINKS} links are too many for one mechanism")
     return joints
 
 
@@ -109,7 +109,7 @@ class _Expression(Refusing):
         return joints
 
     def joint(self) -> DrawnJoint:
-        line = self.line()
+        place = Place(f"{self.source}:{self.line()}")
         self.expect("J", "[")
         kind = self.require(self.peek() in TYPES, f"a joint type ({', '.join(TYPES)})")
         parts: dict[str, Any] = {}
@@ -120,10 +120,9 @@ class _Expression(Refusing):
             self.refuse(key not in read, f"expected A[...], color[...], P[...] or L[...] in a joint, got '{key[:40]}'")
             parts[key] = read[key]()
         for key, form in (("P", "P[x, y]"), ("L", "L[...]"), *([("A", "A[angle]")] if kind != "R" else [])):
-            if key not in parts:
-                raise ModelError([f"{self.source}:{line}: this joint has no {form}; add it"])
+            place.refuse(key not in parts, f"this joint has no {form}; add it")
         angle = math.radians(parts["A"][0] % 360.0) if "A" in parts else 0.0
-        return DrawnJoint(tuple(parts["L"]), kind, complex(*parts["P"]), angle, f"{self.source}:{line}")
+        return DrawnJoint(tuple(parts["L"]), kind, complex(*parts["P"]), angle, place.where)
 
     def numbers(self, count: int) -> list[float]:
         found = []

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from gimcli.errors import ModelError
 
 
@@ -16,3 +18,14 @@ class Refusing:
         """Raise ModelError if something is wrong with this part."""
         if bad:
             raise self.refused(text)
+
+
+@dataclass(frozen=True)
+class Place(Refusing):
+    """A place in a file, such as `file:3`."""
+
+    where: str
+
+    def refused(self, text: str) -> ModelError:
+        """Return the error for this place."""
+        return ModelError([f"{self.where}: {text}"])

@@ -10,8 +10,8 @@ if TYPE_CHECKING:
     from gimcli.exchange.drawn_linkage import DrawnPose
 
 
-class Reader(Protocol):
-    """What the module of a format that can be read defines."""
+class FormatModule(Protocol):
+    """What the module of a format defines: the first two if it can be read, the last one if it can be written."""
 
     def recognises(self, text: str) -> bool:
         """Return whether a text is probably in this format, be it damaged or not."""
@@ -22,10 +22,6 @@ class Reader(Protocol):
         Raises ModelError for a damaged text, and for a part that the mechanism's motion depends on but that models of
         gim cannot express.
         """
-
-
-class Writer(Protocol):
-    """What the module of a format that can be written defines."""
 
     def write(self, pose: DrawnPose) -> str:
         """Return the text of a mechanism; append to `pose.left_out` what the format cannot express."""
@@ -56,13 +52,8 @@ FORMATS: tuple[ForeignFormat, ...] = (
 """All formats; content is offered to them in this order."""
 
 
-def module_of(form: ForeignFormat) -> Reader:
+def module_of(form: ForeignFormat) -> FormatModule:
     """Import the module of a format."""
-    return import_module(f"gimcli.exchange.{form.module}")
-
-
-def writer_of(form: ForeignFormat) -> Writer:
-    """Import the module of a format that can be written."""
     return import_module(f"gimcli.exchange.{form.module}")
 
 

@@ -85,11 +85,11 @@ def convert(mechanism: Mechanism, to: str = MODEL_FILE) -> Conversion:
     if to == MODEL_FILE:
         return _model_file(mechanism)
     from gimcli.exchange.drawn_linkage import DrawnPose
-    from gimcli.exchange.registry import FORMATS, writer_of
+    from gimcli.exchange.registry import FORMATS, module_of
 
     form = next(form for form in FORMATS if form.writes == to)
     pose = DrawnPose(mechanism, mechanism.to_file(_start(mechanism)))
-    text = writer_of(form).write(pose)
+    text = module_of(form).write(pose)
     _refuse_unreadable(mechanism, form.name, text)
     return Conversion(mechanism, text, to, (*mechanism.left_out, *pose.left_out))
 
