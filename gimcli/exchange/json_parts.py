@@ -12,6 +12,10 @@ from gimcli.exchange.draft import LARGEST
 from gimcli.exchange.refusing import Place, Refusing
 
 MOST_CHARACTERS = 4_000_000
+_NUMBERS: dict[str, Any] = {
+    "parse_constant": lambda _word: math.nan, "parse_int": lambda digits: int(digits) if len(digits) < 300 else math.inf
+}  # fmt: skip
+"""What NaN, Infinity and very long integers mean: no number, which is refused where it is used."""
 
 
 @dataclass(frozen=True)
@@ -84,17 +88,8 @@ def read_json(text: str, source: str) -> JsonPart:
         len(text) > MOST_CHARACTERS, f"is too large; at most {MOST_CHARACTERS // 1_000_000} MB are read"
     )
     try:
-        return JsonPart(json.loads(text.removeprefix("\ufeff"), parse_constant=_nothing, parse_int=_integer), source)
+        return JsonPart(json.loads(text.removeprefix("\ufeff"), **_NUMBERS), source)
     except json.JSONDecodeError as error:
         raise ModelError([f"{source}:{error.lineno}:{error.colno}: not readable as JSON: {SYNTAX}"]) from None
     except RecursionError:
         raise ModelError([f"{source}: not readable as JSON: nested too deeply"]) from None
-
-
-def _nothing(_word: str) -> float:
-    """Return what NaN and Infinity mean: no number, which is refused where it is used."""
-    return math.nan
-
-
-def _integer(digits: str) -> int | float:
-    return int(digits) if len(digits) < 300 else math.inf

@@ -93,7 +93,9 @@ class _Linkage:
         for link in self.parts.links:
             other = self.parts.link(link.fastened)
             if link.mechanism and other is not None and other.mechanism and other is not link:
-                self._refuse_actuators(link, other)
+                for one in (link, other):
+                    text = "is an actuator that is fastened to a link; fasten the other link elsewhere"
+                    one.own.refuse(one.actuator, text)
                 self._join(link, other)
             elif link.mechanism and not link.gear and link.fastened_connector is not None:
                 raise link.own.refused(
@@ -108,14 +110,9 @@ class _Linkage:
     def _turns(self, link: LinkPart) -> bool:
         """Return whether a motor at an anchor of a link turns it: it has no other anchor."""
         own = self._connectors(link)
-        if not link.mechanism or link.actuator or anchored(link, self.parts):
-            return False
+        rigid = link.mechanism and not link.actuator and not anchored(link, self.parts)
         meshes = link.gear and any(link in ratio.links for ratio in self.parts.ratios)
-        return (len(own) > 1 or meshes) and sum(c.anchor for c in own) == 1
-
-    def _refuse_actuators(self, *links: LinkPart) -> None:
-        for link in links:
-            link.own.refuse(link.actuator, "is an actuator that is fastened to a link; fasten the other link elsewhere")
+        return rigid and (len(own) > 1 or meshes) and sum(c.anchor for c in own) == 1
 
     def _join(self, a: LinkPart, b: LinkPart) -> None:
         """Make two links parts of one body, in the order of the file."""
@@ -154,11 +151,8 @@ class _Linkage:
     def _mark(self, whole: list[LinkPart], joint: str) -> list[str]:
         """Return the mark of a wheel that is no link: a body needs two joints; none if the wheel transmits nothing."""
         meshing = {wheel for ratio in self.trains.driven for wheel in ratio.links}
-        wheel = next((link for link in whole if link in meshing), None)
-        if wheel is None:
-            return []
-        place = wheel.connectors[0].place + self.trains.radius(wheel)
-        return [self.draft.joint(f"{joint}_mark", place * self.scale)]
+        places = [link.connectors[0].place + self.trains.radius(link) for link in whole if link in meshing]
+        return [self.draft.joint(f"{joint}_mark", place * self.scale) for place in places[:1]]
 
     # -- joints and bodies ----------------------------------------------------------------------
 
@@ -180,9 +174,8 @@ class _Linkage:
         joint = connector.anchor or connector.slider or connector.fastened is not None
         if not connector.drawn or joint or not links or any(link.actuator for link in links):
             return False
-        if any(self.whole[link] is not self.whole[links[0]] for link in links):
-            return False
-        return sum(not c.drawn or c.anchor or len(c.links) > 1 for c in self._connectors(links[0])) > 1
+        one = all(self.whole[link] is self.whole[links[0]] for link in links)
+        return one and sum(not c.drawn or c.anchor or len(c.links) > 1 for c in self._connectors(links[0])) > 1
 
     def _add_bodies(self) -> None:
         fastened = grouped((connector.fastened, connector) for connector in self._mechanism())

@@ -28,33 +28,36 @@ def read(text: str, source: str) -> Draft:
         raise ModelError([f"{source}: Joints: expected a list of joints"])
     driver, name = data.get("DrivingIndex"), data.get("Name")
     joints = [_joint(entry, f"{source}: Joints.{number}") for number, entry in enumerate(entries)]
+    speed = _number(data.get("InputSpeed"))
     left_out = ["the target shape is left out"] if data.get("TargetShape") else []
     return draft_of_joints(
-        joints, source, name if isinstance(name, str) else "", _number(data.get("InputSpeed")),
+        joints, source, name if isinstance(name, str) else "", speed if math.isfinite(speed) else None,
         driver if isinstance(driver, int) else None, left_out,
     )  # fmt: skip
 
 
-def _number(value: Any) -> float | None:
-    """Return a finite number; None for any other value."""
-    if isinstance(value, bool) or not isinstance(value, int | float) or abs(value) > 1e300:
-        return None
-    return float(value) if math.isfinite(value) else None
+def _number(value: Any) -> float:
+    """Return a finite number; nan for any other value."""
+    good = isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= 1e300
+    return float(value) if good else math.nan
 
 
 def _joint(entry: Any, where: str) -> DrawnJoint | str:
     """Return a joint, or the fault of an entry that is none."""
-    if not isinstance(entry, dict):
-        return f"{where}: expected a joint with the keys X, Y, TypeOfJoint and Links"
-    x, y, angle = (_number(entry.get(key)) for key in ("X", "Y", "Angle"))
-    if x is None or y is None:
-        return f"{where}: expected finite numbers X and Y"
-    kind = entry.get("TypeOfJoint")
-    if not isinstance(kind, str) or kind.upper() not in TYPES:
-        return f"{where}.TypeOfJoint: expected R, P or RP, got '{kind}'"
-    links = entry.get("Links")
-    if not isinstance(links, list) or not all(isinstance(link, str) and link.strip() for link in links):
-        return f"{where}.Links: expected a list of names"
-    traced = entry.get("PositionVisible") is True
+    own = entry if isinstance(entry, dict) else {}
+    x, y, angle = (_number(own.get(key)) for key in ("X", "Y", "Angle"))
+    kind: Any = own.get("TypeOfJoint")
+    links: Any = own.get("Links")
+    named = isinstance(links, list) and all(isinstance(link, str) and link.strip() for link in links)
+    faults = {
+        ": expected a joint with the keys X, Y, TypeOfJoint and Links": not isinstance(entry, dict),
+        ": expected finite numbers X and Y": math.isnan(x) or math.isnan(y),
+        f".TypeOfJoint: expected R, P or RP, got '{kind}'": not isinstance(kind, str) or kind.upper() not in TYPES,
+        ".Links: expected a list of names": not named,
+    }
+    fault = next((text for text, holds in faults.items() if holds), "")
+    if fault:
+        return where + fault
     names = tuple(link.strip() for link in links)
-    return DrawnJoint(names, kind.upper(), complex(x, y), angle or 0.0, where, traced)
+    slope = 0.0 if math.isnan(angle) else angle
+    return DrawnJoint(names, kind.upper(), complex(x, y), slope, where, own.get("PositionVisible") is True)

@@ -76,6 +76,7 @@ class PlusDraft:
         self.draft = Draft(PROGRAM, source, resolution=RESOLUTION)
         apply_entries(document, self.draft)
         self.structure = PlusStructure(document, source)
+        self.sense = -1.0 if document.flags[CLOCKWISE] else 1.0
         self._units()
         self.names: dict[str, str] = {}
         self.bodies: dict[str, str] = {}
@@ -164,17 +165,15 @@ class PlusDraft:
 
     def _forces(self) -> None:
         for force in self.document.forces:
-            body = self.structure.body_of.get(force.link)
-            if body is None:
-                raise self.draft.refused(f"force {force.id}: its link {force.link} is missing")
+            known = force.link in self.structure.body_of
+            self.draft.refuse(not known, f"force {force.id}: its link {force.link} is missing")
             start, end = complex(force.x, force.y), complex(force.x1, force.y1)
-            along = end - start
-            if not force.size:
-                continue
-            self.draft.refuse(not along, f"force {force.id}: it has no direction")
-            vector = force.size * self.newton * (1.0 if force.outward else -1.0) * along / abs(along)
-            name, key = free_name(force.name or force.id, self.draft.loads), "follower" if force.local else "force"
-            self.draft.loads[name] = {"on": self.bodies[body], "at": start, key: vector}
+            if force.size:
+                self.draft.refuse(start == end, f"force {force.id}: it has no direction")
+                size = force.size * self.newton * (1.0 if force.outward else -1.0)
+                name, key = free_name(force.name or force.id, self.draft.loads), "follower" if force.local else "force"
+                body, vector = self.bodies[self.structure.body_of[force.link]], size * (end - start) / abs(end - start)
+                self.draft.loads[name] = {"on": body, "at": start, key: vector}
 
     # -- inputs ---------------------------------------------------------------------------------
 
@@ -183,7 +182,8 @@ class PlusDraft:
         driven = {own: joint for own, joint in self.structure.joints.items() if joint.driven}
         if not driven:
             self.draft.suggest_input()
-        turns = {own: self._rpm(joint) for own, joint in driven.items() if not joint.slides}
+        rate = self.sense * (self.document.integers[0] if self.document.integers else 0)
+        turns = {own: joint.speed or rate for own, joint in driven.items() if not joint.slides}
         travels = {own: self._travel(joint) for own, joint in driven.items() if own in self.slots}
         times = [abs(stroke / speed) for stroke, speed in travels.values()]
         fastest = max(map(abs, turns.values()), default=0.0)
@@ -199,43 +199,34 @@ class PlusDraft:
             self.draft.slider("drive" if single else f"drive_{self.names[own]}", self.slots[own], law={"by": by})
         self.draft.duration = duration
 
-    def _sign(self) -> float:
-        return -1.0 if self.document.flags[CLOCKWISE] else 1.0
-
-    def _rpm(self, joint: PlusJoint) -> float:
-        return joint.speed or self._sign() * (self.document.integers[0] if self.document.integers else 0)
-
     def _travel(self, joint: PlusJoint) -> tuple[float, float]:
         """Return the stroke of a sliding input, to the end of its slot, and its speed."""
         drawing = self.document.decimals[1] if len(self.document.decimals) > 1 else 0.0
-        speed = joint.speed or self._sign() * (drawing if drawing > 0.0 else LINEAR_SPEED)
-        if not joint.carrier:
-            stroke = STROKE * self.draft.size()
-            text = f"the stroke of the input at joint {joint.name or joint.id} is not in the file"
-            self.draft.left_out.append(f"{text}; the law moves it by {stroke:.3g}")
-            return math.copysign(stroke, speed), speed
-        a, b = (self._place(own) for own in self.structure.slot(joint))
-        at = ((complex(joint.x, joint.y) - a) / (b - a)).real * abs(b - a)
-        ahead, behind = abs(b - a) - at, -at * (BARREL if joint.sealed else 1.0)
-        stroke = ahead if speed > 0.0 else behind
-        if abs(stroke) <= RESOLUTION:  # it stands at the end: back
-            stroke = behind if speed > 0.0 else ahead
-        if joint.sealed:
-            text = f"the stroke of the cylinder at joint {joint.name or joint.id} is not in the file"
-            self.draft.left_out.append(f"{text}; the law moves it by {stroke:.3g}")
+        speed = joint.speed or self.sense * (drawing if drawing > 0.0 else LINEAR_SPEED)
+        if joint.carrier:
+            a, b = (self._place(own) for own in self.structure.slot(joint))
+            at = ((complex(joint.x, joint.y) - a) / (b - a)).real * abs(b - a)
+            ends = (abs(b - a) - at, -at * (BARREL if joint.sealed else 1.0))  # ahead and behind
+            stroke, other = ends if speed > 0.0 else ends[::-1]
+            if abs(stroke) <= RESOLUTION:  # it stands at the end: back
+                stroke = other
+        else:
+            stroke = math.copysign(STROKE * self.draft.size(), speed)
+        if joint.sealed or not joint.carrier:
+            part, shown = ("cylinder", stroke) if joint.carrier else ("input", abs(stroke))
+            text = f"the stroke of the {part} at joint {joint.name or joint.id} is not in the file"
+            self.draft.left_out.append(f"{text}; the law moves it by {shown:.3g}")
         return stroke or RESOLUTION, speed
 
     def _turn(self, name: str, own: str, by: float) -> None:
         joint = self.structure.joints[own]
-        bodies = [body for body in self.structure.riders(joint) if self.structure.moving(body)]
-        if joint.fixed and len(bodies) == 1:
-            self.draft.rotary(name, self.names[own], self.bodies[bodies[0]], law={"by": by})
-        elif not joint.fixed and len(bodies) == 2:
-            reference, body = (self.bodies[one] for one in bodies)
-            self.draft.rotary(name, self.names[own], body, reference, law={"by": by})
-        else:
-            expected = "one link on the ground, or two moving links"
-            raise self.draft.refused(f"input {joint.name or own}: it joins {len(bodies)} links; expected {expected}")
+        moving = [self.bodies[body] for body in self.structure.riders(joint) if self.structure.moving(body)]
+        sides = [GROUND, *moving] if joint.fixed else moving
+        expected = "one link on the ground, or two moving links"
+        self.draft.refuse(
+            len(sides) != 2, f"input {joint.name or own}: it joins {len(moving)} links; expected {expected}"
+        )
+        self.draft.rotary(name, self.names[own], sides[1], sides[0], law={"by": by})
 
 
 def _whole_degrees(angle: float) -> float:

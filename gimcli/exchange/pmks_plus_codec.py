@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass, field, fields
+from itertools import takewhile
 from typing import Any, TypeVar
 
 from gimcli.errors import ModelError
@@ -239,7 +240,8 @@ class _PlusText:
         enums = [self._number(t, "settings") for t in self._part("settings")]
         joints = [self._joint(record) for record in self._records("joints")]
         links = [self._link(record) for record in self._records("links")]
-        forces = [self._force(record) for record in self._records("forces")] if self.rest else []
+        records = self._records("forces") if self.rest else []
+        forces = [PlusForce(**self._flagged(PlusForce, record)) for record in records]
         _, _, entries = self.rest.partition(".")  # before it the selected object
         listed = [entry for entry in entries.split(",") if entry]
         return PlusDocument(flags, decimals, integers, enums, joints, links, forces, listed)
@@ -263,9 +265,6 @@ class _PlusText:
             raise self.damaged.refused(f"{where}: '{text[:20]}' is not a number")
         return value
 
-    def _decimal(self, text: str, where: str) -> float:
-        return self._number(text, where) / THOUSANDTHS
-
     def _fields(self, kind: type, record: str, head: int = 1) -> list[str]:
         """Return the texts of a record; its identifier stands after `head` characters of the first one."""
         first, *rest = record.split(",")
@@ -280,31 +279,28 @@ class _PlusText:
         for number, (name, text) in enumerate(found.items()):
             if name in numbers:
                 written = text or number < LEAST[kind]
-                found[name] = self._decimal(text, f"{WORDS[kind]} {texts[0][:20]}") if written else 0.0
+                where = f"{WORDS[kind]} {texts[0][:20]}"
+                found[name] = self._number(text, where) / THOUSANDTHS if written else 0.0
         return found
 
+    def _flagged(self, kind: type, record: str) -> dict[str, Any]:
+        """Return the texts, numbers and flags of a record by the names of its fields."""
+        flags = named(kind, "bool")
+        own = self._values(kind, self._fields(kind, record))
+        return own | dict(zip(flags, flags_of(record[:1], len(flags)), strict=True))
+
     def _joint(self, record: str) -> PlusJoint:
-        texts = self._fields(PlusJoint, record)
-        own = self._values(PlusJoint, texts) | dict(zip(named(PlusJoint, "bool"), flags_of(record[:1], 6), strict=True))
-        return PlusJoint(**own, further=tuple(text for text in texts[10:] if text))
+        further = tuple(text for text in record.split(",")[10:] if text)
+        return PlusJoint(**self._flagged(PlusJoint, record), further=further)
 
     def _link(self, record: str) -> PlusLink:
         flag, kind, texts = record[:1], record[1:2], self._fields(PlusLink, record, 2)
         text = f"link {texts[0][:20]}: '{record[:2]}' is unknown: a newer version of PMKS+ wrote it"
         self.damaged.refuse(flag not in ROOTS + PARTS or kind not in ("R", "P"), text)
-        joints = tuple(_until_empty(texts[7:]))
+        joints = tuple(takewhile(bool, texts[7:]))
         parts = tuple(text for text in texts[8 + len(joints) :] if text)
         own = self._values(PlusLink, texts)
         return PlusLink(**own, root=flag in ROOTS, block=kind == "P", joints=joints, parts=parts)
-
-    def _force(self, record: str) -> PlusForce:
-        local, outward = flags_of(record[:1], 2)
-        own = self._values(PlusForce, self._fields(PlusForce, record))
-        return PlusForce(**own, local=local, outward=outward)
-
-
-def _until_empty(texts: list[str]) -> list[str]:
-    return texts[: texts.index("")] if "" in texts else texts
 
 
 # -- writing --------------------------------------------------------------------------------------
@@ -316,30 +312,19 @@ def text_of(document: PlusDocument) -> str:
         flags_text(document.flags), ",".join(map(decimal_text, document.decimals)),
         ",".join(integer_text(round(value)) for value in document.integers), "".join(map(integer_text, document.enums)),
     )  # fmt: skip
-    lists = (map(_joint_text, document.joints), map(_link_text, document.links), map(_force_text, document.forces))
-    return stamped(".".join([*settings, *("".join(f"{record}." for record in own) for own in lists), "N_"]))
+    lists = (document.joints, document.links, document.forces)
+    return stamped(".".join([*settings, *("".join(f"{_record_text(one)}." for one in own) for own in lists), "N_"]))
 
 
-def _record_text(record: PlusJoint | PlusLink | PlusForce, head: str) -> str:
-    """Return the texts and numbers of a record, without empty ones at its end that need not be there."""
-    least = LEAST[type(record)]
-    own = [getattr(record, name) for name in named(type(record), "str", "float")]
-    empty = ("", 0.0)
+def _record_text(record: PlusJoint | PlusLink | PlusForce) -> str:
+    """Return the text of a record, without empty fields at its end that need not be there."""
+    kind, empty = type(record), ("", 0.0)
+    least = LEAST[kind]
+    own = [getattr(record, name) for name in named(kind, "str", "float")]
     while len(own) > least and own[-1] in empty:
         own.pop()
     texts = ["" if k >= least and value in empty else value if isinstance(value, str) else decimal_text(value)
              for k, value in enumerate(own)]  # fmt: skip
-    return head + ",".join(texts)
-
-
-def _joint_text(joint: PlusJoint) -> str:
-    return _record_text(joint, flags_text([getattr(joint, name) for name in named(PlusJoint, "bool")]))
-
-
-def _link_text(link: PlusLink) -> str:
-    head = "YR" if link.root else "NR"
-    return ",".join([_record_text(link, head), *link.joints, "", *(link.parts or ("",))])
-
-
-def _force_text(force: PlusForce) -> str:
-    return _record_text(force, flags_text([force.local, force.outward]))
+    if isinstance(record, PlusLink):
+        return ("YR" if record.root else "NR") + ",".join([*texts, *record.joints, "", *(record.parts or ("",))])
+    return flags_text([getattr(record, name) for name in named(kind, "bool")]) + ",".join(texts)

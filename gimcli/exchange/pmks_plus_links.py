@@ -34,7 +34,10 @@ class PlusStructure(Refusing):
         for link in document.links:
             if link.block:
                 self._fold(link)
-        self.bodies = {link.id: self._joints_of(link) for link in document.links if link.root and not link.block}
+        roots = [link for link in document.links if link.root and not link.block]
+        self.bodies = {
+            link.id: list(dict.fromkeys(self.renamed.get(name, name) for name in link.joints)) for link in roots
+        }
         self.body_of: dict[str, str] = {}
         for root in self.bodies:
             self._claim(root)
@@ -76,9 +79,6 @@ class PlusStructure(Refusing):
             traced=slider.traced or pin.traced, speed=slider.speed or pin.speed,
         )  # fmt: skip
         del self.joints[slider.id]
-
-    def _joints_of(self, link: PlusLink) -> list[str]:
-        return list(dict.fromkeys(self.renamed.get(name, name) for name in link.joints))
 
     def _claim(self, root: str) -> None:
         """Note the body of its own link and of all bars that are welded into it."""

@@ -18,6 +18,7 @@ from gimcli.errors import ModelError
 from gimcli.exchange.draft import Draft, number_of
 from gimcli.exchange.pmks_plus import CLOCKWISE, NO_GRAVITY, PlusDraft
 from gimcli.exchange.pmks_plus_codec import MOST_RECORDS, PlusDocument, PlusForce, PlusJoint, PlusLink, Record
+from gimcli.exchange.refusing import Place
 
 ADDRESS = re.compile(r"https?://", re.IGNORECASE)
 JOINTS, LINKS = re.compile(r"[?&]j="), re.compile(r"&l=")
@@ -74,8 +75,7 @@ class _Sections:
         """Return the records of the lines of a section; note the lines that are none."""
         found: list[Record] = []
         lines = [line.strip() for line in text.splitlines() if line.strip()]
-        if len(lines) > MOST_RECORDS:
-            raise ModelError([f"{self.source}: more than {MOST_RECORDS} lines in {key}="])
+        Place(self.source).refuse(len(lines) > MOST_RECORDS, f"more than {MOST_RECORDS} lines in {key}=")
         for number, line in enumerate(lines, 1):
             try:
                 found.append(record([field.strip() for field in line.split(",")]))
@@ -116,10 +116,8 @@ class _Sections:
 
     def _settings(self, document: PlusDocument, fields: list[str]) -> None:
         speed, gravity, clockwise, unit = (*fields, "", "", "", "")[:4]
-        try:
-            document.integers = [_number(speed) if speed else 0.0]
-        except ValueError:
-            raise ModelError([f"{self.source}: s=: '{speed[:20]}' is not a speed"]) from None
+        document.integers = [number_of(speed or "0")]
+        Place(self.source).refuse(math.isnan(document.integers[0]), f"s=: '{speed[:20]}' is not a speed")
         document.flags[NO_GRAVITY] = gravity.casefold() not in TRUE
         document.flags[CLOCKWISE] = clockwise.casefold() in TRUE
         number = UNITS.get(unit.casefold())

@@ -12,7 +12,6 @@ import cmath
 import math
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass, field
 from urllib.parse import unquote
 
 from gimcli.exchange.draft import GROUND, Draft, DrawnJoint, Slot, Turn, free_name, number_of
@@ -39,14 +38,9 @@ LONGEST = 60
 MOST_INPUTS = 1
 
 
-@dataclass
-class Header:
-    """What stands before the joints."""
-
-    name: str = ""
-    speed: float | None = None
-    driver: int | None = None
-    left_out: list[str] = field(default_factory=list)
+Part = tuple[str, str, str]
+"""A joint (MECH) or a setting: its key, its place for messages and its text."""
+MECH = "mech"
 
 
 def recognises(text: str) -> bool:
@@ -64,10 +58,16 @@ def read(text: str, source: str) -> Draft:
     """Return the mechanism of a text or of an address; raise ModelError with all errors."""
     found = [address for line in text.splitlines() if (address := _address(line))]
     Place(source).refuse(len(found) > 1, f"holds {len(found)} addresses of {PROGRAM}; give one of them")
-    header = Header()
-    lines = _of_address(found[0], source, header) if found else _of_text(text, source, header)
-    joints = [_joint(where, line) for where, line in lines]
-    return draft_of_joints(joints, source, header.name, header.speed, header.driver, header.left_out)
+    parts = list(_of_address(found[0], source) if found else _of_text(text, source))
+    joints = [_joint(where, line) for key, where, line in parts if key == MECH]
+    given = [setting for key, _, value in parts if key != MECH for setting in _settings(key, value)]
+    name = [value for key, value in given if key == "name"]
+    speed = [number for key, value in given if key == "s" and not math.isnan(number := number_of(value))]
+    driver = [int(value) for key, value in given if key == "d" and value.strip().isdecimal() and len(value) < 10]
+    left_out = ["the target shape is left out" for key, value in given if key == "ts" and value.strip()]
+    return draft_of_joints(
+        joints, source, name[-1] if name else "", speed[-1] if speed else None, driver[-1] if driver else None, left_out
+    )
 
 
 def _address(line: str) -> str:
@@ -86,42 +86,34 @@ def _is_row(line: str) -> bool:
 # -- lines and header -----------------------------------------------------------------------------
 
 
-def _of_address(address: str, source: str, header: Header) -> Iterator[tuple[str, str]]:
-    """Yield the lines behind `mech=`, each after its place in messages; note what the rest of the address sets."""
+def _of_address(address: str, source: str) -> Iterator[Part]:
+    """Yield the joints behind `mech=`, and what the rest of the address sets."""
     for part in re.split("[?&]", address)[1:]:
         key, _, value = part.partition("=")
-        text = unquote(value)
-        if key.strip().casefold() == "mech":
+        own, text = key.strip().casefold(), unquote(value)
+        if own == MECH:
             rows = [row for row in re.split(r"[|\n]", text) if row.strip()]
-            yield from ((f"{source}: joint {number}", row) for number, row in enumerate(rows, 1))
+            yield from ((MECH, f"{source}: joint {number}", row) for number, row in enumerate(rows, 1))
         else:
-            _set(header, key.strip().casefold(), text)
+            yield own, source, text
 
 
-def _of_text(text: str, source: str, header: Header) -> Iterator[tuple[str, str]]:
-    """Yield the lines of joints, each after its place in messages; note what the header of the file sets."""
+def _of_text(text: str, source: str) -> Iterator[Part]:
+    """Yield the joints of a file, and what its header sets."""
     for number, line in enumerate(text.splitlines(), 1):
         match = HEADER.match(line)
-        if match and match.group(1).casefold() != "mech":
-            _set(header, match.group(1).casefold(), match.group(2).strip())
-            continue
-        rows = (match.group(2) if match else line).split("|")
-        yield from ((f"{source}:{number}:1", row) for row in rows if row.strip())
+        key, value = (match[1].casefold(), match[2]) if match else (MECH, line)
+        if key == MECH:
+            yield from ((MECH, f"{source}:{number}:1", row) for row in value.split("|") if row.strip())
+        else:
+            yield key, source, value.strip()
 
 
-def _set(header: Header, key: str, value: str) -> None:
-    """Note one setting: `set=s5|f1` has a letter and a number for each, the other forms are s=5."""
+def _settings(key: str, value: str) -> list[tuple[str, str]]:
+    """Return the settings of a part: `set=s5|f1` has a letter and a number for each, the other forms are s=5."""
     if key == "set":
-        for part in value.split("|"):
-            _set(header, part[:1].casefold(), part[1:])
-    elif key == "name":
-        header.name = value
-    elif key == "ts" and value.strip():
-        header.left_out.append("the target shape is left out")
-    elif key == "s" and not math.isnan(number := number_of(value)):
-        header.speed = number
-    elif key == "d" and value.strip().isdecimal() and len(value) < 10:
-        header.driver = int(value)
+        return [(part[:1].casefold(), part[1:]) for part in value.split("|")]
+    return [(key, value)]
 
 
 # -- joints ---------------------------------------------------------------------------------------

@@ -47,7 +47,6 @@ class PylinkageJoints:
             )
             self.joints[name] = part
         self.cranks = sum(self._kind(part) == "Crank" for part in self.joints.values())
-        self.places: dict[str, complex] = {}
         self.names: dict[str, str] = {}
 
     def convert(self) -> None:
@@ -55,9 +54,8 @@ class PylinkageJoints:
         waiting = {name: self._names_of(part) for name, part in self.joints.items()}
         while waiting:
             ready = [name for name, earlier in waiting.items() if not any(n in waiting for n in earlier)]
-            if not ready:
-                part = self.joints[next(iter(waiting))]
-                raise part.refused(f"the joints {', '.join(waiting)[:80]} depend on each other in a circle")
+            circle = f"the joints {', '.join(waiting)[:80]} depend on each other in a circle"
+            self.joints[next(iter(waiting))].refuse(not ready, circle)
             for name in ready:
                 del waiting[name]
                 self._add(name, self.joints[name])
@@ -88,8 +86,8 @@ class PylinkageJoints:
 
     def _add(self, name: str, part: JsonPart) -> None:
         add = {
-            "Static": self._static, "Crank": self._crank, "Fixed": self._rigid, "Revolute": self._revolute,
-            "Prismatic": self._prismatic,
+            "Static": lambda own, part: self.draft.joint(own, self._drawn(part), GROUND),
+            "Crank": self._crank, "Fixed": self._rigid, "Revolute": self._revolute, "Prismatic": self._prismatic,
         }.get(self._kind(part))  # fmt: skip
         if add is None:
             raise part.at("type").refused(f"the joint type {part.at('type').found()} is not known")
@@ -99,9 +97,6 @@ class PylinkageJoints:
         return complex(part.at("x").number(0.0), part.at("y").number(0.0))
 
     # -- one of each type -----------------------------------------------------------------------
-
-    def _static(self, name: str, part: JsonPart) -> str:
-        return self.draft.joint(name, self._drawn(part), GROUND)
 
     def _crank(self, name: str, part: JsonPart) -> str:
         pivot = self._parent(part, "joint0")
@@ -217,35 +212,36 @@ class _Mechanism:
         self.links = _by_id(data.at("links"), "link")
         self.names: dict[str, str] = {}
         self.bodies: dict[str, str] = {}
+        self.of: dict[str, list[str]] = {}  # joints by link
         self.on: dict[str, list[str]] = {ident: [] for ident in self.joints}  # links by joint
         self.motors = {link.at("motor_joint").text() for link in self.links.values() if link.has("motor_joint")}
 
     def convert(self) -> None:
         """Fill the draft."""
         for ident, link in self.links.items():
-            for joint in link.at("joints").entries(MOST_PARTS):
-                self._known(joint)
-                self.on[joint.text()].append(ident)
+            self.of[ident] = [self._known(joint) for joint in link.at("joints").entries(MOST_PARTS)]
+            for joint in self.of[ident]:
+                self.on[joint].append(ident)
             link.refuse(
                 sum(map(len, self.on.values())) > MOST_PLACES,
                 f"more than {MOST_PLACES} joints of links are too many for one mechanism",
             )
-        for ident, joint in self.joints.items():
-            if joint.at("type").text("revolute") != "tracker" or self.on[ident]:
+        for ident, part in self.joints.items():
+            if part.at("type").text("revolute") != "tracker" or self.on[ident]:
                 fixed = [GROUND] if self._fixed(ident) else []
-                self.names[ident] = self.draft.joint(joint.at("name").text(ident), self._place(joint), *fixed)
+                self.names[ident] = self.draft.joint(part.at("name").text(ident), self._place(part), *fixed)
         for ident, link in self.links.items():
-            own = [self.names[joint.text()] for joint in link.at("joints").entries(MOST_PARTS)]
+            own = [self.names[joint] for joint in self.of[ident]]
             if link.at("type").text("link") == GROUND:
                 self.bodies[ident] = GROUND
             elif len(set(own)) > 1:
                 self.bodies[ident] = self.draft.body(link.at("name").text(ident), own)
-        for ident, joint in self.joints.items():
-            kind = joint.at("type").text("revolute")
+        for ident, part in self.joints.items():
+            kind = part.at("type").text("revolute")
             if kind == "prismatic" and not self._fixed(ident):
-                self._add_slide(ident, joint)
+                self._add_slide(ident, part)
             elif kind == "tracker":
-                self._add_tracker(ident, joint)
+                self._add_tracker(ident, part)
         self._add_inputs()
 
     # -- joints ---------------------------------------------------------------------------------
@@ -290,24 +286,21 @@ class _Mechanism:
                 self.draft.point(joint.at("name").text(ident), GROUND, self._place(joint))
             return
         first, second = (self._known(joint.at(key)) for key in ("ref_joint1_id", "ref_joint2_id"))
-        both = {*self.on[first]} & {*self.on[second]}
-        carriers = [link for link in self.on[first] if link in both and link in self.bodies]
+        carriers = [self.bodies[link] for link in self.on[first] if link in self.on[second] and link in self.bodies]
         if not carriers and self._fixed(first) and self._fixed(second):
-            body = GROUND
-        elif carriers:
-            body = self.bodies[carriers[0]]
-        else:
+            carriers = [GROUND]
+        if not carriers:
             text = f"its joints {first} and {second} are on no common link"
             joint.refuse(self.on[ident], f"a tracker cannot carry a link: {text}")
             self.draft.left_out.append(f"tracker {ident} is left out: {text}")
             return
         if ident in self.names:
-            self.draft.bodies[body].append(self.names[ident])
+            self.draft.bodies[carriers[0]].append(self.names[ident])
             return
         origin, along = self._place(self.joints[first]), self._place(self.joints[second])
         turn = cmath.phase(along - origin) + joint.at("angle").number(0.0)
         place = origin + cmath.rect(joint.at("distance").number(0.0), turn)
-        self.draft.point(joint.at("name").text(ident), body, place)
+        self.draft.point(joint.at("name").text(ident), carriers[0], place)
 
     # -- inputs ---------------------------------------------------------------------------------
 
@@ -320,9 +313,9 @@ class _Mechanism:
                 not link.has("motor_joint"), f"the driver '{ident[:40]}' has no `motor_joint`; name a ground joint"
             )
             motor = self._known(link.at("motor_joint"))
-            others = [joint.text() for joint in link.at("joints").entries(MOST_PARTS) if joint.text() != motor]
+            others = [joint for joint in self.of[ident] if joint != motor]
             link.refuse(
-                len(others) != 1 or motor not in (joint.text() for joint in link.at("joints").entries(MOST_PARTS)),
+                len(others) != 1 or motor not in self.of[ident],
                 f"the driver '{ident[:40]}' needs two joints, its `motor_joint` and one more",
             )
             name = "motor" if len(drivers) == 1 else f"motor_{ident}"

@@ -38,18 +38,16 @@ def recognises(text: str) -> bool:
 
 def _binary(text: str) -> str:
     """Return the name of the binary format of a file of Pyslvs; "" if it is text."""
-    for start, (word, form) in _BINARY.items():
-        if text.startswith(start) and word in text.lower():
-            return form
-    return ""
+    forms = (form for start, (word, form) in _BINARY.items() if text.startswith(start) and word in text.lower())
+    return next(forms, "")
 
 
 def read(text: str, source: str) -> Draft:
     """Return the mechanism of a file of Pyslvs; `source` names it in messages."""
     draft = Draft(PROGRAM, source, resolution=2.0 * DIGIT)
-    if form := _binary(text):
-        cure = "open it with Pyslvs and save it as YAML (preferences: file type)"
-        raise draft.refused(f"a Pyslvs file in the binary format {form} is not read; {cure}")
+    cure = "open it with Pyslvs and save it as YAML (preferences: file type)"
+    form = _binary(text)
+    draft.refuse(form, f"a Pyslvs file in the binary format {form} is not read; {cure}")
     if _EXPRESSION.match(text):
         _Pyslvs(joints_of(text, source), draft).convert([])
         return draft

@@ -133,7 +133,8 @@ class _Reading(Refusing):
             elif self.text[at] == "<":
                 break
             else:  # part of a text with quotes
-                at = _end(_WORD.match(self.text, at), at)
+                word = _WORD.match(self.text, at)
+                at = word.end() if word else at + 1
         raise self.refused(
             f"<{tag.name} has no end ('>') within {LONGEST_TAG} characters: the file is damaged or not complete"
         )
@@ -143,7 +144,3 @@ class _Reading(Refusing):
         if any(tag.name == name for tag in self.open):
             while self.open.pop().name != name:
                 pass
-
-
-def _end(match: re.Match[str] | None, at: int) -> int:
-    return at + 1 if match is None else match.end()
