@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import cmath
 import math
 from itertools import combinations
 from typing import Any
@@ -44,6 +43,7 @@ class Assembling:
         self._absorb()
         self.prismatic: dict[str, dict[str, Any]] = {}
         self.guides: dict[str, list[str]] = {}
+        self.lines: dict[tuple[str, str, complex], list[str]] = {}
         for slot in draft.slots:
             self._slot(slot)
 
@@ -89,23 +89,33 @@ class Assembling:
     # -- slots ----------------------------------------------------------------------------------
 
     def _slot(self, slot: Slot) -> None:
-        node, carrier, body = self.same[slot.joint], self._carrier(slot.carrier), slot.body
-        direction = slot.direction
-        if body and self._carrier(body) == GROUND:  # the carrier slides along the body
-            body, carrier = carrier, GROUND
-        if carrier == GROUND and (body == GROUND or (not body and node in self.ground)):
+        """Add the pair of a slot.
+
+        A carrier that slides over a block of the ground is guided by the ground. Further blocks at the same joint turn
+        about it, so that one more point on the line holds the direction of each.
+        """
+        node, carrier, body, named = self.same[slot.joint], self._carrier(slot.carrier), slot.body, slot.guide
+        held = bool(body) and self._carrier(body) == GROUND
+        if carrier == GROUND and (held or (not body and node in self.ground)):
             self.draft.left_out.append(f"{slot.name} is left out: it joins parts that are fixed to the ground")
             return
-        guide = self._guide(slot, node, carrier, direction)
-        part: dict[str, Any] = {"node": node}
+        if held:
+            node, body = self._add(carrier, f"{node}_slide", self.places[node]), carrier
+            carrier, named = GROUND, None
+        line = (node, carrier, slot.direction)
+        first = self.lines.get(line, [])
+        guide = first[1:] or self._guide(named, node, carrier, slot.direction)
+        nodes = [] if first else [node]
         if body and (len(self.bodies[body]) > 1 or self._needed(body)):
-            part = {"nodes": [node, self._second(node, body, direction)]}
-        own = free_name(slot.name, self.prismatic)
-        self.prismatic[own] = {**part, "guide": guide}
-        offset = self._offset(node, guide)
-        if abs(offset) > max(self.draft.resolution, 1e-9 * self.size):
-            self.prismatic[own]["offset"] = offset
-        self.guides[slot.name] = [own, *guide]
+            nodes.append(self._second(node, body, slot.direction))
+        own = free_name(slot.name, self.prismatic) if nodes else first[0]
+        if nodes:
+            offset = self._offset(node, guide)
+            shifted = {"offset": offset} if abs(offset) > max(self.draft.resolution, 1e-9 * self.size) else {}
+            place = {"nodes": nodes} if len(nodes) > 1 else {"node": nodes[0]}
+            self.prismatic[own] = {**place, "guide": guide, **shifted}
+        self.lines.setdefault(line, [own, *guide])
+        self.guides[slot.name] = [own, *(guide[::-1] if held else guide)]
 
     def _needed(self, body: str) -> bool:
         """Return whether the direction of a body of one joint matters: it carries a slot, a tracer or an input."""
@@ -116,9 +126,9 @@ class Assembling:
             or any(body in (turn.body, turn.reference) for turn in draft.turns)
         )
 
-    def _guide(self, slot: Slot, node: str, carrier: str, direction: complex) -> list[str]:
+    def _guide(self, given: tuple[str, str] | None, node: str, carrier: str, direction: complex) -> list[str]:
         """Return two nodes of the carrier along the line of sliding; add them where there are none."""
-        named = [self.same[name] for name in slot.guide or ()]
+        named = [self.same[name] for name in given or ()]
         if named and abs(self.places[named[1]] - self.places[named[0]]) > 1e-9 * self.size:
             return named
         here = self.places[node]
@@ -163,7 +173,7 @@ class Assembling:
         ray = self.places[arm] - self.places[pivot]
         if "reference" in own:
             ray /= self.places[own["reference"]] - self.places[pivot]
-        return {**own, **_with_range(keys, math.degrees(cmath.phase(ray)))}
+        return {**own, **_with_range(keys, math.degrees(math.atan2(ray.imag, ray.real)))}
 
     def _other(self, body: str, pivot: str, name: str) -> str:
         """Return the node of a body farthest from a pivot; a tracer becomes a node where there is none."""

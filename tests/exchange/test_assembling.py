@@ -1,9 +1,13 @@
-"""Drafts of mechanisms become models: which nodes are guides of slots."""
+"""Drafts of mechanisms become models: guides of slots, and blocks that slide or are slid over."""
 
 from __future__ import annotations
 
+import cmath
+import math
+
 import pytest
 
+import gimcli
 from gimcli.exchange.assembling import model_of
 from gimcli.exchange.draft import GROUND, Draft
 
@@ -36,3 +40,57 @@ def test_a_guide_is_two_joints_along_the_slot_or_two_new_nodes(ground, guide):
     (x, y), (end, level) = (data["nodes"][name] for name in guide)
     assert y == level == 0
     assert end - x > 0.2
+
+
+def count(mechanism) -> dict[str, str]:
+    table = dict(zip(*(list(column) for column in gimcli.mobility(mechanism).values()), strict=True))
+    return {key: table[key] for key in ("Grübler's count", "mobility", "redundant constraints")}
+
+
+def test_a_link_slides_over_a_block_that_two_pins_fix_to_the_ground():
+    """A slider-crank: the rod of length sqrt(5) joins the slider at height 1 to the crank of length sqrt(8)."""
+    draft = Draft("Program", "f")
+    draft.body("slider", [])
+    p, a, b = draft.joint("P", 0j), draft.joint("A", 2 + 1j, "slider"), draft.joint("B", 4 + 2j)
+    q, r, o = (draft.joint(name, place, GROUND) for name, place in (("Q", -1 + 0j), ("R", -1j), ("O", 6 + 0j)))
+    for name, joints in (("block", [p, q, r]), ("rod", [a, b]), ("crank", [o, b])):
+        draft.body(name, joints)
+    draft.slot("slot", p, "slider", 1 + 0j, body="block")
+    draft.rotary("motor", o, "crank", law={"by": 30})
+    mechanism = gimcli.load(model_of(draft))
+    assert count(mechanism) == {"Grübler's count": "1", "mobility": "1", "redundant constraints": "none"}
+    for angle in (120, 135, 150):
+        end = 6 + cmath.rect(math.sqrt(8), math.radians(angle))
+        x = end.real - math.sqrt(5 - (end.imag - 1) ** 2)
+        assert gimcli.solve(mechanism, motor=angle)["A"] == pytest.approx((x, 1))
+
+
+def test_the_travel_of_a_fixed_block_moves_the_link_that_slides_over_it_back():
+    draft = Draft("Program", "f")
+    draft.body("slider", [draft.joint("A", 2 + 1j)])
+    p, q = draft.joint("P", 0j, GROUND), draft.joint("Q", -1 + 0j, GROUND)
+    draft.body("block", [p, q])
+    draft.slot("slot", p, "slider", 1 + 0j, body="block")
+    draft.slider("drive", "slot", law={"by": 0.5})
+    first, last = gimcli.trace(gimcli.load(model_of(draft)), steps=1).xy["A"]
+    assert last - first == pytest.approx([-0.5, 0])
+
+
+def test_two_links_of_one_block_are_one_body_without_a_redundant_constraint():
+    """A block with the points B and C, a rod and a crank: Grübler's count is 3 * 3 - 2 * 4 = 1."""
+    draft = Draft("Program", "f")
+    a, b, c = draft.joint("A", 0j), draft.joint("B", 2 + 1j), draft.joint("C", 1 - 2j)
+    d, o = draft.joint("D", 4 + 2j), draft.joint("O", 6 + 0j, GROUND)
+    for name, joints in (("one", [a, b]), ("two", [a, c]), ("rod", [b, d]), ("crank", [o, d])):
+        draft.body(name, joints)
+    for name, body in (("slot", "one"), ("slot_2", "two")):
+        draft.slot(name, a, GROUND, 1 + 0j, body=body)
+    draft.rotary("motor", o, "crank", law={"by": 30})
+    mechanism = gimcli.load(model_of(draft))
+    assert count(mechanism) == {"Grübler's count": "1", "mobility": "1", "redundant constraints": "none"}
+    for angle in (120, 150):
+        place = gimcli.solve(mechanism, motor=angle)
+        end = 6 + cmath.rect(math.sqrt(8), math.radians(angle))
+        x = end.real - math.sqrt(5 - (end.imag - 1) ** 2)
+        assert place["B"] == pytest.approx((x, 1))
+        assert place["C"] == pytest.approx((x - 1, -2))

@@ -62,3 +62,9 @@ def test_damaged_files_are_models_or_model_errors():
                 model_of(found)
         except ModelError:
             pass
+
+
+def test_a_coordinate_that_makes_the_angle_of_a_link_underflow_is_refused():
+    data = {**SLIDER_CRANK, "Joints": [SLIDER_CRANK["Joints"][0], joint(1e300, 1e-300, ["crank", "rod"])]}
+    with pytest.raises(ModelError, match="at most 1e"):
+        gimcli.load(model_of(draft_of(json.dumps(data), "f")))
