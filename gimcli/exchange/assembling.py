@@ -6,7 +6,7 @@ import math
 from itertools import combinations
 from typing import Any
 
-from gimcli.exchange.draft import GROUND, PARALLEL, Draft, Slot, Turn, free_name
+from gimcli.exchange.draft import GROUND, PARALLEL, Draft, DrawnSlot, Turn, free_name
 
 REACH = 0.25
 """Distance of an added guide node from its joint, relative to the size of the mechanism."""
@@ -30,11 +30,8 @@ class Assembling:
         self.draft = draft
         self.places = dict(draft.joints)
         draft.refuse(not self.places, f"no joints found: this is not a mechanism of {draft.program}")
-        points = list(self.places.values())
-        self.size = max(
-            abs(a - b) for a in (_corner(points, min), points[0]) for b in (_corner(points, max), points[0])
-        )
-        self.reach = float(f"{REACH * (self.size or 1.0):.0e}")  # one digit: readable coordinates
+        self.size = draft.size()
+        self.reach = float(f"{REACH * self.size:.0e}")  # one digit: readable coordinates
         self.same = {name: name for name in self.places}
         self._merge()
         self.bodies = {name: list(dict.fromkeys(self.same[j] for j in own)) for name, own in draft.bodies.items()}
@@ -81,14 +78,14 @@ class Assembling:
             if abs(self.places[there] - place) <= 1e-9 * self.size:
                 return there
         own = free_name(name, self.places)
-        digits = 12 - math.ceil(math.log10(self.size)) if self.size else 12
+        digits = 12 - math.ceil(math.log10(self.size))
         self.places[own] = complex(round(place.real, digits), round(place.imag, digits))
         self.bodies[carrier].append(own)
         return own
 
     # -- slots ----------------------------------------------------------------------------------
 
-    def _slot(self, slot: Slot) -> None:
+    def _slot(self, slot: DrawnSlot) -> None:
         """Add the pair of a slot.
 
         A carrier that slides over a block of the ground is guided by the ground. Further blocks at the same joint turn
@@ -103,19 +100,18 @@ class Assembling:
             node, body = self._add(carrier, f"{node}_slide", self.places[node]), carrier
             carrier, named = GROUND, None
         line = (node, carrier, slot.direction)
-        first = self.lines.get(line, [])
-        guide = first[1:] or self._guide(named, node, carrier, slot.direction)
-        nodes = [] if first else [node]
+        known = self.lines.get(line)
+        guide = known or self._guide(named, node, carrier, slot.direction)
+        nodes = [] if known else [node]
         if body and (len(self.bodies[body]) > 1 or self._needed(body)):
             nodes.append(self._second(node, body, slot.direction))
-        own = free_name(slot.name, self.prismatic) if nodes else first[0]
         if nodes:
             offset = self._offset(node, guide)
             shifted = {"offset": offset} if abs(offset) > max(self.draft.resolution, 1e-9 * self.size) else {}
             place = {"nodes": nodes} if len(nodes) > 1 else {"node": nodes[0]}
-            self.prismatic[own] = {**place, "guide": guide, **shifted}
-        self.lines.setdefault(line, [own, *guide])
-        self.guides[slot.name] = [own, *(guide[::-1] if held else guide)]
+            self.prismatic[free_name(slot.name, self.prismatic)] = {**place, "guide": guide, **shifted}
+        self.lines[line] = guide
+        self.guides[slot.name] = [*nodes, node][:1] + (guide[::-1] if held else guide)
 
     def _needed(self, body: str) -> bool:
         """Return whether the direction of a body of one joint matters: it carries a slot, a tracer or an input."""
@@ -147,11 +143,9 @@ class Assembling:
     def _second(self, node: str, body: str, direction: complex) -> str:
         """Return another node of a sliding body on the line of sliding; add one where there is none."""
         here = self.places[node]
-        for other in self.bodies[body]:
-            far = abs(self.places[other] - here) > SHORTEST * self.size
-            if far and self._along(self.places[other] - here, direction):
-                return other
-        return self._add(body, f"{node}_block", here + self.reach * direction)
+        far = [n for n in self.bodies[body] if abs(self.places[n] - here) > SHORTEST * self.size]
+        others = [n for n in far if self._along(self.places[n] - here, direction)]
+        return others[0] if others else self._add(body, f"{node}_block", here + self.reach * direction)
 
     def _offset(self, node: str, guide: list[str]) -> float:
         a, b = (self.places[n] for n in guide)
@@ -161,29 +155,27 @@ class Assembling:
 
     def _turn(self, turn: Turn) -> dict[str, Any]:
         body, reference = self._carrier(turn.body), self._carrier(turn.reference)
-        keys = dict(turn.keys)
         if body == GROUND:
             body, reference = reference, GROUND
         self.draft.refuse(body == GROUND, f"input {turn.name}: the link that it turns is fixed to the ground")
         pivot = self.same[turn.pivot]
         arm = self.same[turn.arm] if turn.arm else self._other(body, pivot, turn.name)
         own: dict[str, Any] = {"type": "rotary", "pivot": pivot, "arm": arm}
+        ray = self.places[arm] - self.places[pivot]
         if reference != GROUND:
             own["reference"] = self._other(reference, pivot, turn.name)
-        ray = self.places[arm] - self.places[pivot]
-        if "reference" in own:
             ray /= self.places[own["reference"]] - self.places[pivot]
-        return {**own, **_with_range(keys, math.degrees(math.atan2(ray.imag, ray.real)))}
+        return {**own, **_with_range(turn.keys, math.degrees(math.atan2(ray.imag, ray.real)))}
 
     def _other(self, body: str, pivot: str, name: str) -> str:
         """Return the node of a body farthest from a pivot; a tracer becomes a node where there is none."""
         nodes = [n for n in self.bodies.get(body, []) if self._apart({n, pivot})]
+        places = [(own, z) for own, (owner, z) in self.draft.tracers.items() if owner == body]
+        points = [(own, z) for own, z in places if abs(z - self.places[pivot]) > 1e-9 * self.size]
+        self.draft.refuse(not nodes and not points, f"input {name}: the link that it turns has no second joint")
         if nodes:
             return max(nodes, key=lambda n: abs(self.places[n] - self.places[pivot]))
-        for tracer, (owner, place) in self.draft.tracers.items():
-            if owner == body and abs(place - self.places[pivot]) > 1e-9 * self.size:
-                return self._add(body, tracer, place)
-        raise self.draft.refused(f"input {name}: the link that it turns has no second joint")
+        return self._add(body, *points[0])
 
     def _travel(self, name: str, keys: dict[str, Any]) -> dict[str, Any]:
         own = dict(keys)
@@ -193,9 +185,8 @@ class Assembling:
         self.draft.refuse(
             own["slot"] not in self.guides, f"input {name}: the link that it moves is fixed to the ground"
         )
-        pair, *guide = self.guides[own.pop("slot")]
-        part = self.prismatic[pair]
-        return {"type": "linear", "node": part.get("node") or part["nodes"][0], "guide": guide, **own}
+        node, *guide = self.guides[own.pop("slot")]
+        return {"type": "linear", "node": node, "guide": guide, **own}
 
     # -- the data -------------------------------------------------------------------------------
 
@@ -251,11 +242,10 @@ class Assembling:
         found = {}
         for name, (body, place) in self.draft.tracers.items():
             owner = self._carrier(body)
-            if name in self.places:
-                continue
-            if owner in members or owner == GROUND:
+            free = name not in self.places
+            if free and (owner in members or owner == GROUND):
                 found[name] = {"on": owner, "at": _pair(place)}
-            else:
+            elif free:
                 self.draft.left_out.append(f"point {name} is left out: its link {body} has one joint and may turn")
         return found
 
@@ -312,7 +302,3 @@ def _clean(value: Any, size: float) -> Any:
     if isinstance(value, list):
         return [0.0 if isinstance(v, float) and abs(v) <= ROUNDING * size else _clean(v, size) for v in value]
     return value
-
-
-def _corner(points: list[complex], end: Any) -> complex:
-    return complex(end(z.real for z in points), end(z.imag for z in points))

@@ -48,7 +48,7 @@ class DrawnJoint:
 
 
 @dataclass
-class Slot:
+class DrawnSlot:
     """A joint that slides along a line fixed to a carrier; `body` is the one that slides, "" if it may turn.
 
     `guide`: two joints of the carrier on the line. In a mechanism that is written, `travel` is the actuator (its
@@ -102,7 +102,7 @@ class Draft(Refusing):
     gravity: complex | None = None
     joints: dict[str, complex] = field(default_factory=dict)
     bodies: dict[str, list[str]] = field(default_factory=lambda: {GROUND: []})
-    slots: list[Slot] = field(default_factory=list)
+    slots: list[DrawnSlot] = field(default_factory=list)
     turns: list[Turn] = field(default_factory=list)
     travels: dict[str, dict[str, Any]] = field(default_factory=dict)
     tracers: dict[str, tuple[str, complex]] = field(default_factory=dict)
@@ -151,7 +151,7 @@ class Draft(Refusing):
         With `body` the joint is a block of this body, which slides without turning against the carrier. `guide`: two
         joints of the carrier on the line, if the file names them.
         """
-        self.slots.append(Slot(joint, carrier, direction / abs(direction), body, name=name, guide=guide))
+        self.slots.append(DrawnSlot(joint, carrier, direction / abs(direction), body, name=name, guide=guide))
 
     def listed(self, name: str, joint: DrawnJoint, slot: str) -> str:
         """Add a joint whose links are bodies, and its slot, if it has one; return its name.
@@ -176,13 +176,13 @@ class Draft(Refusing):
         """
         self.turns.append(Turn(pivot, body, reference, 0, name, arm, keys))
 
-    def linear(self, name: str, a: str, b: str, **keys: Any) -> None:
-        """Add a linear input that drives the distance of two joints."""
-        self.travels[free_name(name, self.travels)] = {"type": "linear", "nodes": [a, b], **keys}
+    def travel(self, name: str, **keys: Any) -> None:
+        """Add a linear input, with keys of an actuator.
 
-    def slider(self, name: str, slot: str, **keys: Any) -> None:
-        """Add a linear input that drives the travel of the joint of a slot, positive along its direction."""
-        self.travels[free_name(name, self.travels)] = {"slot": slot, **keys}
+        slot=NAME drives the travel of the joint of a slot, positive along its direction, relative to the carrier;
+        type="linear", nodes=[A, B] drives the distance of two joints.
+        """
+        self.travels[free_name(name, self.travels)] = keys
 
     def suggest_input(self) -> None:
         """Name an input that could be added to a mechanism without one: a link on a fixed pin."""

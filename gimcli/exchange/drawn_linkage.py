@@ -7,13 +7,13 @@ members is a block, and the travel of a node beside its line is that of a carria
 from __future__ import annotations
 
 import math
-from collections import defaultdict
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from gimcli.exchange.draft import BARREL, GROUND, Draft, Slot, Turn
-from gimcli.mechanism import ANGLE, FRAME, HEIGHT, SPAN, ComplexArray, Input, Mechanism, PairRow
+from gimcli.connected import grouped
+from gimcli.exchange.draft import BARREL, GROUND, Draft, DrawnSlot, Turn
+from gimcli.mechanism import ANGLE, FRAME, HEIGHT, SPAN, ComplexArray, Input, Mechanism
 
 
 @dataclass(frozen=True)
@@ -53,8 +53,9 @@ class DrawnLinkage(Draft):
         self.turned = [self._rotation(k) for k in range(len(own.members))]
         self.points: dict[str, str] = {}
         self._pairs()
+        added = {SPAN: self._cylinder, ANGLE: self._turn}
         for number, actuator in enumerate(own.actuators):
-            self._input(number, actuator)
+            added.get(actuator.kind, self._travel)(number, actuator)
         self._blocks()
         self._points()
         if own.couplings:
@@ -114,26 +115,16 @@ class DrawnLinkage(Draft):
 
     def _pairs(self) -> None:
         """Add the slots of the prismatic pairs: one for a pin, one for each block."""
-        rows: dict[str, list[PairRow]] = defaultdict(list)
         for row in self.mechanism.pairs:
             self.refuse(row.kind != HEIGHT, f"the pair {row.pair or row.name} cannot be written for {self.program}")
-            rows[row.pair or row.name].append(row)
-        for name, own in rows.items():
+        for name, own in grouped((row.pair or row.name, row) for row in self.mechanism.pairs).items():
             guide, direction = self.names[own[0].guide], own[0].along * self.turned[own[0].guide]
             nodes = [self.mechanism.nodes[row.node] for row in own]
             bodies = [body for body in self.common(*nodes) if body != guide] if len(nodes) > 1 else [""]
             self.refuse(not bodies, f"the pair {name} cannot be written for {self.program}: its nodes have no link")
-            self.slots.append(Slot(nodes[0], guide, direction, bodies[0]))
+            self.slots.append(DrawnSlot(nodes[0], guide, direction, bodies[0]))
 
     # -- inputs ---------------------------------------------------------------------------------
-
-    def _input(self, number: int, actuator: Input) -> None:
-        if actuator.kind == SPAN:
-            self._cylinder(number, actuator)
-        elif actuator.kind == ANGLE:
-            self._turn(number, actuator)
-        else:
-            self._travel(number, actuator)
 
     def _cylinder(self, number: int, actuator: Input) -> None:
         """Add a barrel at the first node and a rod at the second; its strokes end where the law ends."""
@@ -149,7 +140,7 @@ class DrawnLinkage(Draft):
         rod = self.body(f"{actuator.name} rod", [b])
         piston = self.joint(f"{actuator.name} piston", self.joints[a] + inside * unit, rod)
         far = self.joints[a] + end * unit
-        self.slots.append(Slot(piston, barrel, unit, rod, number, (self.joints[a], far)))
+        self.slots.append(DrawnSlot(piston, barrel, unit, rod, number, (self.joints[a], far)))
 
     def _turn(self, number: int, actuator: Input) -> None:
         pivot = self.mechanism.nodes[actuator.node]
@@ -157,12 +148,14 @@ class DrawnLinkage(Draft):
         slot = next((s for s in self.slots if s.joint == pivot and not s.body and s.carrier == GROUND), None)
         if pivot not in self.bodies[reference] and reference == GROUND and slot is not None:
             reference = self._block_of(slot)
-        if pivot not in self.bodies[reference] or pivot not in self.bodies[body]:
-            text = f"the input {actuator.name} turns against the ground about a pivot that moves"
-            raise self.refused(f"{text}; {self.program} has no such input")
+        self.refuse(
+            pivot not in self.bodies[reference] or pivot not in self.bodies[body],
+            f"the input {actuator.name} turns against the ground about a pivot that moves; "
+            f"{self.program} has no such input",
+        )
         self.turns.append(Turn(pivot, body, reference, number))
 
-    def _block_of(self, slot: Slot) -> str:
+    def _block_of(self, slot: DrawnSlot) -> str:
         """Let the pin of a slot turn in a block that slides without turning; return the block."""
         block = self.body(f"{slot.joint} block", [slot.joint])
         place = self.joints[slot.joint] + PIECE * self.span * slot.direction
@@ -180,8 +173,8 @@ class DrawnLinkage(Draft):
                 return
         carriage = self.body(f"{actuator.name} carriage", [])
         joint = self.joint(f"{actuator.name} slide", self.joints[node] + PIECE * self.span * direction, carriage)
-        self.slots.append(Slot(joint, guide, direction, carriage, number))
-        self.slots.append(Slot(node, carriage, 1j * direction))
+        self.slots.append(DrawnSlot(joint, guide, direction, carriage, number))
+        self.slots.append(DrawnSlot(node, carriage, 1j * direction))
 
     # -- blocks and points ----------------------------------------------------------------------
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from gimcli.errors import SYNTAX, ModelError
 from gimcli.exchange.draft import LARGEST
-from gimcli.exchange.refusing import Place, Refusing
+from gimcli.exchange.refusing import FilePlace, Refusing
 
 MOST_CHARACTERS = 4_000_000
 _NUMBERS: dict[str, Any] = {
@@ -84,7 +84,7 @@ class JsonPart(Refusing):
 
 def read_json(text: str, source: str) -> JsonPart:
     """Return the value of a JSON text; raise ModelError with line and column if it is not readable."""
-    Place(source).refuse(
+    FilePlace(source).refuse(
         len(text) > MOST_CHARACTERS, f"is too large; at most {MOST_CHARACTERS // 1_000_000} MB are read"
     )
     try:

@@ -11,9 +11,9 @@ import re
 
 from gimcli.connected import grouped
 from gimcli.exchange.draft import GROUND, Draft, free_name
-from gimcli.exchange.linkage_gears import GearTrains, anchored, carrier, pivots
+from gimcli.exchange.linkage_gears import GearTrains, anchored
 from gimcli.exchange.linkage_parts import LinkageParts, LinkPart, PartReader, PinPart, read_parts
-from gimcli.exchange.refusing import Place
+from gimcli.exchange.refusing import FilePlace
 from gimcli.exchange.repeated import RepeatedInput, RepeatedMotion
 from gimcli.exchange.tags import Tag, read_tags
 
@@ -41,7 +41,7 @@ def recognises(text: str) -> bool:
 def read(text: str, source: str) -> Draft:
     """Return the mechanism of a file of Linkage; `source` names it in messages."""
     root = read_tags(text, source, _PARENTS)
-    first, old = Place(f"{source}:{root.line}"), "a file of the first version of Linkage"
+    first, old = FilePlace(f"{source}:{root.line}"), "a file of the first version of Linkage"
     first.refuse(root.name == "linkage", f"<linkage>: {old}; open it with Linkage 3 and save it again")
     first.refuse(root.name != "linkage2", f"expected <linkage2> as the first tag, got <{root.name[:40]}>")
     program = PartReader(next((tag for tag in root.children if tag.name == "program"), Tag("program", 1)), source)
@@ -56,17 +56,17 @@ def read(text: str, source: str) -> Draft:
 class _Linkage:
     """The conversion of one file.
 
-    `whole` has all links of the body of each link, `body` the names of bodies, `names` those of joints; `points` are
-    connectors that are no joints.
+    `whole` has all links of the body of each link, `body` the names of bodies, `names` those of joints; `pins` are the
+    connectors of the mechanism, as drawing elements are on layers of their own, and `points` those that are no joints.
     """
 
     def __init__(self, parts: LinkageParts, draft: Draft, scale: float) -> None:
         self.parts, self.draft, self.scale = parts, draft, scale
         self.order = {link: k for k, link in enumerate(parts.links)}
         self.whole = {link: [link] for link in parts.links}
-        self.names: dict[PinPart, str] = {}
         self.body: dict[LinkPart, str] = {}
-        self.points: set[PinPart] = set()
+        pins = parts.connectors.values()
+        self.pins = [c for c in pins if c.mechanism or any(x.mechanism for x in c.links)]
 
     def convert(self) -> None:
         """Fill the draft."""
@@ -74,17 +74,13 @@ class _Linkage:
         self.trains = GearTrains(self.parts, self.whole)
         self._add_joints()
         self._add_bodies()
-        self._add_gears()
+        self.trains.add_to(self.draft, self.names, self.body, self.scale)
         self._add_tracers()
-        for connector in self._mechanism():
-            if connector.slider:
+        for connector in self.pins:
+            if connector.limits:
                 self._add_slider(connector)
         self._add_inputs()
         self._name_drawing()
-
-    def _mechanism(self) -> list[PinPart]:
-        """Return the connectors of the mechanism: drawing elements are on layers of their own."""
-        return [c for c in self.parts.connectors.values() if c.mechanism or any(x.mechanism for x in c.links)]
 
     # -- links that are one body ----------------------------------------------------------------
 
@@ -101,7 +97,7 @@ class _Linkage:
                 raise link.own.refused(
                     "is fastened to a connector; fasten it to a link, or make the connector an anchor"
                 )
-        for connector in self._mechanism():
+        for connector in self.pins:
             if connector.input and connector.anchor:
                 turned = [link for link in connector.links if self._turns(link)]
                 for link in turned[1:]:
@@ -123,62 +119,27 @@ class _Linkage:
         """Return all connectors of the body of a link."""
         return {c for x in self.whole[link] if x.mechanism for c in x.connectors}
 
-    # -- gears ----------------------------------------------------------------------------------
-
-    def _add_gears(self) -> None:
-        """Add the gears and chains; name those that do not transmit a motion."""
-        for ratio in self.trains.driven:
-            a, b = pivots(ratio)
-            link = carrier(ratio)
-            held = GROUND if link is None and a.anchor and b.anchor else self.body.get(link, "") if link else ""
-            bodies = [self.body.get(wheel, "") for wheel in ratio.links]
-            what = "chain" if ratio.chain else "gears"
-            if not held or not all(bodies):
-                names = " and ".join(wheel.name for wheel in ratio.links)
-                self.draft.left_out.append(
-                    f"the {what} of {names} have no effect: no link has both of their connectors"
-                )
-                continue
-            own, radii = (self.names[a], self.names[b]), ratio.chain and ratio.radii
-            sizes = (ratio.sizes[0] * self.scale, ratio.sizes[1] * self.scale) if radii else ratio.sizes
-            name = f"{what}_{own[0]}_{own[1]}"
-            kind = "belt" if ratio.chain else "external"
-            wheels = {"type": kind, "members": bodies, "pivots": own, "carrier": held}
-            self.draft.gears.append((name, {**wheels, "radii" if radii else "teeth": list(sizes)}))
-        if self.trains.idle:
-            self.draft.left_out.append(f"gears that drive no link are left out: {', '.join(self.trains.idle)}")
-
-    def _mark(self, whole: list[LinkPart], joint: str) -> list[str]:
-        """Return the mark of a wheel that is no link: a body needs two joints; none if the wheel transmits nothing."""
-        meshing = {wheel for ratio in self.trains.driven for wheel in ratio.links}
-        places = [link.connectors[0].place + self.trains.radius(link) for link in whole if link in meshing]
-        return [self.draft.joint(f"{joint}_mark", place * self.scale) for place in places[:1]]
-
     # -- joints and bodies ----------------------------------------------------------------------
 
     def _add_joints(self) -> None:
         limits = {ident for c in self.parts.connectors.values() for ident in c.limits}
-        own = self._mechanism()
-        self.points = {c for c in own if c.ident not in limits and self._is_point(c)}
-        for connector in own:
-            connector.own.refuse(
-                connector.input and not connector.anchor, "is an input that is no anchor; make it an anchor"
-            )
-            if connector not in self.points:
-                fixed = (GROUND,) if connector.anchor else ()
-                self.names[connector] = self.draft.joint(connector.name, connector.place * self.scale, *fixed)
+        self.points = {c for c in self.pins if c.ident not in limits and self._is_point(c)}
+        for pin in self.pins:
+            pin.own.refuse(pin.input and not pin.anchor, "is an input that is no anchor; make it an anchor")
+        joints = [(c, [GROUND] if c.anchor else []) for c in self.pins if c not in self.points]
+        self.names = {c: self.draft.joint(c.name, c.place * self.scale, *fixed) for c, fixed in joints}
 
     def _is_point(self, connector: PinPart) -> bool:
         """Return whether a connector only draws its path: it is on one body, which has two joints without it."""
         links = [link for link in connector.links if link.mechanism]
-        joint = connector.anchor or connector.slider or connector.fastened is not None
+        joint = connector.anchor or connector.limits or connector.fastened is not None
         if not connector.drawn or joint or not links or any(link.actuator for link in links):
             return False
         one = all(self.whole[link] is self.whole[links[0]] for link in links)
         return one and sum(not c.drawn or c.anchor or len(c.links) > 1 for c in self._connectors(links[0])) > 1
 
     def _add_bodies(self) -> None:
-        fastened = grouped((connector.fastened, connector) for connector in self._mechanism())
+        fastened = grouped((connector.fastened, connector) for connector in self.pins)
         for link, whole in self.whole.items():
             if not link.mechanism or link.actuator or whole[0] is not link:
                 continue
@@ -192,6 +153,12 @@ class _Linkage:
             if len(joints) > 1:
                 named = [x.name for x in whole if len(x.connectors) > 1] or [link.name]
                 self.body.update(dict.fromkeys(whole, self.draft.body("+".join(dict.fromkeys(named)), joints)))
+
+    def _mark(self, whole: list[LinkPart], joint: str) -> list[str]:
+        """Return the mark of a wheel that is no link: a body needs two joints; none if the wheel transmits nothing."""
+        meshing = {wheel for ratio in self.trains.driven for wheel in ratio.links}
+        places = [link.connectors[0].place + self.trains.radius(link) for link in whole if link in meshing]
+        return [self.draft.joint(f"{joint}_mark", place * self.scale) for place in places[:1]]
 
     def _add_tracers(self) -> None:
         for connector in self.parts.connectors.values():
@@ -227,16 +194,16 @@ class _Linkage:
     # -- inputs ---------------------------------------------------------------------------------
 
     def _add_inputs(self) -> None:
-        turns = [c for c in self._mechanism() if c.input]
+        turns = [c for c in self.pins if c.input]
         actuators = [link for link in self.parts.links if link.actuator and link.mechanism]
         motion = RepeatedMotion(self.draft)
         for connector in turns:
             body = next((own for link in connector.links if self._turns(link) and (own := self.body.get(link))), "")
-            if not body:
+            if body:
+                name = "motor" if len(turns) == 1 else f"motor_{connector.name}"
+                self.draft.rotary(name, self.names[connector], body, law=motion.add(name, connector.motor))
+            else:
                 self.draft.left_out.append(f"input {connector.name} is left out: it turns no link")
-                continue
-            name = "motor" if len(turns) == 1 else f"motor_{connector.name}"
-            self.draft.rotary(name, self.names[connector], body, law=motion.add(name, connector.motor))
         for link in actuators:
             link.own.refuse(
                 len(link.connectors) != 2 or any(c not in self.names for c in link.connectors),
@@ -247,8 +214,8 @@ class _Linkage:
                     f"is an actuator that the motor {motors[0]} turns; put it on an anchor of its own"
                 )
             name = free_name(link.name, self.draft.travels)
-            a, b = (self.names[c] for c in link.connectors)
-            self.draft.linear(name, a, b, law=motion.add(name, _actuator(link, self.scale)))
+            ends = [self.names[c] for c in link.connectors]
+            self.draft.travel(name, type="linear", nodes=ends, law=motion.add(name, _actuator(link, self.scale)))
         motion.complete()
 
     # -- what is only drawn ---------------------------------------------------------------------

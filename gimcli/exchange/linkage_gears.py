@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from gimcli.connected import connected
+from gimcli.exchange.draft import GROUND, Draft
 from gimcli.exchange.linkage_parts import LinkageParts, LinkPart, PinPart, RatioPart
 
 UNKNOWN = 0.25
@@ -31,6 +32,32 @@ class GearTrains:
 
     def _driving(self, link: LinkPart) -> bool:
         return len(link.connectors) > 1 or anchored(link, self.parts) or any(c.input for c in link.connectors)
+
+    def add_to(
+        self, draft: Draft, names: Mapping[PinPart, str], bodies: Mapping[LinkPart, str], scale: float
+    ) -> None:  # fmt: skip
+        """Add the gears and chains to a draft; name those that do not transmit a motion.
+
+        `names` and `bodies` are those of the joints and bodies of the draft, `scale` its length per unit of the file.
+        """
+        for ratio in self.driven:
+            a, b = pivots(ratio)
+            link, what = carrier(ratio), "chain" if ratio.chain else "gears"
+            held = GROUND if link is None and a.anchor and b.anchor else bodies.get(link, "") if link else ""
+            wheels = [bodies.get(wheel, "") for wheel in ratio.links]
+            if held and all(wheels):
+                radii = ratio.chain and ratio.radii
+                sizes = [size * scale if radii else size for size in ratio.sizes]
+                gear = {
+                    "type": "belt" if ratio.chain else "external", "members": wheels, "pivots": [names[a], names[b]],
+                    "carrier": held, "radii" if radii else "teeth": sizes,
+                }  # fmt: skip
+                draft.gears.append((f"{what}_{names[a]}_{names[b]}", gear))
+            else:
+                idle = " and ".join(wheel.name for wheel in ratio.links)
+                draft.left_out.append(f"the {what} of {idle} have no effect: no link has both of their connectors")
+        if self.idle:
+            draft.left_out.append(f"gears that drive no link are left out: {', '.join(self.idle)}")
 
     def radius(self, link: LinkPart) -> float:
         """Return the pitch radius of a wheel in the first pair that has it (file's unit)."""

@@ -80,16 +80,11 @@ class PinPart:
     input: bool
     drawn: bool
     motor: RepeatedInput
-    limits: list[int]
+    limits: list[int]  # of a slider: the two connectors between which it slides
     slide_radius: float
     fastened: int | None  # link
     own: PartReader
     links: list[LinkPart] = field(default_factory=list)
-
-    @property
-    def slider(self) -> bool:
-        """Return whether it slides between two other connectors."""
-        return len(self.limits) == 2
 
 
 @dataclass(eq=False)
@@ -143,7 +138,6 @@ def read_parts(root: Tag, source: str) -> LinkageParts:
         _add_connector(parts, own)
     for own in whole.inside("Link", "element"):
         _add_link(parts, own)
-    _fasten_listed(parts)
     for ratios in whole.inside("ratios"):
         for own in ratios.inside():
             _add_ratio(parts, own)
@@ -198,20 +192,15 @@ def _add_link(parts: LinkageParts, own: PartReader) -> None:
         connector = parts.connectors[number]
         link.connectors.append(connector)
         connector.links.append(link)
+    for child in own.inside("fastenconnector"):  # older files have no such attribute of the connector
+        fastened = parts.connectors.get(child.integer("id"))
+        if fastened is not None and fastened.fastened is None:
+            fastened.fastened = ident
     parts.links.append(link)
     own.refuse(
         sum(len(x.connectors) for x in parts.links) > MOST_PLACES,
         f"more than {MOST_PLACES} connectors on links are too many for one mechanism",
     )
-
-
-def _fasten_listed(parts: LinkageParts) -> None:
-    """Fasten the connectors that links list; older files have no such attribute of the connector."""
-    for link in parts.links:
-        for child in link.own.inside("fastenconnector"):
-            connector = parts.connectors.get(child.integer("id"))
-            if connector is not None and connector.fastened is None:
-                connector.fastened = link.ident
 
 
 def _add_ratio(parts: LinkageParts, own: PartReader) -> None:

@@ -138,6 +138,6 @@ def _drive(draft: Draft, name: str, joint: DrawnJoint, speed: float) -> None:
             draft.left_out.append(NO_SPEED)
         return
     travel = STROKE * draft.size()
-    draft.slider("motor", f"slide_{name}", law={"by": travel * sense})
+    draft.travel("motor", slot=f"slide_{name}", law={"by": travel * sense})
     draft.duration = travel / abs(speed) if speed else None
     draft.left_out.append(f"the stroke of the input at joint {name} is not in the file; the law moves it by {travel:g}")

@@ -17,7 +17,7 @@ from gimcli.exchange.draft import BARREL, GROUND, STROKE, Draft, free_name
 from gimcli.exchange.pmks_joints import NO_SPEED
 from gimcli.exchange.pmks_plus_codec import HEAD, PlusDocument, PlusJoint, document_of, named
 from gimcli.exchange.pmks_plus_links import PlusStructure
-from gimcli.exchange.refusing import Place
+from gimcli.exchange.refusing import FilePlace
 
 PROGRAM = "PMKS+"
 ADDRESS = re.compile(r"https?://[^\s?]*pmks[^\s?]*\?", re.IGNORECASE)
@@ -51,7 +51,7 @@ def read(text: str, source: str) -> Draft:
     """
     payload = payload_of(text)
     newer = f"documents `{NEWER}` of newer PMKS+ versions are not read; share it as an address"
-    Place(source).refuse(payload.startswith(NEWER), newer)
+    FilePlace(source).refuse(payload.startswith(NEWER), newer)
     try:
         document = document_of(unquote(payload), source)
     except ModelError:
@@ -78,8 +78,6 @@ class PlusDraft:
         self.structure = PlusStructure(document, source)
         self.sense = -1.0 if document.flags[CLOCKWISE] else 1.0
         self._units()
-        self.names: dict[str, str] = {}
-        self.bodies: dict[str, str] = {}
         self._joints()
         self._sliders()
         self._masses()
@@ -102,22 +100,21 @@ class PlusDraft:
     # -- joints, bodies and slots ---------------------------------------------------------------
 
     def _joints(self) -> None:
-        for own, joint in self.structure.joints.items():
-            fixed = [GROUND] if joint.fixed and not joint.slides else []
-            name = self.draft.joint(joint.name or own, complex(joint.x, joint.y), *fixed)
-            self.names[own] = name
-            if joint.traced:
-                self.draft.traced.append(name)
-        for own, joints in self.structure.bodies.items():
-            self.bodies[own] = self.draft.body(self.structure.links[own].name or own, [self.names[j] for j in joints])
+        joints, links = self.structure.joints.items(), self.structure.links
+        pinned = {own: [GROUND] if joint.fixed and not joint.slides else [] for own, joint in joints}
+        self.names = {own: self.draft.joint(joint.name or own, self._place(own), *pinned[own]) for own, joint in joints}
+        self.draft.traced = [self.names[own] for own, joint in joints if joint.traced]
+        self.bodies = {
+            own: self.draft.body(links[own].name or own, [self.names[joint] for joint in joints])
+            for own, joints in self.structure.bodies.items()
+        }
 
     def _sliders(self) -> None:
         """Add the slots: on the ground at an angle, or on a body along two of its joints."""
         self.slots: dict[str, str] = {}
-        for own, joint in self.structure.joints.items():
+        sliders = [(own, joint) for own, joint in self.structure.joints.items() if joint.slides]
+        for own, joint in ((own, joint) for own, joint in sliders if self.structure.riders(joint)):
             riders = self.structure.riders(joint)
-            if not joint.slides or not riders:
-                continue
             carrier, guide, direction = self._line(joint)
             self.draft.refuse(
                 carrier in (self.bodies[rider] for rider in riders), f"joint {joint.id}: it slides along its own link"
@@ -196,7 +193,7 @@ class PlusDraft:
             self._turn("motor" if single else f"motor_{self.names[own]}", own, by)
         for own, (stroke, speed) in travels.items():
             by = math.copysign(abs(speed) * min(times), stroke)
-            self.draft.slider("drive" if single else f"drive_{self.names[own]}", self.slots[own], law={"by": by})
+            self.draft.travel("drive" if single else f"drive_{self.names[own]}", slot=self.slots[own], law={"by": by})
         self.draft.duration = duration
 
     def _travel(self, joint: PlusJoint) -> tuple[float, float]:
@@ -238,18 +235,15 @@ def _whole_degrees(angle: float) -> float:
 def apply_entries(document: PlusDocument, draft: Draft) -> None:
     """Apply the entries to the records that they name; refuse those that the motion may depend on."""
     for entry in document.entries:
-        draft.refuse(
-            entry.startswith("G"), "the gears of the drawing cannot be converted; add them to the model file as `gears`"
-        )
-        if entry.startswith("P"):
-            draft.refuse(
-                not _restored(document, entry),
-                f"the entry '{entry[:20]}' is damaged; copy the whole address or file again",
-            )
-        elif entry.startswith("T"):
+        kind = entry[:1]
+        gears = "the gears of the drawing cannot be converted; add them to the model file as `gears`"
+        draft.refuse(kind == "G", gears)
+        damaged = kind == "P" and not _restored(document, entry)
+        draft.refuse(damaged, f"the entry '{entry[:20]}' is damaged; copy the whole address or file again")
+        unknown = kind not in (*APPEARANCE, "P", "T")
+        draft.refuse(unknown, f"the entry '{entry[:20]}' is unknown: a newer version of PMKS+ wrote it")
+        if kind == "T":
             draft.left_out.append("the properties for stresses are left out")
-        elif entry[:1] not in APPEARANCE:
-            raise draft.refused(f"the entry '{entry[:20]}' is unknown: a newer version of PMKS+ wrote it")
     further = [joint.id for joint in document.joints if joint.further]
     if further:
         fields = "friction, names and the like, which newer versions of PMKS+ write for joints"
@@ -268,7 +262,8 @@ def _restored(document: PlusDocument, entry: str) -> bool:
         return False
     if kind in ("D", "I"):
         numbers = document.decimals if kind == "D" else document.integers
-        numbers[index : index + 1] = [value] * (index < len(numbers))
+        if index < len(numbers):
+            numbers[index] = value
         return index < len(numbers)
     records: dict[str, Sequence[Any]] = {"J": document.joints, "L": document.links, "F": document.forces}
     found = next((record for record in records.get(kind, ()) if record.id == own), None)

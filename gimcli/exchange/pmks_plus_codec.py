@@ -17,7 +17,7 @@ from itertools import takewhile
 from typing import Any, TypeVar
 
 from gimcli.errors import ModelError
-from gimcli.exchange.refusing import Place
+from gimcli.exchange.refusing import FilePlace
 
 DIGITS = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz_-"
 CHECK_DIGITS = DIGITS[:62]
@@ -125,7 +125,7 @@ class PlusDocument:
     entries: list[str] = field(default_factory=list)  # the tagged list
 
 
-class Damaged(Place):
+class Damaged(FilePlace):
     """A text that may be damaged."""
 
     def refused(self, text: str) -> ModelError:

@@ -18,7 +18,7 @@ from gimcli.errors import ModelError
 from gimcli.exchange.draft import Draft, number_of
 from gimcli.exchange.pmks_plus import CLOCKWISE, NO_GRAVITY, PlusDraft
 from gimcli.exchange.pmks_plus_codec import MOST_RECORDS, PlusDocument, PlusForce, PlusJoint, PlusLink, Record
-from gimcli.exchange.refusing import Place
+from gimcli.exchange.refusing import FilePlace
 
 ADDRESS = re.compile(r"https?://", re.IGNORECASE)
 JOINTS, LINKS = re.compile(r"[?&]j="), re.compile(r"&l=")
@@ -26,7 +26,7 @@ UNITS = {"in": 0, "inch": 0, "cm": 1, "m": 2, "meter": 2, "metre": 2}
 """Units of length, by their number in newer versions."""
 EMPTY = ("", "Null")
 """Fields of blocks, which have no mass in the versions of 2021."""
-TRUE, FALSE = ("t", "true"), ("f", "false")
+FLAGS = {"t": True, "true": True, "f": False, "false": False}
 
 
 def recognises(text: str) -> bool:
@@ -41,9 +41,22 @@ def read(text: str, source: str) -> Draft:
     for part in re.split("[?&]", text.strip())[1:]:
         key, _, value = part.partition("=")
         sections[key] = unquote(value)
-    own = _Sections(source)
-    draft = PlusDraft(own.document(sections), source).draft
-    if own.unit_missing:
+    faults: list[str] = []
+    joints = _records("j", sections["j"], _joint, source, faults)
+    links = _records("l", sections["l"], _link, source, faults)
+    forces = _records("f", sections["f"], _force, source, faults)
+    if faults:
+        raise ModelError(faults)
+    _mark_blocks(joints, links)
+    speed, gravity, clockwise, unit = (*(field.strip() for field in sections["s"].split(",")), "", "", "", "")[:4]
+    rate = number_of(speed or "0")
+    FilePlace(source).refuse(math.isnan(rate), f"s=: '{speed[:20]}' is not a speed")
+    enums = [UNITS.get(unit.casefold(), 1), 0, 0, 0]
+    document = PlusDocument(integers=[rate], enums=enums, joints=joints, links=links, forces=forces)
+    document.flags[NO_GRAVITY] = not FLAGS.get(gravity.casefold())
+    document.flags[CLOCKWISE] = FLAGS.get(clockwise.casefold(), False)
+    draft = PlusDraft(document, source).draft
+    if unit.casefold() not in UNITS:
         draft.length = "unit"
         draft.left_out.append("the unit of length is unknown; lengths are without a unit")
     if sections.get("pp", "").strip() or sections.get("tp", "").strip():
@@ -51,85 +64,59 @@ def read(text: str, source: str) -> Draft:
     return draft
 
 
-class _Sections:
-    """The sections of an address, which become a document as newer versions have it."""
+def _records(
+    key: str, text: str, record: Callable[[list[str]], Record], source: str, faults: list[str]
+) -> list[Record]:  # fmt: skip
+    """Return the records of the lines of a section; add the faults of the lines that are none."""
+    found: list[Record] = []
+    lines = [line.strip() for line in text.splitlines() if line.strip()]
+    FilePlace(source).refuse(len(lines) > MOST_RECORDS, f"more than {MOST_RECORDS} lines in {key}=")
+    for number, line in enumerate(lines, 1):
+        try:
+            found.append(record([field.strip() for field in line.split(",")]))
+        except (ValueError, LookupError):
+            faults.append(f"{source}: {key}= line {number}: '{line[:60]}' is damaged or incomplete")
+    return found
 
-    def __init__(self, source: str) -> None:
-        self.source = source
-        self.unit_missing = False
 
-    def document(self, sections: dict[str, str]) -> PlusDocument:
-        """Return the document; raise ModelError with all errors."""
-        self.faults: list[str] = []
-        joints = self._records("j", sections["j"], self._joint)
-        links = self._records("l", sections["l"], self._link)
-        forces = self._records("f", sections["f"], self._force)
-        if self.faults:
-            raise ModelError(self.faults)
-        document = PlusDocument(joints=joints, links=links, forces=forces)
-        self._blocks(document)
-        self._settings(document, [field.strip() for field in sections["s"].split(",")])
-        return document
+def _joint(fields: list[str]) -> PlusJoint:
+    own, x, y, _, kind, fixed, angle = fields[:7]
+    if kind not in ("R", "P") or not own:
+        raise ValueError(kind)
+    further = [field for field in fields[7:] if field]
+    driven = bool(further) and _flag(further[-1])
+    slope = _number(angle) if kind == "P" else 0.0
+    return PlusJoint(own, own, _number(x), _number(y), slope, slides=kind == "P", driven=driven, fixed=_flag(fixed))
 
-    def _records(self, key: str, text: str, record: Callable[[list[str]], Record]) -> list[Record]:
-        """Return the records of the lines of a section; note the lines that are none."""
-        found: list[Record] = []
-        lines = [line.strip() for line in text.splitlines() if line.strip()]
-        Place(self.source).refuse(len(lines) > MOST_RECORDS, f"more than {MOST_RECORDS} lines in {key}=")
-        for number, line in enumerate(lines, 1):
-            try:
-                found.append(record([field.strip() for field in line.split(",")]))
-            except (ValueError, IndexError):
-                self.faults.append(f"{self.source}: {key}= line {number}: '{line[:60]}' is damaged or incomplete")
-        return found
 
-    def _joint(self, fields: list[str]) -> PlusJoint:
-        own, x, y, _, kind, fixed, angle = fields[:7]
-        if kind not in ("R", "P") or not own:
-            raise ValueError(kind)
-        further = [field for field in fields[7:] if field]
-        driven = bool(further) and _flag(further[-1])
-        slope = _number(angle) if kind == "P" else 0.0
-        return PlusJoint(own, own, _number(x), _number(y), slope, slides=kind == "P", driven=driven, fixed=_flag(fixed))
+def _link(fields: list[str]) -> PlusLink:
+    own, *rest = fields
+    kind = rest.pop(0) if rest[0] in ("R", "P") else "R"
+    joints = tuple(name for name in rest[4].split("|") if name)
+    if not own or not joints:
+        raise ValueError(own)
+    mass, inertia, x, y = (_number(text) if text not in EMPTY else 0.0 for text in rest[:4])
+    return PlusLink(own, own, mass, inertia, x, y, block=kind == "P", joints=joints)
 
-    def _link(self, fields: list[str]) -> PlusLink:
-        own, *rest = fields
-        kind = rest.pop(0) if rest[0] in ("R", "P") else "R"
-        joints = tuple(name for name in rest[4].split("|") if name)
-        if not own or not joints:
-            raise ValueError(own)
-        mass, inertia, x, y = (_number(text) if text not in EMPTY else 0.0 for text in rest[:4])
-        return PlusLink(own, own, mass, inertia, x, y, block=kind == "P", joints=joints)
 
-    def _force(self, fields: list[str]) -> PlusForce:
-        x, y, x1, y1 = (_number(text) for text in fields[2:6])
-        fixed, outward, size = _flag(fields[6]), _flag(fields[7]), _number(fields[8])
-        return PlusForce(fields[0], fields[1], fields[0], x, y, x1, y1, size, not fixed, outward)
+def _force(fields: list[str]) -> PlusForce:
+    x, y, x1, y1 = (_number(text) for text in fields[2:6])
+    fixed, outward, size = _flag(fields[6]), _flag(fields[7]), _number(fields[8])
+    return PlusForce(fields[0], fields[1], fields[0], x, y, x1, y1, size, not fixed, outward)
 
-    def _blocks(self, document: PlusDocument) -> None:
-        """Mark the blocks of sliders where the version has no type of links: a slider and a pin at one place."""
-        places = {joint.id: joint for joint in document.joints}
-        for link in document.links:
-            ends = [places[name] for name in link.joints if name in places]
-            if len(ends) == 2 and ends[0].slides != ends[1].slides:
-                link.block = (ends[0].x, ends[0].y) == (ends[1].x, ends[1].y)
 
-    def _settings(self, document: PlusDocument, fields: list[str]) -> None:
-        speed, gravity, clockwise, unit = (*fields, "", "", "", "")[:4]
-        document.integers = [number_of(speed or "0")]
-        Place(self.source).refuse(math.isnan(document.integers[0]), f"s=: '{speed[:20]}' is not a speed")
-        document.flags[NO_GRAVITY] = gravity.casefold() not in TRUE
-        document.flags[CLOCKWISE] = clockwise.casefold() in TRUE
-        number = UNITS.get(unit.casefold())
-        self.unit_missing = number is None
-        document.enums = [1 if number is None else number, 0, 0, 0]
+def _mark_blocks(joints: list[PlusJoint], links: list[PlusLink]) -> None:
+    """Mark the blocks of sliders where the version has no type of links: a slider and a pin at one place."""
+    places = {joint.id: joint for joint in joints}
+    for link in links:
+        ends = [places[name] for name in link.joints if name in places]
+        if len(ends) == 2 and ends[0].slides != ends[1].slides:
+            link.block = (ends[0].x, ends[0].y) == (ends[1].x, ends[1].y)
 
 
 def _flag(text: str) -> bool:
-    """Return the truth value of a field; raise ValueError if it is none."""
-    if text.casefold() not in TRUE + FALSE:
-        raise ValueError(text)
-    return text.casefold() in TRUE
+    """Return the truth value of a field; raise LookupError if it is none."""
+    return FLAGS[text.casefold()]
 
 
 def _number(text: str) -> float:

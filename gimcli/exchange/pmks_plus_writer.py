@@ -9,7 +9,7 @@ from collections import defaultdict
 from urllib.parse import quote
 
 from gimcli.dynamic_data import NO_NODE, AppliedLoad
-from gimcli.exchange.draft import GROUND, Slot
+from gimcli.exchange.draft import GROUND, DrawnSlot
 from gimcli.exchange.drawn_linkage import PIECE, DrawnLinkage, DrawnPose
 from gimcli.exchange.pmks_joints import letter
 from gimcli.exchange.pmks_plus import CLOCKWISE, GRAVITY, INERTIAS, NO_GRAVITY, POUND, POUND_FORCE, PROGRAM
@@ -64,7 +64,9 @@ class PlusDrawing:
         self._dynamics()
         self._settings()
         used = {name for joints in drawn.bodies.values() for name in joints}
-        self.document.joints = [joint for name, joint in self.joints.items() if self._shown(name, used)]
+        ids = {one for link in self.links.values() for one in link.joints}
+        shown = [joint for name, joint in self.joints.items() if name in used and (joint.id in ids or joint.slides)]
+        self.document.joints = shown  # ground nodes only if a link or a slot needs them
         self.document.links = list(self.links.values())
 
     # -- units ----------------------------------------------------------------------------------
@@ -91,32 +93,25 @@ class PlusDrawing:
 
     def _exact(self, factor: float) -> bool:
         """Return whether thousandths hold all coordinates."""
-        error = 0.0
-        for place in self.drawn.joints.values():
-            for value in (place.real * factor * THOUSANDTHS, place.imag * factor * THOUSANDTHS):
-                error = max(error, abs(value - round(value)) / THOUSANDTHS)
-        return error <= EXACT * self.drawn.span * factor
+        numbers = (part for place in self.drawn.joints.values() for part in (place.real, place.imag))
+        values = [number * factor * THOUSANDTHS for number in numbers]
+        error = max(abs(value - round(value)) for value in values)
+        return error / THOUSANDTHS <= EXACT * self.drawn.span * factor
 
     # -- joints and slots -----------------------------------------------------------------------
-
-    def _shown(self, name: str, used: set[str]) -> bool:
-        """Return whether a joint is written: ground nodes only if a link or a slot needs them."""
-        ids = {one for link in self.links.values() for one in link.joints}
-        return name in used and (self.joints[name].id in ids or self.joints[name].slides)
 
     def _joint(self, name: str, place: complex) -> PlusJoint:
         own = letter(len(self.joints))
         z = place * self.factor
-        joint = PlusJoint(own, _plain(name), z.real, z.imag, fixed=name in self.drawn.bodies[GROUND])
-        joint.traced = name in self.mechanism.traced
-        self.joints[name] = joint
-        return joint
+        fixed, traced = name in self.drawn.bodies[GROUND], name in self.mechanism.traced
+        self.joints[name] = PlusJoint(own, _plain(name), z.real, z.imag, fixed=fixed, traced=traced)
+        return self.joints[name]
 
     def _added(self, name: str, place: complex, *bodies: str) -> PlusJoint:
         """Add a joint that the mechanism has no node for."""
         return self._joint(self.drawn.joint(name, place, *bodies), place)
 
-    def _slot(self, slot: Slot) -> None:
+    def _slot(self, slot: DrawnSlot) -> None:
         """Let a joint slide along a line; a pin that is also something else gets a slider beside it."""
         drawn = self.drawn
         bodies = drawn.common(slot.joint)
@@ -143,7 +138,7 @@ class PlusDrawing:
             pin.fixed = True
         return frame
 
-    def _line(self, slot: Slot, joint: PlusJoint) -> None:
+    def _line(self, slot: DrawnSlot, joint: PlusJoint) -> None:
         """Set the line of a slider: an angle on the ground, or two joints of its carrier."""
         place = complex(joint.x, joint.y) / self.factor
         if slot.stroke is not None:
@@ -159,7 +154,7 @@ class PlusDrawing:
         joint.start, joint.end = ends
         joint.carrier = slot.carrier
 
-    def _ends(self, slot: Slot, places: tuple[complex, complex]) -> list[str]:
+    def _ends(self, slot: DrawnSlot, places: tuple[complex, complex]) -> list[str]:
         """Return two joints of the carrier along the line; add those that it has not."""
         found = []
         for end, place in zip(("from", "to"), places, strict=True):
@@ -175,8 +170,7 @@ class PlusDrawing:
     # -- links and inputs -----------------------------------------------------------------------
 
     def _link(self, body: str, joints: list[str]) -> None:
-        ids = [self.joints[name].id for name in joints]
-        own = "".join(ids)
+        own = "".join(self.joints[name].id for name in joints)
         if own in {link.id for link in self.links.values()}:
             own += str(len(self.links))
         self.links[body] = self._plain_link(own, _plain(body), [self.joints[name] for name in joints])
@@ -199,14 +193,13 @@ class PlusDrawing:
         """Let the pin of an input join two links only: further links get a pin of their own at its place."""
         for turn in self.drawn.turns:
             further = [b for b in self.drawn.common(turn.pivot) if b not in (turn.body, turn.reference)]
-            if not further:
-                continue
-            for body in further:
-                self.drawn.bodies[body].remove(turn.pivot)
-            pin = self._added(f"{turn.pivot} pin", self.drawn.joints[turn.pivot], turn.reference, *further)
-            for other in self.drawn.turns:
-                if other is not turn and other.pivot == turn.pivot and other.body in further:
-                    other.pivot = pin.name
+            if further:
+                for body in further:
+                    self.drawn.bodies[body].remove(turn.pivot)
+                pin = self._added(f"{turn.pivot} pin", self.drawn.joints[turn.pivot], turn.reference, *further)
+                for other in self.drawn.turns:
+                    if other is not turn and other.pivot == turn.pivot and other.body in further:
+                        other.pivot = pin.name
 
     def _ordered(self) -> list[str]:
         """Return the bodies, each input's reference before the body that it turns: PMKS+ takes them in this order."""
@@ -301,12 +294,11 @@ class PlusDrawing:
         self.drawn.note_laws(cylinders=True)
         speeds = [joint.speed for joint in self.joints.values() if joint.driven and not joint.slides]
         first = speeds[0] if speeds else 10.0
-        flags = [False] * 9
+        flags = self.document.flags
         flags[CLOCKWISE] = first < 0.0
         flags[3] = flags[4] = flags[7] = True  # the grid and the forces are shown
         flags[NO_GRAVITY] = bool(self.mechanism.dynamics.inertias) and not self.mechanism.dynamics.gravity
         force, system = (0, 0) if self.unit == 0 else (1, self.unit)
-        self.document.flags = flags
         self.document.decimals = [SCALE, LINEAR]
         self.document.integers = [float(round(abs(first))), 0.0]
         self.document.enums = [self.unit, 0 if self.mechanism.angle_unit == "deg" else 1, force, system]

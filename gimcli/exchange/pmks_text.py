@@ -14,7 +14,7 @@ import re
 from collections.abc import Iterator
 from urllib.parse import unquote
 
-from gimcli.exchange.draft import GROUND, Draft, DrawnJoint, Slot, Turn, free_name, number_of
+from gimcli.exchange.draft import GROUND, Draft, DrawnJoint, DrawnSlot, Turn, free_name, number_of
 from gimcli.exchange.drawn_linkage import DrawnLinkage, DrawnPose
 from gimcli.exchange.pmks_joints import (
     MOST_JOINTS,
@@ -25,7 +25,7 @@ from gimcli.exchange.pmks_joints import (
     is_ground,
 )
 from gimcli.exchange.pmks_plus_codec import HEAD
-from gimcli.exchange.refusing import Place
+from gimcli.exchange.refusing import FilePlace
 
 ADDRESS = re.compile(r"https?://", re.IGNORECASE)
 MECHANISM = re.compile(r"[?&]mech=", re.IGNORECASE)
@@ -57,7 +57,7 @@ def recognises(text: str) -> bool:
 def read(text: str, source: str) -> Draft:
     """Return the mechanism of a text or of an address; raise ModelError with all errors."""
     found = [address for line in text.splitlines() if (address := _address(line))]
-    Place(source).refuse(len(found) > 1, f"holds {len(found)} addresses of {PROGRAM}; give one of them")
+    FilePlace(source).refuse(len(found) > 1, f"holds {len(found)} addresses of {PROGRAM}; give one of them")
     parts = list(_of_address(found[0], source) if found else _of_text(text, source))
     joints = [_joint(where, line) for key, where, line in parts if key == MECH]
     given = [setting for key, _, value in parts if key != MECH for setting in _settings(key, value)]
@@ -212,7 +212,7 @@ class PmksRows:
         elif not slots and bodies != [GROUND] and bodies:
             self._row(bodies, "R", joint)
 
-    def _slot(self, slot: Slot, bodies: list[str]) -> None:
+    def _slot(self, slot: DrawnSlot, bodies: list[str]) -> None:
         driver = slot.travel is not None
         body = slot.body
         if driver and not body:  # PMKS drives blocks, not pins in slots

@@ -13,7 +13,7 @@ from typing import Any
 
 from gimcli.exchange.draft import GROUND, STROKE, Draft, DrawnJoint
 from gimcli.exchange.pyslvs_expression import joints_of
-from gimcli.exchange.refusing import Place
+from gimcli.exchange.refusing import FilePlace
 
 PROGRAM = "Pyslvs"
 DIGIT = 1e-4
@@ -76,17 +76,13 @@ def _mechanism(data: dict[str, Any], draft: Draft) -> tuple[str, str, Where]:
     """Return the name, the expression and the keys of the mechanism: the drawn one, or else the first stored one."""
     stored = {name: text for name, text in _items(data.get("storage")) if isinstance(text, str)}
     drawn = data.get("mechanism")
-    found: tuple[str, str, Where]
+    listed: list[tuple[str, str, Where]] = [(name, text, ("storage", name)) for name, text in stored.items()]
     if isinstance(drawn, str) and re.sub(r"\s", "", drawn) != "M[]":
-        found = ("", drawn, ("mechanism",))
-    elif stored:
-        name = next(iter(stored))
-        found = (name, stored.pop(name), ("storage", name))
-    else:
-        raise draft.refused("the file has no mechanism; draw one in Pyslvs and save the file again")
-    if stored:
-        draft.left_out.append(f"stored mechanisms are left out: {', '.join(stored)}")
-    return found
+        listed.insert(0, ("", drawn, ("mechanism",)))
+    draft.refuse(not listed, "the file has no mechanism; draw one in Pyslvs and save the file again")
+    if listed[1:]:
+        draft.left_out.append(f"stored mechanisms are left out: {', '.join(name for name, _, _ in listed[1:])}")
+    return listed[0]
 
 
 def _items(storage: Any) -> list[tuple[str, Any]]:
@@ -99,7 +95,7 @@ def _items(storage: Any) -> list[tuple[str, Any]]:
 
 def _pairs(inputs: Any, draft: Draft, line: int) -> list[tuple[int, int]]:
     """Return the pairs of joints of the inputs."""
-    found, place = [], Place(f"{draft.source}:{line}: input")
+    found, place = [], FilePlace(f"{draft.source}:{line}: input")
     for pair in inputs if isinstance(inputs, list) else [] if inputs is None else [inputs]:
         own = pair[:2] if isinstance(pair, list) else []
         good = len(own) == 2 and all(isinstance(k, int) and not isinstance(k, bool) for k in own)
@@ -144,7 +140,7 @@ class _Pyslvs:
                 if first != second:
                     self.same[second] = first
             same = bool(blocks) and self._first(blocks[0]) == self._first(slot)
-            Place(joint.where).refuse(same, f"the block and the slot of this P joint are one link, {slot}")
+            FilePlace(joint.where).refuse(same, f"the block and the slot of this P joint are one link, {slot}")
 
     def _first(self, link: str) -> str:
         """Return the link that stands for the links of a body."""
@@ -203,7 +199,7 @@ class _Pyslvs:
         )
         travel = STROKE * self.draft.size()
         name = f"slide_{number + 1}" if number else "slide"
-        self.draft.slider(name, f"slot_{self.names[base]}", law={"by": 0.0 if number else travel})
+        self.draft.travel(name, slot=f"slot_{self.names[base]}", law={"by": 0.0 if number else travel})
         moves = "is constant" if number else f"moves by {travel:g}"
         self.draft.left_out.append(
             f"{name} (input Point{base}->Point{base}) {moves}: Pyslvs stores no motion; change its law"

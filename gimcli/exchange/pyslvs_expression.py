@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 
 from gimcli.errors import ModelError
 from gimcli.exchange.draft import LARGEST, DrawnJoint, number_of
-from gimcli.exchange.refusing import Place, Refusing
+from gimcli.exchange.refusing import FilePlace, Refusing
 
 MOST_JOINTS = 500
 MOST_LINKS = 50
@@ -32,7 +32,7 @@ def joints_of(expression: str, source: str, line: int = 1) -> list[DrawnJoint]:
 
     Raises ModelError, with the line, for what is no expression.
     """
-    start = Place(f"{source}:{line}")
+    start = FilePlace(f"{source}:{line}")
     start.refuse(len(expression) > MOST_CHARACTERS, f"the expression has more than {MOST_CHARACTERS} characters")
     joints = _Expression(expression, source, line).mechanism()
     count = len({link for joint in joints for link in joint.links})
@@ -109,7 +109,7 @@ class _Expression(Refusing):
         return joints
 
     def joint(self) -> DrawnJoint:
-        place = Place(f"{self.source}:{self.line()}")
+        place = FilePlace(f"{self.source}:{self.line()}")
         self.expect("J", "[")
         kind = self.require(self.peek() in TYPES, f"a joint type ({', '.join(TYPES)})")
         parts: dict[str, Any] = {}

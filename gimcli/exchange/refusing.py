@@ -21,7 +21,7 @@ class Refusing:
 
 
 @dataclass(frozen=True)
-class Place(Refusing):
+class FilePlace(Refusing):
     """A place in a file, such as `file:3`."""
 
     where: str

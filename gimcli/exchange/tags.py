@@ -77,9 +77,8 @@ class _Reading(Refusing):
         found: Tag | None = None
         while found is None or self.open:
             start = self.text.find("<", self.at)
-            if start < 0:
-                missing = f"</{self.open[0].name}>" if self.open else "its first tag"
-                raise self.refused(f"the text ends before {missing}: the file is not complete")
+            missing = f"</{self.open[0].name}>" if self.open else "its first tag"
+            self.refuse(start < 0, f"the text ends before {missing}: the file is not complete")
             self.move(start)
             self.tags += 1
             self.refuse(self.tags > MOST_TAGS, f"more than {MOST_TAGS} tags are too many")

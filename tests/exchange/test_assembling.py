@@ -71,7 +71,7 @@ def test_the_travel_of_a_fixed_block_moves_the_link_that_slides_over_it_back():
     p, q = draft.joint("P", 0j, GROUND), draft.joint("Q", -1 + 0j, GROUND)
     draft.body("block", [p, q])
     draft.slot("slot", p, "slider", 1 + 0j, body="block")
-    draft.slider("drive", "slot", law={"by": 0.5})
+    draft.travel("drive", slot="slot", law={"by": 0.5})
     first, last = gimcli.trace(gimcli.load(model_of(draft)), steps=1).xy["A"]
     assert last - first == pytest.approx([-0.5, 0])
 
