@@ -177,8 +177,10 @@ class _Linkage:
     def _add_slider(self, connector: PinPart) -> None:
         own = connector.own
         for ident in connector.limits:
-            known = ident in self.parts.connectors
-            own.refuse(not known, f"slides to connector {ident}, which does not exist; correct its limits")
+            own.refuse(
+                ident not in self.parts.connectors,
+                f"slides to connector {ident}, which does not exist; correct its limits",
+            )
         own.refuse(connector.slide_radius, "slides along an arc (slideradius); curved slots cannot be converted")
         a, b = (self.parts.connectors[ident] for ident in connector.limits)
         own.refuse(

@@ -9,10 +9,10 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from gimcli.errors import ModelError
 from gimcli.exchange.draft import Draft, DrawnJoint
 from gimcli.exchange.json_parts import read_json
 from gimcli.exchange.pmks_joints import TYPES, draft_of_joints
+from gimcli.exchange.refusing import FilePlace
 
 
 def recognises(text: str) -> bool:
@@ -23,9 +23,8 @@ def recognises(text: str) -> bool:
 def read(text: str, source: str) -> Draft:
     """Return the mechanism of a JSON file; raise ModelError with all errors."""
     data = read_json(text, source).value
-    entries = data.get("Joints") if isinstance(data, dict) else None
-    if not isinstance(entries, list):
-        raise ModelError([f"{source}: Joints: expected a list of joints"])
+    entries: Any = data.get("Joints") if isinstance(data, dict) else None
+    FilePlace(source).refuse(not isinstance(entries, list), "Joints: expected a list of joints")
     driver, name = data.get("DrivingIndex"), data.get("Name")
     joints = [_joint(entry, f"{source}: Joints.{number}") for number, entry in enumerate(entries)]
     speed = _number(data.get("InputSpeed"))

@@ -162,8 +162,9 @@ class PlusDraft:
 
     def _forces(self) -> None:
         for force in self.document.forces:
-            known = force.link in self.structure.body_of
-            self.draft.refuse(not known, f"force {force.id}: its link {force.link} is missing")
+            self.draft.refuse(
+                force.link not in self.structure.body_of, f"force {force.id}: its link {force.link} is missing"
+            )
             start, end = complex(force.x, force.y), complex(force.x1, force.y1)
             if force.size:
                 self.draft.refuse(start == end, f"force {force.id}: it has no direction")
