@@ -89,7 +89,7 @@ class Assembling:
         """Add the pair of a slot.
 
         A carrier that slides over a block of the ground is guided by the ground. Further blocks at the same joint turn
-        about it, so that one more point on the line holds the direction of each.
+        about it: one more point on the line holds the direction of each, and no constraint is redundant.
         """
         node, carrier, body, named = self.same[slot.joint], self._carrier(slot.carrier), slot.body, slot.guide
         held = bool(body) and self._carrier(body) == GROUND
@@ -111,7 +111,7 @@ class Assembling:
             place = {"nodes": nodes} if len(nodes) > 1 else {"node": nodes[0]}
             self.prismatic[free_name(slot.name, self.prismatic)] = {**place, "guide": guide, **shifted}
         self.lines[line] = guide
-        self.guides[slot.name] = [*nodes, node][:1] + (guide[::-1] if held else guide)
+        self.guides[slot.name] = [nodes[0] if nodes else node, *(guide[::-1] if held else guide)]
 
     def _needed(self, body: str) -> bool:
         """Return whether the direction of a body of one joint matters: it carries a slot, a tracer or an input."""
@@ -199,11 +199,12 @@ class Assembling:
         draft.refuse(
             not members and not self.prismatic, f"no moving links found: this is not a mechanism of {draft.program}"
         )
-        used = {*self.ground, *(n for own in members.values() for n in own), *self._slid()}
-        used |= {n for own in inputs.values() for n in own.get("nodes", [])}
+        driven = (n for own in inputs.values() for n in own.get("nodes", []))
+        used = {*self.ground, *(n for own in members.values() for n in own), *self._slid(), *driven}
+        mass = {"mass": draft.mass} if draft.masses and draft.mass != "kg" else {}
         points = self._points(members)
         data: dict[str, Any] = {
-            "name": draft.name, "source": f"converted from {draft.program}", "units": self._units(),
+            "name": draft.name, "source": f"converted from {draft.program}", "units": {"length": draft.length, **mass},
             "nodes": {n: _pair(z) for n, z in self.places.items() if n in used},
             "ground": self.ground,
             "links": {n: own for n, own in members.items() if len(own) == 2},
@@ -233,10 +234,6 @@ class Assembling:
 
     def _slid(self) -> list[str]:
         return [n for p in self.prismatic.values() for n in [*p["guide"], *p.get("nodes", []), p.get("node", "")] if n]
-
-    def _units(self) -> dict[str, str]:
-        own = {"length": self.draft.length}
-        return {**own, "mass": self.draft.mass} if self.draft.masses and self.draft.mass != "kg" else own
 
     def _points(self, members: dict[str, list[str]]) -> dict[str, Any]:
         found = {}

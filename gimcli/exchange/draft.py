@@ -1,8 +1,8 @@
-"""A mechanism as read from a file of another program, and the model that it becomes.
+"""A mechanism as other programs have it: read from a file to become a model, or made of a model to be written.
 
 The programs draw one assembled position: joints with coordinates, and rigid bodies that share joints. A reader adds the
 joints, bodies, slots, inputs, tracers, masses and loads of its file to a `Draft`, from which `assembling.model_of`
-makes the plain data of a model file.
+makes the plain data of a model file. Writers get the draft of a mechanism, `drawn_linkage.DrawnLinkage`.
 """
 
 from __future__ import annotations

@@ -112,9 +112,10 @@ class PlusDraft:
     def _sliders(self) -> None:
         """Add the slots: on the ground at an angle, or on a body along two of its joints."""
         self.slots: dict[str, str] = {}
-        sliders = [(own, joint) for own, joint in self.structure.joints.items() if joint.slides]
-        for own, joint in ((own, joint) for own, joint in sliders if self.structure.riders(joint)):
-            riders = self.structure.riders(joint)
+        for own, joint in self.structure.joints.items():
+            riders = self.structure.riders(joint) if joint.slides else []
+            if not riders:
+                continue
             carrier, guide, direction = self._line(joint)
             self.draft.refuse(
                 carrier in (self.bodies[rider] for rider in riders), f"joint {joint.id}: it slides along its own link"

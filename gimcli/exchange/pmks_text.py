@@ -38,7 +38,7 @@ LONGEST = 60
 MOST_INPUTS = 1
 
 
-Part = tuple[str, str, str]
+Entry = tuple[str, str, str]
 """A joint (MECH) or a setting: its key, its place for messages and its text."""
 MECH = "mech"
 
@@ -86,7 +86,7 @@ def _is_row(line: str) -> bool:
 # -- lines and header -----------------------------------------------------------------------------
 
 
-def _of_address(address: str, source: str) -> Iterator[Part]:
+def _of_address(address: str, source: str) -> Iterator[Entry]:
     """Yield the joints behind `mech=`, and what the rest of the address sets."""
     for part in re.split("[?&]", address)[1:]:
         key, _, value = part.partition("=")
@@ -98,7 +98,7 @@ def _of_address(address: str, source: str) -> Iterator[Part]:
             yield own, source, text
 
 
-def _of_text(text: str, source: str) -> Iterator[Part]:
+def _of_text(text: str, source: str) -> Iterator[Entry]:
     """Yield the joints of a file, and what its header sets."""
     for number, line in enumerate(text.splitlines(), 1):
         match = HEADER.match(line)
