@@ -256,15 +256,13 @@ class ExpressionReader:
         return PartKind(what, unit, max(first.columns, second.columns))
 
     def _numeric(self, kind: PartKind) -> PartKind:
-        if kind.what not in ("number", "rows"):
-            raise ExpressionError(f"expected a number, got {NAMED[kind.what]}")
-        return kind
+        return self._expect(kind, "number", "rows")
 
-    def _expect(self, kind: PartKind, what: str) -> PartKind:
-        if kind.what == "rows":
+    def _expect(self, kind: PartKind, *what: str) -> PartKind:
+        if kind.what == "rows" and "rows" not in what:
             raise ExpressionError("a column has a value for every row; write for example min(COLUMN)")
-        if kind.what != what:
-            raise ExpressionError(f"expected {NAMED[what]}, got {NAMED[kind.what]}")
+        if kind.what not in what:
+            raise ExpressionError(f"expected {NAMED[what[0]]}, got {NAMED[kind.what]}")
         return kind
 
     def _applied(self, name: str, count: int, kind: PartKind) -> PartKind:

@@ -76,8 +76,7 @@ def _check_friction(refs: References, where: Where, part: PairFriction) -> None:
         hint = guess(name, [*model.prismatic, *model.nodes], most=8)
         refs.fault(where, f"'{name}' is neither a node nor a sliding pair; {hint}", key=True)
     elif pair is None and not doubted and refs.sure and len(refs.carriers(name)) < 2:
-        text = f"node {name} is not a pair: fewer than two members have this node; name another"
-        refs.fault(where, text, key=True)
+        refs.fault(where, f"node {name} is not a pair: fewer than two members have this node; name another", key=True)
     if not part.given:
         refs.lack(where, ("mu", "viscous"), f"friction at '{name}' needs `mu` or `viscous`")
     if ("prismatic", name) in refs.doubtful or (pair is None and not node):

@@ -138,8 +138,7 @@ class GeometryCompiler:
         ray = scalar(self.drawn[self.index[arm]] - self.drawn[self.index[pivot]])
         if reference is not None:
             reference_member = self._common(pivot, reference, but=arm_member)
-            away = self._local(reference_member, reference) - self._local(reference_member, pivot)
-            reference_direction = _unit(away)
+            reference_direction = _unit(self._local(reference_member, reference) - self._local(reference_member, pivot))
             ray /= scalar(self.drawn[self.index[reference]] - self.drawn[self.index[pivot]])
         drawn = phase(ray + 0.0j)  # -0.0 would turn pi into -pi
         return Input(

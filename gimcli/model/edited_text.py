@@ -104,8 +104,7 @@ def _edit(source: Source, where: Where, value: Any) -> Edit:
     old = part_of(source.data, at)
     brackets = source.text[start:end].startswith(("[", "{"))
     if rest and old and isinstance(old, dict):
-        item = flow(changed({}, rest, value), depth)[1:-1]
-        return _added(source, at, item, brackets)
+        return _added(source, at, flow(changed({}, rest, value), depth)[1:-1], brackets)
     if isinstance(old, list) and not brackets:  # it begins below its key
         start = len(source.text[:start].rstrip())
     needs_space = start == end or (isinstance(old, list) and not brackets)

@@ -36,8 +36,7 @@ def long_form(mechanism: Mechanism) -> str:
     Raises:
         UsageError: the mechanism was not read from a model.
     """
-    own = written(mechanism)
-    return yaml_text(_LongForm(mechanism).data(), notes=_notes(own.model))
+    return yaml_text(_LongForm(mechanism).data(), notes=_notes(written(mechanism).model))
 
 
 def _notes(model: Model) -> dict[tuple[str, ...], str]:
@@ -55,7 +54,7 @@ class _LongForm:
 
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism: Mechanism = mechanism
-        self.model: Model = mechanism.written.model
+        self.model: Model = written(mechanism).model
         self.number = {member.name: k for k, member in enumerate(mechanism.members)}
         self.explicit: dict[str, Callable[[int, Any], dict[str, Any]]] = {
             "links": self._link, "elements": self._element, "actuators": self._actuator,

@@ -125,8 +125,7 @@ def _with_sliders(shape: GivenShape, lines: tuple[GivenLine, ...]) -> GivenShape
 
 def starts_by_value(law: Law) -> bool:
     """Return whether a law gives its first value, so that it does not begin at that of the coordinates."""
-    known = law.profile.table is not None or law.from_ is not None
-    return known or (bool(law.profile.polynomial) and not ended(law))
+    return law.profile.table is not None or law.from_ is not None or (bool(law.profile.polynomial) and not ended(law))
 
 
 def _start(actuator: Actuator, folder: Path) -> Any:

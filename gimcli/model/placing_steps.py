@@ -163,8 +163,7 @@ class CrossedCircles(PlacingStep):
             both = f"{one} and {other} together reach only {number(reach)}"
             return f"{span}, but {both}: {number(apart - reach)} too short", apart - reach
         long, short = (one, other) if nominal(one.radius) > nominal(other.radius) else (other, one)
-        text = f"{span}, but {long} and {short} need at least {number(near)}: {number(near - apart)} more"
-        return text, near - apart
+        return f"{span}, but {long} and {short} need at least {number(near)}: {number(near - apart)} more", near - apart
 
 
 @dataclass(frozen=True)

@@ -83,8 +83,7 @@ def _impossible(source: Source, model: Model, blocked: Blocked) -> PartFault:
     """Return the error for a step that is impossible."""
     name = blocked.step.node
     at = _inputs(model, placing_data(model, source.folder))
-    text = f"{name} cannot be placed{at}: {blocked.gap.text}{_other(source, model)}"
-    return PartFault(("nodes", name), text)
+    return PartFault(("nodes", name), f"{name} cannot be placed{at}: {blocked.gap.text}{_other(source, model)}")
 
 
 def _inputs(model: Model, data: PlacingData) -> str:

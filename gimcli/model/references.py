@@ -41,8 +41,7 @@ class References:
 
     def __init__(self, source: Source, model: Model, sized: Collection[str], doubtful: Collection[Where] = ()) -> None:
         self.source, self.model, self.doubtful = source, model, doubtful
-        links = {k: v.nodes for k, v in model.links.items()}
-        self.every = links | {k: v.nodes for k, v in model.elements.items()}
+        self.every = {k: v.nodes for k, v in model.links.items()} | {k: v.nodes for k, v in model.elements.items()}
         self.held = model.ground.member
         self.ground = set(model.ground.nodes if self.held is None else self.every.get(self.held, []))
         self.members = {k: v for k, v in self.every.items() if k != self.held}
@@ -92,8 +91,7 @@ class References:
         """
         if name in self.every or name == "ground":
             return True
-        parts = {("links",), ("elements",), ("links", name), ("elements", name)}
-        if not parts & set(self.doubtful):
+        if not {("links",), ("elements",), ("links", name), ("elements", name)} & set(self.doubtful):
             hint = near(name, self.every)
             if not hint:
                 hint = f"; members: {', '.join(list(self.every)[:8])}"

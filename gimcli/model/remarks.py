@@ -105,8 +105,7 @@ def _loads(model: Model) -> Iterator[Remark]:
         if fixed(model, load.on):
             yield _idle(("loads", name), f"load {name}", "it acts on the frame; name a moving member")
         elif not any([*(load.force or ()), *(load.follower or ()), load.torque or 0.0]):
-            text = f"load {name} is 0 and has no effect: give a force or a torque, or remove it"
-            yield Remark(("loads", name), text)
+            yield Remark(("loads", name), f"load {name} is 0 and has no effect: give a force or a torque, or remove it")
 
 
 def _idle(where: Where, what: str, why: str) -> Remark:

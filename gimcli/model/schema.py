@@ -411,8 +411,7 @@ class Model(Part):
     def written_in(self, keys: Iterable[str]) -> None:
         """Store the order of the sections `links` and `elements` in the file; `members` keeps it."""
         order = list(keys)
-        both = {"links", "elements"} <= set(order)
-        self._elements_first = both and order.index("elements") < order.index("links")
+        self._elements_first = {"links", "elements"} <= set(order) and order.index("elements") < order.index("links")
 
     @property
     def members(self) -> dict[str, Link | Element]:
