@@ -60,12 +60,11 @@ class Extras:
 
     def _plan(self, graphs: Sequence[str], columns: Mapping[str, str] | None) -> None:
         """Read the graphs and add their quantities."""
-        from gimcli.graphs.plots import only_angle
         from gimcli.graphs.vocabulary import Vocabulary
         from gimcli.quantities.catalogue import catalogue
 
         vocabulary, known = Vocabulary(self.mechanism, columns, self.specs), catalogue(self.mechanism)
-        every = (plan for text in graphs for plan in vocabulary.plans(text, only_angle(self.mechanism)))
+        every = (plan for text in graphs for plan in vocabulary.plans(text))
         self.plans = list(dict.fromkeys(every))
         names = dict.fromkeys(name for plan in self.plans for name in sorted(plan.columns))
         found = (known.column(name) for name in names if name not in (columns or ()))

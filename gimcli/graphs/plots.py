@@ -12,7 +12,7 @@ from gimcli.errors import UsageError
 from gimcli.language.arrays import ARRAYS
 from gimcli.language.expression import Expression, ExpressionError, PartKind
 from gimcli.language.reader import ExpressionReader, KnownNames
-from gimcli.mechanism import FloatArray, Mechanism
+from gimcli.mechanism import FloatArray
 from gimcli.output.graph import EQUAL, POLAR, Axis, Curve, CurveGraph
 from gimcli.table import Column
 
@@ -97,12 +97,6 @@ class PlannedGraph:
     def columns(self) -> set[str]:
         """Names of the columns that the graph needs."""
         return {name for c in self.curves for q in c if q is not None for name in q.columns}
-
-
-def only_angle(mechanism: Mechanism) -> str:
-    """Return the default angle of polar diagrams: the only rotary input; "" if there is none."""
-    rotary = [a.name for a in mechanism.actuators if a.rotary]
-    return rotary[0] if len(rotary) == 1 else ""
 
 
 def drawn(

@@ -137,15 +137,15 @@ class Vocabulary(KnownNames):
         alone = [q.column for group in self.groups(name) for q in group.quantities] if not own else []
         return own[0] if own else tuple(alone) if len(alone) == 1 else ()
 
-    def plans(self, text: str, angle: str = "") -> list[PlannedGraph]:
-        """Return the graphs of a text; `angle` is the default angle of polar diagrams."""
-        return [plan for one in graphs_of(text, self) for plan in self._plans(one, angle)]
+    def plans(self, text: str) -> list[PlannedGraph]:
+        """Return the graphs of a text; the default angle of polar diagrams is the only rotary input."""
+        return [plan for one in graphs_of(text, self) for plan in self._plans(one)]
 
-    def _plans(self, graph: PlannedGraph, angle: str) -> list[PlannedGraph]:
+    def _plans(self, graph: PlannedGraph) -> list[PlannedGraph]:
         if graph.form == HODOGRAPH:
             return [PlannedGraph(EQUAL, "", tuple(map(self._hodograph, graph.curves)))]
         if graph.form == POLAR_WORD:
-            return [self._polar(graph, angle)]
+            return [self._polar(graph)]
         first, name = graph.curves[0], graph.curves[0].y.column
         if len(graph.curves) == 1 and name and self.unit(name) is None and (groups := self.groups(name)):
             every = ((g.title, tuple(PlannedCurve(q, self._abscissa(first)) for q in g.quantities)) for g in groups)
@@ -186,8 +186,9 @@ class Vocabulary(KnownNames):
         x, y = (plotted(column, self.unit(column) or "") for column in columns)
         return PlannedCurve(y, x)
 
-    def _polar(self, graph: PlannedGraph, angle: str) -> PlannedGraph:
-        curves = []
+    def _polar(self, graph: PlannedGraph) -> PlannedGraph:
+        curves, rotary = [], [actuator.name for actuator in self.mechanism.actuators if actuator.rotary]
+        angle = rotary[0] if len(rotary) == 1 else ""
         for one in graph.curves:
             over = self._abscissa(one) or (plotted(angle, self.unit(angle) or "") if angle else None)
             if over is None:

@@ -41,14 +41,9 @@ class Anchors:
     @cached_property
     def carriers(self) -> tuple[Carrier, ...]:
         """The coordinate system of each member."""
-        found = []
-        for k, member in enumerate(self.mechanism.members):
-            if k == FRAME and not self.mechanism.floating:
-                found.append(Carrier())
-            else:
-                first, far, reach = member.ends
-                found.append(Carrier(first, far if reach else -1))
-        return tuple(found)
+        every, still = self.mechanism.members, not self.mechanism.floating
+        ends = (None if k == FRAME and still else member.ends for k, member in enumerate(every))
+        return tuple(Carrier(own[0], own[1] if own[2] else -1) if own else Carrier() for own in ends)
 
     def local(self, member: int, place: complex) -> complex:
         """Convert a position in a member's own frame (normal frame) to its coordinate system here."""

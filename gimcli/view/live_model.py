@@ -47,6 +47,11 @@ class LiveContent:
     parameters: Mapping[str, float] = field(default_factory=dict)  # given by numbers, not by hand
     errors: tuple[str, ...] = ()
 
+    @property
+    def motion_data(self) -> str:
+        """The motion and its number as JSON."""
+        return f'{{"motion": {self.motion}, "data": {self.data}}}'
+
 
 class Superseded(Exception):  # noqa: N818  # an outcome, not an error
     """The file was saved again while its motion was solved."""

@@ -180,19 +180,6 @@ class ViewRequest(BaseHTTPRequestHandler):
         for name, value in HEADERS.items():
             self.send_header(name, value)
 
-    def send_page(self) -> None:
-        """Send the page, without a motion; it asks for the data."""
-        self.send(self.server.page, "text/html; charset=utf-8", policy=self.server.policy)
-
-    def send_data(self) -> None:
-        """Send the motion and its number."""
-        shown = self.server.model.shown
-        self.send(f'{{"motion": {shown.motion}, "data": {shown.data}}}'.encode(), JSON)
-
-    def send_inputs(self) -> None:
-        """Send the sliders, and the number of their motion."""
-        self.send(json_text(self.server.hand.inputs()).encode(), JSON)
-
     def send_events(self) -> None:
         """Send an event now and after each change, until the page or the server ends."""
         self.close_connection = True
@@ -211,15 +198,7 @@ class ViewRequest(BaseHTTPRequestHandler):
                 self.wfile.write(f"data: {json.dumps(event)}\n\n".encode())
             self.wfile.flush()
 
-    def send_position(self) -> None:
-        """Send the position at the inputs that the body of the request names."""
-        self._send_found(self.server.hand.solve)
-
-    def set_parameters(self) -> None:
-        """Solve the motion with the parameters that the body of the request names; events report it to all pages."""
-        self._send_found(self.server.hand.set_parameters)
-
-    def _send_found(self, find: Callable[[Any], Any]) -> None:
+    def send_found(self, find: Callable[[Any], Any]) -> None:
         """Send what is found for the body of the request."""
         body = self.rfile.read(body_length(self.headers))
         try:
@@ -242,13 +221,15 @@ class ViewRequest(BaseHTTPRequestHandler):
         """Print nothing: the terminal shows what happens to the file."""
 
 
+HTML = "text/html; charset=utf-8"
+
 ROUTES: dict[str, dict[str, Callable[[ViewRequest], None]]] = {
-    "/": {"GET": ViewRequest.send_page},
-    "/data": {"GET": ViewRequest.send_data},
-    "/inputs": {"GET": ViewRequest.send_inputs},
+    "/": {"GET": lambda own: own.send(own.server.page, HTML, policy=own.server.policy)},  # without a motion
+    "/data": {"GET": lambda own: own.send(own.server.model.shown.motion_data.encode(), JSON)},
+    "/inputs": {"GET": lambda own: own.send(json_text(own.server.hand.inputs()).encode(), JSON)},
     "/events": {"GET": ViewRequest.send_events},
-    "/solve": {"POST": ViewRequest.send_position},
-    "/set": {"POST": ViewRequest.set_parameters},
+    "/solve": {"POST": lambda own: own.send_found(own.server.hand.solve)},
+    "/set": {"POST": lambda own: own.send_found(own.server.hand.set_parameters)},  # events report it to all pages
 }
 """What is answered, by path and method."""
 
