@@ -20,6 +20,7 @@ from gimcli.rounding import input_value, interval, length, number
 from gimcli.status import Status
 from gimcli.structure.plan import make_plan
 from gimcli.structure.residual import Check, checks, errors
+from gimcli.structure.restrictions import vector_value
 from gimcli.structure.steps import NONE, Circle, Dyad, Line, Place, Plan, Vector
 
 SAMPLES = 180
@@ -286,9 +287,7 @@ class Unassembled:
         return complex(self.z[circle.centre] + offset)
 
     def _value(self, vector: Vector) -> complex:
-        base = self.z[vector.v] - self.z[vector.u] if vector.u != NONE else 1.0
-        turned = np.exp(1j * vector.turn * self.inputs[vector.actuator]) if vector.actuator != NONE else 1.0
-        return complex(vector.z * base * turned)
+        return vector_value(vector, self.z, self.inputs)[0]
 
     def _node(self, node: int) -> str:
         return self.mechanism.nodes[node]

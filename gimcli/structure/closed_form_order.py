@@ -15,14 +15,30 @@ from gimcli.connected import grouped
 from gimcli.mechanism import ANGLE, FRAME, HEIGHT, Mechanism, PairRow
 from gimcli.structure.kinematic_nodes import kinematic_nodes, loose_nodes
 from gimcli.structure.pair_rows import ImposedRow, pair_rows
-from gimcli.structure.rotation import members_of, rotation_classes
+from gimcli.structure.rotation import Rotation, members_of, rotation_classes
 from gimcli.structure.steps import NONE, Circle, Dyad, Line, Locus, Orient, Place, Step, Tilt, Value, Vector
 
 GOOD_CROSSING = 0.2
 """Sine of the angle between two loci above which a dyad is accepted without comparing it with others."""
 
 
-class Layout:
+class Directions:
+    """The members whose directions are known: by rotation classes, as vectors."""
+
+    rotation: Rotation
+    direction: dict[int, Vector]  # e^(i phi) of a rotation class
+
+    def is_turned(self, member: int) -> bool:
+        """Return whether the direction of a member is known."""
+        return self.rotation.of[member] in self.direction
+
+    def source(self, member: int) -> Vector | None:
+        """Return e^(i phi) of a member as a vector; None while its direction is unknown."""
+        known = self.direction.get(self.rotation.of[member])
+        return known.times(self.rotation.phase[member]) if known is not None else None
+
+
+class Layout(Directions):
     """A plan under construction: the placed nodes, the known directions and the steps so far."""
 
     def __init__(self, mechanism: Mechanism) -> None:
@@ -32,7 +48,7 @@ class Layout:
         self.rotation = rotation_classes(mechanism)
         self.free_points = loose_nodes(mechanism)
         self.placed: set[int] = set()
-        self.direction: dict[int, Vector] = {self.rotation.of[FRAME]: Vector(1.0 / self.rotation.phase[FRAME])}
+        self.direction = {self.rotation.of[FRAME]: Vector(1.0 / self.rotation.phase[FRAME])}
         self.steps: list[Step] = []
         self.registers = 0
         self.branches = 0
@@ -94,15 +110,6 @@ class Layout:
                     self.near.update(n for n in self.kinematic[member] if n in self.missing)
 
     # -- members -------------------------------------------------------------------
-
-    def is_turned(self, member: int) -> bool:
-        """Return whether the direction of a member is known."""
-        return self.rotation.of[member] in self.direction
-
-    def source(self, member: int) -> Vector | None:
-        """Return e^(i phi) of a member as a vector; None while its direction is unknown."""
-        known = self.direction.get(self.rotation.of[member])
-        return known.times(self.rotation.phase[member]) if known is not None else None
 
     def anchor(self, member: int) -> int | None:
         """Return a placed node of a member; None if it has none."""

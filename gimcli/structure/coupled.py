@@ -14,7 +14,7 @@ from itertools import pairwise
 
 from gimcli.errors import StructureError
 from gimcli.mechanism import ANGLE, CLOSURE, HEIGHT, SPAN, Mechanism
-from gimcli.structure.closed_form_order import Layout
+from gimcli.structure.closed_form_order import Directions, Layout
 from gimcli.structure.dulmage_mendelsohn import components, join, match, reached
 from gimcli.structure.pair_rows import ImposedRow, pair_rows
 from gimcli.structure.steps import NONE, Constraint, Coupled, Place, Value, Vector
@@ -148,7 +148,7 @@ def _and(names: list[str]) -> str:
     return ", ".join(shown[:-1]) + " and " + shown[-1] if len(shown) > 1 else "".join(shown)
 
 
-class Builder:
+class Builder(Directions):
     """Selects the base nodes of a group, and collects its carried nodes and equations."""
 
     def __init__(self, layout: Layout, bodies: list[int]) -> None:
@@ -157,7 +157,7 @@ class Builder:
         self.bodies = [b for b in bodies if b >= 0]
         self.points = [-1 - b for b in bodies if b < 0]
         self.placed = set(layout.placed)
-        self.direction = dict(layout.direction)
+        self.rotation, self.direction = layout.rotation, dict(layout.direction)
         self.base: list[int] = []
         self.places: list[Place] = []
         self.equations: list[Constraint] = []
@@ -192,15 +192,6 @@ class Builder:
     def _nodes(self, body: int) -> tuple[int, ...]:
         return self.layout.kinematic[body]
 
-    def _is_turned(self, body: int) -> bool:
-        """Return whether the direction of a member is known."""
-        return self.layout.rotation.of[body] in self.direction
-
-    def _source(self, body: int) -> Vector | None:
-        rotation = self.layout.rotation
-        known = self.direction.get(rotation.of[body])
-        return known.times(rotation.phase[body]) if known is not None else None
-
     def _carry(self) -> None:
         """Carry directions and nodes along the members, and add the closure equations of loops."""
         changed = True
@@ -213,15 +204,14 @@ class Builder:
                 changed |= self._finish(body)
 
     def _turn(self, body: int) -> bool:
-        if self._is_turned(body):
+        if self.is_turned(body):
             return False
         pair = [n for n in self._nodes(body) if n in self.placed][:2]
         if len(pair) < 2:
             return False
         u, v = pair
         reach = self.layout.reach(body, u, v)
-        rotation = self.layout.rotation
-        self.direction[rotation.of[body]] = Vector(1.0 / (reach * rotation.phase[body]), u, v)
+        self.direction[self.rotation.of[body]] = Vector(1.0 / (reach * self.rotation.phase[body]), u, v)
         self.equations.append(Constraint(self.mechanism.members[body].name, SPAN, u, v, Value(abs(reach))))
         return True
 
@@ -229,7 +219,7 @@ class Builder:
         """Carry the nodes of a member of known direction; each node that is already placed closes a loop."""
         if body in self.done:
             return False
-        source = self._source(body)
+        source = self.source(body)
         anchor = next((n for n in self._nodes(body) if n in self.placed), None)
         if source is None or anchor is None:
             return False
@@ -252,13 +242,12 @@ class Builder:
             (arm, reference), number = row.members, row.value.actuator
             ratio = row.reference / row.arm
             for known, free, factor, turn in ((reference, arm, ratio, 1), (arm, reference, 1 / ratio, -1)):
-                source = None if self._is_turned(free) or free not in self.bodies else self._source(known)
+                source = None if self.is_turned(free) or free not in self.bodies else self.source(known)
                 if source is None:
                     continue
                 vector = source.driven(factor, number, turn) or self._by_nodes(known, factor, number, turn)
                 if vector is not None:
-                    rotation = self.layout.rotation
-                    self.direction[rotation.of[free]] = vector.times(1.0 / rotation.phase[free])
+                    self.direction[self.rotation.of[free]] = vector.times(1.0 / self.rotation.phase[free])
                     self.used.add(number)
                     changed = True
         return changed
@@ -292,7 +281,7 @@ class Builder:
         (arm, reference), number = row.members, row.value.actuator
         if number in self.used or not {arm, reference} & set(self.bodies):
             return
-        source = self._source(reference)
+        source = self.source(reference)
         normal = source.driven(1j * row.reference, number, 1) if source else None
         pair = [n for n in self._nodes(arm) if n in self.placed][:2]
         if normal is None or len(pair) < 2:
@@ -302,7 +291,7 @@ class Builder:
         self.equations.append(Constraint(row.name, HEIGHT, pair[0], pair[1], Value(0.0), normal))
 
     def _line(self, row: ImposedRow) -> None:
-        source = self._source(row.guide)
+        source = self.source(row.guide)
         anchor = next((n for n in self.mechanism.members[row.guide].nodes if n in self.placed), None)
         if source is None or anchor is None:
             return  # the guide is placed by a later group

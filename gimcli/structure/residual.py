@@ -250,18 +250,7 @@ def _coupling_error(mechanism: Mechanism, coupling: Coupling, z: ComplexArray, i
 def _value(mechanism: Mechanism, row: Input, z: ComplexArray) -> FloatArray:
     """Return the quantity (rows,) at positions z (nodes, rows); an angle is in -pi..pi."""
     if row.kind == ANGLE:
-        arm, reference = (_turn(mechanism, k, z) for k in row.members)
+        arm, reference = (pose(mechanism, k, z)[1] for k in row.members)
         return np.asarray(np.angle(arm * row.arm * np.conj(reference * row.reference)))
-    turn = _turn(mechanism, row.guide, z)
-    guide = mechanism.members[row.guide]
-    origin = 0.0 if row.guide == FRAME else z[guide.nodes[0]] - turn * guide.shape[0]
+    origin, turn = pose(mechanism, row.guide, z)
     return np.asarray(((z[row.node] - origin - turn * row.point) * np.conj(turn * row.normal)).real)
-
-
-def _turn(mechanism: Mechanism, index: int, z: ComplexArray) -> ComplexArray:
-    """Return e^(i phi) of a member (rows,)."""
-    if index == FRAME:
-        return np.ones(z.shape[1], dtype=complex)
-    first, far, span = mechanism.members[index].ends
-    arm = (z[far] - z[first]) / span
-    return np.asarray(arm / np.abs(arm))
