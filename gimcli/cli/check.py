@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import typer
 
-from gimcli.cli.console import print_more, print_table
+from gimcli.cli.console import print_more, print_remarks, print_table
 from gimcli.cli.from_verb import Run, from_verb
 from gimcli.errors import UsageError
 from gimcli.library.check import CheckResult, check
@@ -40,8 +40,7 @@ def _print(result: CheckResult) -> None:
     for section in result.sections():
         print_table(section.heading, section.head, section.rows)
         print_more(len(section.rows) + section.left_out, len(section.rows))
-    for one in result.warnings:
-        typer.echo(": ".join(filter(None, ("warning", one["where"], one["text"]))))
+    print_remarks(*result.remarks)
 
 
 EXTRA = {

@@ -5,7 +5,7 @@ from __future__ import annotations
 import typer
 
 from gimcli.cli.arguments import METHOD
-from gimcli.cli.console import print_records
+from gimcli.cli.console import print_records, print_remarks
 from gimcli.cli.from_verb import from_verb
 from gimcli.library.circuits import CircuitsResult, circuits, verdict
 from gimcli.structure.rigid_triangles import triangle_hints
@@ -19,11 +19,11 @@ EXAMPLES = ("gim circuits stephenson_2 -o circuits.png",)
 
 def _print(result: CircuitsResult) -> None:
     print_records(result.headline(), result.curves)
-    if result.initial is not None:
-        typer.echo("*: the circuit of the initial configuration")
-    typer.echo(verdict(result._found))
-    for hint in triangle_hints(result.mechanism):
-        typer.echo(hint)
+    print_remarks(
+        (result.initial is not None, "*: the circuit of the initial configuration"),
+        verdict(result._found),
+        *triangle_hints(result.mechanism),
+    )
 
 
 command = from_verb(

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import typer
 
-from gimcli.cli.console import print_records, print_turns, room
+from gimcli.cli.console import print_records, print_remarks, print_turns, room
 from gimcli.cli.progress import end_bars
 from gimcli.library.configurations import ConfigurationsResult, verdict
 from gimcli.motion.unassembled import reason
@@ -36,15 +36,14 @@ def print_configurations(png: Path | None, result: ConfigurationsResult) -> None
         return
     fit = max(1, min(COLUMNS, (room() - BESIDE) // EACH))
     shown = [n for n in mechanism.traced if n in result.places][:fit]
-    names = (f"{n}.{axis}" for n in shown for axis in "xy")
-    print_records(
-        "", result.records, "number", "assembly", "residual", "radius", *names, most=ROWS,
-        where="--json and -o write all",
-    )  # fmt: skip
+    names = ("number", "assembly", "residual", "radius", *(f"{name}." for name in shown))
+    print_records("", result.records, *names, most=ROWS, where="--json and -o write all")
     print_turns(mechanism)
-    if result.drawn is not None:
-        typer.echo("*: the initial configuration, moved to these inputs")
-    for hint in triangle_hints(mechanism):
-        typer.echo(hint)
-    if result.undrawn and png is not None:
-        typer.echo(f"{png} shows the first {result.count - result.undrawn}; {result.undrawn} are not drawn")
+    print_remarks(
+        (result.drawn is not None, "*: the initial configuration, moved to these inputs"),
+        *triangle_hints(mechanism),
+        (
+            result.undrawn and png is not None,
+            f"{png} shows the first {result.count - result.undrawn}; {result.undrawn} are not drawn",
+        ),
+    )

@@ -74,16 +74,16 @@ def print_records(
     if rows:
         print_table(title, head, rows[:most], right)
         print_more(len(rows), len(rows) if most is None else most, where)
-    else:
+    elif title:
         typer.echo(title)
 
 
-def print_aligned(rows: Iterable[Sequence[str]]) -> None:
-    """Print rows of texts in aligned columns, without rich."""
-    table = list(rows)
-    widths = [max(map(len, column)) for column in zip(*table, strict=True)]
-    for row in table:
-        typer.echo("  ".join(text.ljust(width) for text, width in zip(row, widths, strict=True)).rstrip())
+def print_remarks(*remarks: str | tuple[object, str]) -> None:
+    """Print sentences, of those that come after a condition the ones that hold."""
+    for one in remarks:
+        holds, text = (True, one) if isinstance(one, str) else one
+        if holds:
+            typer.echo(text)
 
 
 def print_written(paths: Sequence[Path]) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import typer
 
 from gimcli.cli.arguments import INPUTS, METHOD
-from gimcli.cli.console import print_records
+from gimcli.cli.console import print_records, print_remarks
 from gimcli.cli.from_verb import from_verb
 from gimcli.library.equilibrium import EquilibriumResult, equilibrium
 from gimcli.rounding import at_inputs, number
@@ -25,48 +25,49 @@ SHOWN = 40
 def _print(result: EquilibriumResult) -> None:
     mechanism, found = result.mechanism, result._found
     print_records(result.headline(), result.records, most=SHOWN)
-    if any(one.pushes for one in found.found):
-        typer.echo("up, down: greatest effort on the path to the next equilibrium (-: the input reaches a limit)")
-    for name, value in result.holding.items():
-        unit = result.unit(found.released[result.released.index(name)])
-        where = at_inputs(mechanism, result.report()["at"])
-        besides = " besides its own" * (name in result.driven)
-        typer.echo(f"effort of {name}{besides} that holds the mechanism at {where}: {number(value, found.size)} {unit}")
-    for sentence in remarks(result):
-        typer.echo(sentence)
     others = [f"{k + 1} --assembly {own}" for k, (own, other) in enumerate(result.assemblies) if other]
-    if others:
-        typer.echo(f"in another assembly than the initial one, at their inputs: equilibrium {', '.join(others)}")
-    for k, one in enumerate(found.found):
-        if one.status.value:
-            typer.echo(
-                f"equilibrium {k + 1}: {one.status.word}: remaining force {one.residual:.1e} of its contributions"
-            )
+    where = at_inputs(mechanism, result.report()["at"])
+    print_remarks(
+        (
+            any(one.pushes for one in found.found),
+            "up, down: greatest effort on the path to the next equilibrium (-: the input reaches a limit)",
+        ),
+        *(
+            f"effort of {name}{' besides its own' * (name in result.driven)} that holds the mechanism at {where}:"
+            f" {number(value, found.size)} {result.unit(k)}"
+            for k, (name, value) in zip(found.released, result.holding.items(), strict=True)
+        ),
+        *remarks(result),
+        (others, f"in another assembly than the initial one, at their inputs: equilibrium {', '.join(others)}"),
+        *(
+            f"equilibrium {k}: {one.status.word}: remaining force {one.residual:.1e} of its contributions"
+            for k, one in enumerate(found.found, 1)
+            if one.status.value
+        ),
+    )
 
 
-def remarks(result: EquilibriumResult) -> list[str]:
-    """Return what the list of equilibria does not prove, and why, as sentences."""
-    found, lines = result._found, []
-    if found.everywhere and found.history is not None and found.size:
-        lines.append(f"the potential is {found.history.potential[0]:.10g} J on the whole circuit")
-    if not found.conservative:
-        lines.append(
-            "a force turns with a member or follows a table over an input: the potential is that of the other forces"
-            + (", less the work of this force since the start" if found.history is not None else "")
-        )
-    if found.starts and found.everywhere:
-        lines.append(f"{found.starts} random positions were examined, which is no proof for all")
-    elif found.starts:
-        failed = f"; {found.failed} did not converge" if found.failed else ""
-        lines.append(f"searched from {found.starts} starts{failed}: no proof that there are no others (--starts)")
+def remarks(result: EquilibriumResult) -> tuple[tuple[object, str], ...]:
+    """Return what the list of equilibria does not prove, and why: conditions and sentences."""
+    found, history, starts = result._found, result._found.history, result._found.starts
+    level = history is not None and f"the potential is {history.potential[0]:.10g} J on the whole circuit"
+    others = "a force turns with a member or follows a table over an input: the potential is that of the other forces"
+    since = ", less the work of this force since the start" * (history is not None)
+    failed = f"; {found.failed} did not converge" * bool(found.failed)
     left = f"{found.crossings} change point{'s' * (found.crossings != 1)} on the circuit: the branches that leave"
-    further = (
+    return (
+        (found.everywhere and found.size and level, level or ""),
+        (not found.conservative, others + since),
+        (starts and found.everywhere, f"{starts} random positions were examined, which is no proof for all"),
+        (
+            starts and not found.everywhere,
+            f"searched from {starts} starts{failed}: no proof that there are no others (--starts)",
+        ),
         (found.crossings, f"{left} there were not searched (gim singularities lists them)"),
         (found.gain, f"the potential changes by {found.gain:.6g} J in each turn of the circuit"),
         (found.cut, "a torsion spring is wound in each turn: equilibria in further turns were not searched"),
-        (found.history is not None and not found.closed, f"the circuit is not closed: {found.ended}"),
+        (history is not None and not found.closed, f"the circuit is not closed: {found.ended}"),
     )
-    return [*lines, *(text for holds, text in further if holds)]
 
 
 OPTIONS = {

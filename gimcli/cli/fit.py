@@ -10,12 +10,10 @@ from typing import Annotated, Any
 import typer
 
 from gimcli.cli.arguments import INPUTS, METHOD, pairs
-from gimcli.cli.console import print_table
+from gimcli.cli.console import print_records, print_remarks
 from gimcli.cli.from_verb import Run, from_verb
 from gimcli.library.fit import fit
 from gimcli.library.fit_result import FitResult
-from gimcli.rounding import number
-from gimcli.table import labelled
 
 TARGETS = "Targets"
 
@@ -60,19 +58,14 @@ def _print(result: FitResult) -> None:
     typer.echo(result.headline())
     if result._found is None:
         return
-    rows = [(name, f"{value:.12g}") for name, value in result.dimensions.items()]
-    print_table("", ("dimension", "value"), rows, right=(1,))
+    print_records("", result.design)
     if result.kind != "goal":
-        table = result.table()
-        heads = [labelled(column.name, column.unit) for column in table.columns]
-        cells = [[number(float(v)) for v in column.values] for column in table.columns]
-        print_table("", heads, zip(*cells, strict=True), right=range(len(heads)))
-    for line in result.checks():
-        typer.echo(line)
+        print_records("", result.records)
     counts, what = result.counts, "goal" if result.kind == "goal" else "error"
     hits = f"{counts.hits} {'fit has' if counts.hits == 1 else 'fits have'}"
-    typer.echo(
-        f"{hits} this {what}; {counts.started} of {counts.drawn} random designs were refined (seed {counts.seed})"
+    print_remarks(
+        *result.checks(),
+        f"{hits} this {what}; {counts.started} of {counts.drawn} random designs were refined (seed {counts.seed})",
     )
 
 

@@ -7,25 +7,24 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from gimcli.cli.console import print_records, print_table
+from gimcli.cli.console import print_records, print_remarks, print_table
 from gimcli.dynamics.forces import MOST
-from gimcli.library.record import Records, RowField
-from gimcli.rounding import at_inputs, greatest, input_value, number
-from gimcli.table import labelled
+from gimcli.library.forces import bearing_loads, statistics, works
+from gimcli.rounding import at_inputs, greatest, number
 
 if TYPE_CHECKING:
     from gimcli.dynamics.efficiency import FrictionSummary
-    from gimcli.dynamics.force_statistics import Extremum
     from gimcli.library.forces import ForcesResult
     from gimcli.library.holding_forces import HoldingResult
-    from gimcli.mechanism import Mechanism
 
 
 def print_holding(result: HoldingResult) -> None:
     """Print efforts, reactions and the shaking force of one position."""
     size = greatest(abs(value) for value, _ in result.forces.values())
     rows = [
-        (name, *_axes(value, size), number(abs(value) if isinstance(value, complex) else value, size), unit)
+        (name, number(value.real, size), number(value.imag, size), number(abs(value), size), unit)
+        if isinstance(value, complex)
+        else (name, "", "", number(value, size), unit)
         for name, (value, unit) in result.forces.items()
         if abs(value) < math.inf or result.status == "ok"
     ]
@@ -34,18 +33,14 @@ def print_holding(result: HoldingResult) -> None:
     else:
         typer.echo(result.headline())
         typer.echo(result.reason)
-    if result.complete and result.open:
-        print_open(result.open)
-    if result.status == "standstill":
-        typer.echo(
+    print_open(result.open if result.complete else [])
+    print_remarks(
+        (
+            result.status == "standstill",
             "dry friction holds the mechanism: each effort may have any value from INPUT.effort.least to .greatest, and"
-            " reactions that depend on it are empty"
+            " reactions that depend on it are empty",
         )
-
-
-def _axes(value: complex | float, size: float) -> tuple[str, str]:
-    """Return the components of a pin force; empty cells for a number."""
-    return (number(value.real, size), number(value.imag, size)) if isinstance(value, complex) else ("", "")
+    )
 
 
 def print_friction(found: FrictionSummary) -> None:
@@ -56,16 +51,17 @@ def print_friction(found: FrictionSummary) -> None:
     unit = (
         found.mechanism.unit_of(found.mechanism.actuators[found.mechanism.drivers[0]]) if found.over != "time" else "s"
     )
-    if found.locked:
-        ranges = ", ".join(f"{first:.6g} to {end:.6g}" for first, end in found.locked)
-        typer.echo(
+    ranges = ", ".join(f"{first:.6g} to {end:.6g}" for first, end in found.locked)
+    count = found.counts[FrictionStatus.STANDSTILL]
+    print_remarks(
+        (
+            found.locked,
             f"self-locking at {found.over} {ranges} {unit}: at rest without an effort, friction holds the mechanism"
-            " against its loads"
-        )
-    if count := found.counts[FrictionStatus.STANDSTILL]:
-        typer.echo(f"standstill in {count} row{'s' * (count > 1)}: {FrictionStatus.STANDSTILL.text}")
-    if found.works:
-        typer.echo(f"residual of the equations with dry friction: {found.residual:.1e} (relative)")
+            " against its loads",
+        ),
+        (count, f"standstill in {count} row{'s' * (count > 1)}: {FrictionStatus.STANDSTILL.text}"),
+        (found.works, f"residual of the equations with dry friction: {found.residual:.1e} (relative)"),
+    )
 
 
 def _print_works(found: FrictionSummary) -> None:
@@ -84,99 +80,47 @@ def _print_works(found: FrictionSummary) -> None:
 
 
 SHOWN = 30
+SHORT = ("name", "mean", "rms", "peak", "unit", "peak at")
+LONG = ("name", "unit", "mean", "rms", "least", "least at", "greatest", "greatest at")
+"""Columns of the statistics, and all of them."""
 
 
-def print_statistics(result: ForcesResult) -> None:
-    """Print mean, RMS and peak of every effort and reaction."""
-    shown = ("name", "mean", "RMS", "peak", "unit", "peak at")
-    print_records(f"{result.mechanism.name}: forces", _statistics(result), *shown, most=SHOWN)
+def print_statistics(result: ForcesResult, full: bool) -> None:
+    """Print mean, RMS and peak of every effort and reaction; or all statistics, works, and mean bearing loads."""
+    title, found = f"{result.mechanism.name}: forces", result.summary
+    listed = statistics(result.mechanism, found.statistics)
+    print_records(title, listed, *(LONG if full else SHORT), most=None if full else SHOWN)
     _print_part(result)
-
-
-def print_full(result: ForcesResult) -> None:
-    """Print all statistics, the work of all forces, and the mean bearing loads."""
-    shown = ("name", "unit", "mean", "RMS", "least", "least at", "greatest", "greatest at")
-    print_records(f"{result.mechanism.name}: forces", _statistics(result), *shown)
-    _print_part(result)
-    _print_work(result)
-    _print_bearings(result)
-
-
-def _statistics(result: ForcesResult) -> Records:
-    """Return the statistics, one row for each effort, reaction or moment."""
-    sizes, every, mechanism = _sizes(result), list(result.statistics.values()), result.mechanism
-    at = f"at {', '.join(labelled(a.name, mechanism.unit_of(a)) for a in mechanism.actuators)}"
-    ends = {word: [getattr(one, word) for one in every] for word in ("peak", "least", "greatest")}
-    values = {"mean": [one.mean for one in every], "RMS": [one.rms for one in every]}
-    values |= {word: [one.value for one in own] for word, own in ends.items()}
-    return Records(
-        RowField("name", list(result.statistics), head=""),
-        RowField("unit", [one.unit for one in every], head="unit"),
-        *(
-            RowField(word, own, float, head=word,
-                     text=[number(v, sizes[one.unit]) for v, one in zip(own, every, strict=True)])
-            for word, own in values.items()
-        ),
-        *(
-            RowField(f"{word} at", own, float, head=at, text=[_place(mechanism, one) for one in own])
-            for word, own in ends.items()
-        ),
-    )  # fmt: skip
+    if full:
+        own = {name: one for name, one in found.work.items() if one.positive or one.negative}
+        print_table("Work [J]", *works(own).cells())
+        if found.bearings:
+            print_records("Mean bearing loads", bearing_loads(found.bearings))
 
 
 def print_open(names: list[str]) -> None:
-    """Print which reactions are not unique."""
-    typer.echo(
-        f"redundant constraints: the reactions at {', '.join(names)} are not determined; NODE.unique is the component"
-        " of a pin's reaction that is still determined"
+    """Print which reactions are not unique, if any."""
+    print_remarks(
+        (
+            names,
+            f"redundant constraints: the reactions at {', '.join(names)} are not determined; NODE.unique is the"
+            " component of a pin's reaction that is still determined",
+        )
     )
-
-
-def _print_work(result: ForcesResult) -> None:
-    size = greatest(value for work in result.work.values() for value in (work.positive, work.negative))
-    rows = [
-        (name, *(number(value, size) for value in (work.positive, work.negative, work.net)))
-        for name, work in result.work.items()
-        if work.positive or work.negative
-    ]
-    print_table("Work [J]", ("", "positive", "negative", "net"), rows, (1, 2, 3))
-
-
-def _print_bearings(result: ForcesResult) -> None:
-    size = greatest(load for one in result.bearings.values() for load in (one.ball, one.roller))
-    rows = [
-        (name, number(one.speed), number(one.ball, size), number(one.roller, size))
-        for name, one in result.bearings.items()
-    ]
-    if rows:
-        head = ("", "mean speed [1/min]", "ball, p = 3 [N]", "roller, p = 10/3 [N]")
-        print_table("Mean bearing loads", head, rows, (1, 2, 3))
 
 
 def _print_part(result: ForcesResult) -> None:
     """Print the part of the time over which means are taken, if any is missing, and why rows are left out."""
     part = min((one.part for one in result.statistics.values()), default=1.0)
-    if part < 1.0:
-        typer.echo(f"means over the determined rows, {100.0 * part:.3g} % of the time of the motion")
     balance, mechanism = result._found.balance, result.mechanism
-    if balance.left_out:
-        places = [at_inputs(mechanism, mechanism.inputs_to_file(at)) for at in balance.left_out_at]
-        more = ["..."] * (balance.left_out > len(places))
-        typer.echo(
+    places = [at_inputs(mechanism, mechanism.inputs_to_file(at)) for at in balance.left_out_at]
+    more = ["..."] * (balance.left_out > len(places))
+    print_remarks(
+        (part < 1.0, f"means over the determined rows, {100.0 * part:.3g} % of the time of the motion"),
+        (
+            balance.left_out,
             f"{balance.left_out} row{'s are' if balance.left_out > 1 else ' is'} in the table but not in these values"
             f" and the picture: near a singular position the estimated relative error of the forces exceeds"
-            f" {100.0 * MOST:.0f} % (at {'; '.join([*places, *more])})"
-        )
-
-
-def _sizes(result: ForcesResult) -> dict[str, float]:
-    """Return the greatest value of each unit; a torque is zero in comparison with the forces, too."""
-    sizes: dict[str, float] = {}
-    for one in result.statistics.values():
-        sizes[one.unit] = max(sizes.get(one.unit, 0.0), abs(one.peak.value))
-    arm = result.mechanism.size * (result.mechanism.dynamics.metre or 0.0)
-    return sizes | ({"N m": max(sizes["N m"], sizes.get("N", 0.0) * arm)} if "N m" in sizes else {})
-
-
-def _place(mechanism: Mechanism, one: Extremum) -> str:
-    return ", ".join(input_value(mechanism, name, value) for name, value in one.inputs.items())
+            f" {100.0 * MOST:.0f} % (at {'; '.join([*places, *more])})",
+        ),
+    )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
@@ -11,9 +11,6 @@ from gimcli.cli.console import note_doubtful_loading, print_status
 from gimcli.cli.from_verb import Run, from_verb
 from gimcli.cli.measures import PLOTS_ONLY, print_ranges
 from gimcli.library.forces import ForcesResult, forces
-
-if TYPE_CHECKING:
-    from gimcli.dynamics.force_motion import ForceMotion
 
 HELP = (
     "Driving torque [N m] or force [N] of every actuator, reaction in every pair, shaking force and moment, and the"
@@ -42,30 +39,20 @@ def _run(run: Run) -> Any:
 
 
 def _print(result: ForcesResult, full: bool) -> None:
-    found, check = result._found, result._found.balance
-    balance = ""
-    if found.determined:
-        from gimcli.cli.force_tables import print_full, print_statistics
+    from gimcli.cli.force_tables import print_friction, print_open, print_statistics
 
-        (print_full if full else print_statistics)(result)
+    found, check, balance = result._found, result._found.balance, ""
+    if found.determined:
+        print_statistics(result, full)
         balance = f"; power-balance error at most {check.error:.1e} W (relative: {check.drift:.0e})"
     typer.echo(f"forces at {found.determined} of {result.steps + 1} positions{balance}")
     print_ranges(result.mechanism, result.measured)
-    if found.open:
-        from gimcli.cli.force_tables import print_open
-
-        print_open(found.open)
+    print_open(found.open)
     if found.friction is not None:
-        from gimcli.cli.force_tables import print_friction
-
         print_friction(found.friction)
-    _print_missing(found, result.steps)
-
-
-def _print_missing(found: ForceMotion, steps: int) -> None:
-    if found.summary.solved < steps + 1:
+    if found.summary.solved < result.steps + 1:
         print_status(found.summary.motion)
-    elif found.determined < steps + 1:
+    elif not result.complete:
         typer.echo(found.failure[1])
 
 

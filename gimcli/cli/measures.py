@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from gimcli.cli.arguments import OUTPUT
-from gimcli.cli.console import print_aligned, print_more, print_table
+from gimcli.cli.console import print_more, print_remarks, print_table
 from gimcli.errors import UsageError
-from gimcli.rounding import greatest, length, number
+from gimcli.rounding import aligned, greatest, length, number
 
 if TYPE_CHECKING:
     from gimcli.mechanism import Mechanism
@@ -79,10 +79,9 @@ def print_ranges(mechanism: Mechanism, report: dict[str, Any]) -> None:
 def print_points(mechanism: Mechanism, points: dict[str, dict[str, Any]]) -> None:
     """Print the ranges of the traced points, and whether their curves are closed."""
     unit = "" if mechanism.length_unit == "unit" else f" [{mechanism.length_unit}]"
-    rows = []
+    rows = [("point", f"x{unit}", f"y{unit}", "curve")]
     for name, one in points.items():
-        ends = (dict.fromkeys(length(mechanism, value) for value in one[axis]) for axis in "xy")
-        rows.append((name, *(" to ".join(texts) for texts in ends), one["curve"]))
-    if rows:
-        print_aligned([("point", f"x{unit}", f"y{unit}", "curve"), *rows[:POINTS]])
-        print_more(len(rows), POINTS)
+        x, y = (" to ".join(dict.fromkeys(length(mechanism, value) for value in one[axis])) for axis in "xy")
+        rows.append((name, x, y, one["curve"]))
+    print_remarks(*aligned(rows[: POINTS + 1] if points else []))
+    print_more(len(points), POINTS)

@@ -6,9 +6,9 @@ from typing import Annotated, Any
 
 import typer
 
-from gimcli.cli.console import print_table
+from gimcli.cli.console import print_remarks, print_table
 from gimcli.cli.from_verb import Run, from_verb
-from gimcli.library.mobility import NATURAL, JacobianMatrix, MobilityResult, mobility
+from gimcli.library.mobility import NATURAL, SHOWN, JacobianMatrix, MobilityResult, mobility
 from gimcli.rounding import number
 from gimcli.status import Status
 
@@ -36,47 +36,43 @@ def _run(run: Run) -> Any:
 
 
 def _print(result: MobilityResult) -> None:
-    found = result._found
-    everywhere = result.start == Status.TANGENT.word
-    print_table(result.mechanism.name, ("", ""), result.rows())
-    if everywhere:
-        typer.echo(f"The initial configuration is {Status.TANGENT.text}.")
-    elif found.stuck and not found.undriven:
-        typer.echo(
+    found, everywhere = result._found, result.start == Status.TANGENT.word
+    print_table(result.mechanism.name, ("", ""), result.records.pairs(*SHOWN))
+    print_remarks(
+        (everywhere, f"The initial configuration is {Status.TANGENT.text}."),
+        (
+            found.stuck and not found.undriven and not everywhere,
             f"The inputs do not determine the initial configuration: {result.start}. `gim singularities` lists such"
-            " positions; use other initial coordinates."
-        )
-    if found.singular and not everywhere:
-        typer.echo(
+            " positions; use other initial coordinates.",
+        ),
+        (
+            found.singular and not everywhere,
             f"The initial configuration is singular: {found.apparent} apparent freedoms there, {found.mobility} in"
-            " nearby positions."
-        )
+            " nearby positions.",
+        ),
+    )
     if result.shows_jacobian:
         _print_jacobian(result.jacobian)
 
 
 def _print_jacobian(found: JacobianMatrix) -> None:
     """Print the matrix; a wide one as the list of what is not 0 in each row."""
-    head: list[str] = [f"{name} [{unit}]" for name, unit in found.columns]
-    texts = [tuple(_number(value) for value in row) for row in found.values.tolist()]
-    title = f"Jacobian of the constraints, {found.coordinates} coordinates"
-    if len(head) > WIDEST:
-        listed = (", ".join(f"{c}: {v}" for c, v in zip(head, row, strict=True) if v != "0") for row in texts)
-        head, texts = ["derivatives that are not 0"], [(one,) for one in listed]
-    rows = [(name, *row) for name, row in zip(found.rows, texts, strict=True)]
-    print_table(title, ("equation", *head), rows, range(1, len(head) + 1) if len(head) > 1 else ())
+    head, rows, right = found.equations.cells()
+    if len(right) > WIDEST:
+        listed = (", ".join(f"{c}: {v}" for c, v in zip(head[1:], row[1:], strict=True) if v != "0") for row in rows)
+        rows = [(row[0], text) for row, text in zip(rows, listed, strict=True)]
+        head, right = ["equation", "derivatives that are not 0"], []
+    print_table(f"Jacobian of the constraints, {found.coordinates} coordinates", head, rows, right)
     last = found.rank_by_singular_values
-    gap = " and ".join(map(_number, found.singular_values[max(0, last - 1) : last + 1].tolist()))
-    typer.echo(
+    gap = " and ".join(number(one, 1.0) for one in found.singular_values[max(0, last - 1) : last + 1].tolist())
+    print_remarks(
         f"rank of {len(found.rows)} equations in {len(found.columns)} coordinates: {found.rank} by elimination with"
-        f" full pivoting,\n{last} by singular values (at the gap {gap})"
+        f" full pivoting,\n{last} by singular values (at the gap {gap})",
+        *(
+            f"dependent: {name}; one of several choices, instead of it: {', '.join(others) or 'none'}"
+            for name, others in found.dependent.items()
+        ),
     )
-    for name, others in found.dependent.items():
-        typer.echo(f"dependent: {name}; one of several choices, instead of it: {', '.join(others) or 'none'}")
-
-
-def _number(value: float) -> str:
-    return number(value, 1.0)
 
 
 EXTRA = {

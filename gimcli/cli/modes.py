@@ -8,7 +8,7 @@ import math
 import typer
 
 from gimcli.cli.arguments import INPUTS
-from gimcli.cli.console import note_doubtful_loading, print_more, print_records, print_table
+from gimcli.cli.console import note_doubtful_loading, print_more, print_records, print_remarks, print_table
 from gimcli.cli.from_verb import from_verb
 from gimcli.library.modes import ModesResult, modes
 from gimcli.rounding import number
@@ -41,10 +41,11 @@ def _print(result: ModesResult) -> None:
         return
     print_records("", result.records, *SEEN)
     _print_shapes(result)
-    typer.echo(f"equilibrium: the remaining efforts are {result.unbalance:.1e} of the forces that act")
-    if result.left_out:
-        names = ", ".join(result.left_out)
-        typer.echo(f"dry friction of {names} is left out: it would hold small motions, the modes are those without it")
+    names = ", ".join(result.left_out)
+    print_remarks(
+        f"equilibrium: the remaining efforts are {result.unbalance:.1e} of the forces that act",
+        (names, f"dry friction of {names} is left out: it would hold small motions, the modes are those without it"),
+    )
 
 
 def _print_shapes(result: ModesResult) -> None:

@@ -9,7 +9,7 @@ import typer
 
 from gimcli.canonical import first_greatest
 from gimcli.cli.arguments import INPUTS
-from gimcli.cli.console import note_doubtful_loading, print_table
+from gimcli.cli.console import note_doubtful_loading, print_remarks, print_table
 from gimcli.cli.from_verb import from_verb
 from gimcli.dynamics.reduction import Flywheel
 from gimcli.library.reduce import ReduceResult, reduce
@@ -33,8 +33,7 @@ def _print(found: ReduceResult) -> None:
     typer.echo(found.headline())
     if found.wheel:
         _print_wheel(found.wheel)
-    if not found.complete:
-        typer.echo(f"{found.overall.word}: {found.overall.plain_text}")
+    print_remarks((not found.complete, f"{found.overall.word}: {found.overall.plain_text}"))
 
 
 def _print_extremes(found: ReduceResult) -> None:

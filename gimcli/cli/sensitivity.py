@@ -9,10 +9,12 @@ import typer
 
 from gimcli.canonical import first_greatest
 from gimcli.cli.arguments import INPUTS
-from gimcli.cli.console import print_table
+from gimcli.cli.console import print_records, print_remarks, print_table
 from gimcli.cli.from_verb import from_verb
+from gimcli.library.record import Records, RowField
 from gimcli.library.sensitivity import sensitivity
 from gimcli.library.sensitivity_result import SensitivityResult
+from gimcli.mechanism import FloatArray
 from gimcli.rounding import at_inputs, number
 from gimcli.table import labelled
 
@@ -32,24 +34,20 @@ DIMENSIONS = 12
 
 
 def _print(found: SensitivityResult) -> None:
-    typer.echo(found.headline())
-    if found.reason:
-        typer.echo(found.reason)
-    if found.fixed:
-        more = f" and {len(found.fixed) - DIMENSIONS} more" if len(found.fixed) > DIMENSIONS else ""
-        typer.echo(f"left out, as redundant constraints fix them: {', '.join(found.fixed[:DIMENSIONS])}{more}")
+    more = f" and {len(found.fixed) - DIMENSIONS} more" * (len(found.fixed) > DIMENSIONS)
+    left_out = f"left out, as redundant constraints fix them: {', '.join(found.fixed[:DIMENSIONS])}{more}"
+    print_remarks(found.headline(), (found.reason, found.reason), (found.fixed, left_out))
     if not found.good.any():
         return
     report = found.report()["quantities"]
     for k, name in enumerate(found.names):
-        rows = _rows(found, k, report[name]["derivatives"])
-        print_table(_title(found, k), _head(found), rows[:DIMENSIONS], right=(1, 2, 3) if found.spread else (1,))
-        if len(rows) > DIMENSIONS:
-            typer.echo(f"... and {len(rows) - DIMENSIONS} smaller ones (the table and --json list all)")
+        head, rows, right = _dimensions(found, k, report[name]["derivatives"]).cells()
+        print_table(_title(found, k), head, rows[:DIMENSIONS], right)
+        smaller = f"... and {len(rows) - DIMENSIONS} smaller ones (the table and --json list all)"
+        print_remarks((len(rows) > DIMENSIONS, smaller))
     if found.spread is not None:
         _print_spread(found, report)
-    for most in found.most.values():
-        typer.echo(most.text)
+    print_remarks(*(most.text for most in found.most.values()))
 
 
 def _title(found: SensitivityResult, k: int) -> str:
@@ -60,25 +58,21 @@ def _title(found: SensitivityResult, k: int) -> str:
     return f"{found.names[k]}: {number(float(np.nanmin(value)))} to {number(float(np.nanmax(value)))}{unit}"
 
 
-def _head(found: SensitivityResult) -> tuple[str, ...]:
-    derivative = "largest derivative" if found.by_rows else "derivative"
-    effect = "effect (rms)" if found.by_rows else "effect"
-    return (
-        "dimension", derivative, *(("tolerance", effect) if found.spread else ()), "unit",
-        *(("at",) if found.by_rows else ()),
-    )  # fmt: skip
-
-
-def _rows(found: SensitivityResult, k: int, derivatives: dict[str, Any]) -> list[tuple[str, ...]]:
-    """Return the dimensions of a quantity, the one with the largest effect first."""
-    rows = []
-    for n in np.argsort(-found.effects[k], kind="stable").tolist():
-        one, own = found.dimensions[n], derivatives[found.dimensions[n].name]
-        allowed = found.tolerances[n]
-        tolerance = (f"{allowed:.4g}", f"{found.effects[k, n]:.4g}") if allowed else ("", "")
-        where = (_where(found, own),) if found.by_rows else ()
-        rows.append((one.name, _short(own["value"]), *(tolerance if found.spread else ()), own["unit"], *where))
-    return rows
+def _dimensions(found: SensitivityResult, k: int, derivatives: dict[str, Any]) -> Records:
+    """Return the dimensions of a quantity, one row each, the one with the largest effect first."""
+    order = np.argsort(-found.effects[k], kind="stable").tolist()
+    names, tolerated, moves = [found.dimensions[n].name for n in order], found.spread is not None, found.by_rows
+    own, allowed = [derivatives[name] for name in names], [found.tolerances[n] or None for n in order]
+    effects = [found.effects[k, n] if found.tolerances[n] else None for n in order]
+    heads = ("largest derivative", "effect (rms)") if moves else ("derivative", "effect")
+    return Records(
+        RowField("dimension", names, head="dimension"),
+        RowField("value", own, float, head=heads[0], text=[_short(one["value"]) for one in own]),
+        RowField("tolerance", allowed, float, head="tolerance" if tolerated else None, text="{:.4g}".format),
+        RowField("effect", effects, float, head=heads[1] if tolerated else None, text="{:.4g}".format),
+        RowField("unit", [one["unit"] for one in own], head="unit"),
+        RowField("at", [_where(found, one) for one in own], head="at" if moves else None),
+    )
 
 
 def _where(found: SensitivityResult, own: dict[str, Any]) -> str:
@@ -91,30 +85,36 @@ def _short(value: float | None) -> str:
 
 def _print_spread(found: SensitivityResult, report: dict[str, Any]) -> None:
     """Print the spread of each quantity; of a motion where the first-order standard deviation is largest."""
-    head = ["quantity", "worst case", "RSS", "sd, first order"]
-    sampled, spread = found.sampled, found.spread
-    if spread is None:
-        return
+    sampled, spread, moves = found.sampled, found.spread, found.by_rows
+    assert spread is not None
+    rows = [first_greatest(deviations) for deviations in spread.deviation]
+
+    def field(head: str, values: FloatArray, text: str, errors: FloatArray | None = None) -> RowField:
+        own = values if errors is None else errors
+        cells = [text.format(values[k, row], own[k, row]) for k, row in enumerate(rows)]
+        return RowField(head, rows, float, head=head, text=cells)
+
+    heads = [labelled(name, unit) for name, unit in zip(found.names, found.units, strict=True)]
+    fields = [
+        RowField("quantity", heads, head="quantity"),
+        field("worst case", spread.worst, "±{:.4g}"),
+        field("RSS", spread.rss, "±{:.4g}"),
+        field("sd, first order", spread.deviation, "{:.4g}"),
+    ]
     if sampled is not None:
-        head[4:4] = ["sd, random designs", "mean shift"]
-    rows = []
-    for k, name in enumerate(found.names):
-        row = first_greatest(spread.deviation[k])
-        cells = [f"±{spread.worst[k, row]:.4g}", f"±{spread.rss[k, row]:.4g}", f"{spread.deviation[k, row]:.4g}"]
-        if sampled is not None:
-            for value, error in ((sampled.deviation, sampled.deviation_error), (sampled.mean, sampled.mean_error)):
-                cells.append(f"{value[k, row]:.4g} ± {error[k, row]:.2g}")
-        where = (_where(found, report[name]["sd"]),) if found.by_rows else ()
-        rows.append((labelled(name, found.units[k]), *cells, *where))
-    title = "Spread within the tolerances" + (", where it is largest" if found.by_rows else "")
-    print_table(title, (*head, *(("at",) if found.by_rows else ())), rows, right=range(1, len(head)))
-    if found.left_out:
-        typer.echo(f"without the tolerances of {', '.join(found.left_out)}")
-    if sampled is not None:
-        typer.echo(
-            f"{sampled.samples} random designs, {found.distribution} distribution, seed {found.seed};"
-            f" {int(sampled.samples - sampled.solved.min())} without a position; ±: standard error"
-        )
+        fields.append(field("sd, random designs", sampled.deviation, "{:.4g} ± {:.2g}", sampled.deviation_error))
+        fields.append(field("mean shift", sampled.mean, "{:.4g} ± {:.2g}", sampled.mean_error))
+    at = [_where(found, report[name]["sd"]) for name in found.names]
+    title = "Spread within the tolerances" + ", where it is largest" * moves
+    print_records(title, Records(*fields, RowField("at", at, head="at" if moves else None)))
+    drawn = sampled and (
+        f"{sampled.samples} random designs, {found.distribution} distribution, seed {found.seed};"
+        f" {int(sampled.samples - sampled.solved.min())} without a position; ±: standard error"
+    )
+    print_remarks(
+        (found.left_out, f"without the tolerances of {', '.join(found.left_out)}"),
+        (drawn, drawn or ""),
+    )
 
 
 OPTIONS = {

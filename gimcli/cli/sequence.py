@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from gimcli.cli.arguments import OUTPUT
-from gimcli.cli.console import print_table
+from gimcli.cli.console import print_remarks, print_table
 from gimcli.cli.from_verb import from_verb
 from gimcli.gim.report import SequenceGroupReport
 from gimcli.library.sequence import SequenceResult, sequence
@@ -21,27 +21,20 @@ EXAMPLES = ("gim sequence double_butterfly --explain",)
 
 def _print(found: SequenceResult, explain: bool) -> None:
     typer.echo(found.headline())
+    names = ("step", "node", "about", "constraint", "rule", *(["states"] if explain else []))
     for number, group in enumerate(found.groups, start=1):
-        _print_group(number, group, explain)
+        print_table(f"{number}. {group.kind} {' '.join(group.nodes)}", *found.moves(group).cells(*names))
+        _print_sweeps(group)
+        print_remarks(*(f"   {k}. {one.reason}" for k, one in enumerate(group.steps, 1) if explain), "")
 
 
-def _print_group(number: int, group: SequenceGroupReport, explain: bool) -> None:
+def _print_sweeps(group: SequenceGroupReport) -> None:
     predicted = "no convergence" if group.predicted_sweeps is None else f"{group.predicted_sweeps:.0f}"
     observed = "no convergence" if group.observed_sweeps is None else str(group.observed_sweeps)
-    head = ["step", "move", "about", "by", "rule"] + (["states after it"] if explain else [])
-    rows = [
-        (str(k), s.node, " ".join(s.about), s.constraint, s.rule, " ".join(f"{n}:{t}" for n, t in s.states.items()))
-        for k, s in enumerate(group.steps, start=1)
-    ]
-    print_table(f"{number}. {group.kind} {' '.join(group.nodes)}", head, (row[: len(head)] for row in rows))
     typer.echo(
         f"   spectral radius {group.radius:.4f}, {group.candidates} candidate{'s' * (group.candidates != 1)};"
         f" sweeps: predicted {predicted}, observed {observed}" + f"\n   {group.incomplete}" * bool(group.incomplete)
     )
-    if explain:
-        for k, s in enumerate(group.steps, start=1):
-            typer.echo(f"   {k}. {s.reason}")
-    typer.echo("")
 
 
 EXPLAIN = Annotated[

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Annotated, Any
 
 import typer
 
 from gimcli.cli.arguments import INPUTS, OUTPUT
-from gimcli.cli.console import note_doubtful_loading, print_more, print_table
+from gimcli.cli.console import note_doubtful_loading, print_records, print_remarks
 from gimcli.cli.force_tables import print_open
 from gimcli.cli.from_verb import Run, from_verb
 from gimcli.cli.measures import PLOTS_ONLY, print_ranges
 from gimcli.cli.progress import end_bars
 from gimcli.dynamics.integrators import INTEGRATORS, STEPPED, USUAL, WITH_DRY_FRICTION
 from gimcli.dynamics.simulation_table import column_names
+from gimcli.library.record import Records, RowField
 from gimcli.library.simulate import SimulateResult, simulate
 from gimcli.mechanism import Mechanism
 from gimcli.output import refuse_repeated
@@ -43,19 +45,18 @@ def _registered(name: str) -> str:
 def _print(result: SimulateResult) -> None:
     end_bars()
     found = result._found
-    _print_events(result)
+    print_records("", _events(result), most=EVENTS)
     typer.echo(
         f"{found.mechanism.name}: {len(found.time)} of {len(result.times)} rows, {found.steps} steps,"
         f" {found.evaluations} evaluations; energy drift {found.worst_drift:.1e}, relative to the greatest energy"
     )
-    if result.slip is not None:
-        turning, sliding = result.slip
-        typer.echo(f"dry friction with a slip speed of {turning:.1e} rad/s in pins, {sliding:.1e} m/s in guides")
+    turning, sliding = result.slip or (0.0, 0.0)
+    slip = f"dry friction with a slip speed of {turning:.1e} rad/s in pins, {sliding:.1e} m/s in guides"
+    print_remarks((result.slip is not None, slip))
     print_ranges(result.mechanism, result.measured)
-    if result.open:
-        print_open(result.open)
-    if found.status.word != "ok":
-        typer.echo(f"ended at {number(found.end)} s, {found.status.word}: {found.status.plain_text}")
+    print_open(result.open)
+    ended = f"ended at {number(found.end)} s, {found.status.word}: {found.status.plain_text}"
+    print_remarks((found.status.word != "ok", ended))
 
 
 def _kind(event: dict[str, Any]) -> str:
@@ -65,20 +66,22 @@ def _kind(event: dict[str, Any]) -> str:
     return str(event["kind"]) + (f" of {event['actuator']}" if "actuator" in event else "")
 
 
-def _print_events(result: SimulateResult) -> None:
-    events, mechanism = result.events, result.mechanism
-    if not events:
-        return
-    names = list(events[0]["at"])
-    sizes = {n: greatest(result[f"{n}.speed"].tolist()) for n in names}
-    rows = [
-        (_kind(e), number(e["time"]),
-         *(input_value(mechanism, n, e["at"][n]) for n in names), *(number(e["speed"][n], sizes[n]) for n in names))
-        for e in events[:EVENTS]
-    ]  # fmt: skip
-    head = ("event", "time [s]", *names, *(f"{n}.speed" for n in names))
-    print_table("", head, rows, range(1, len(head)))
-    print_more(len(events), EVENTS)
+def _events(result: SimulateResult) -> Records:
+    """Return the events, one row each: kind, time, inputs and their speeds."""
+    events, own, names = result.events, result.mechanism, [actuator.name for actuator in result.mechanism.actuators]
+    return Records(
+        RowField("kind", list(map(_kind, events)), head="event"),
+        RowField("time", [one["time"] for one in events], float, "s", head="time"),
+        *(
+            RowField(name, [one["at"][name] for one in events], float, head=name, text=partial(input_value, own, name))
+            for name in names
+        ),
+        *(
+            RowField(f"{name}.speed", [one["speed"][name] for one in events], float, head=f"{name}.speed",
+                     size=greatest(result[f"{name}.speed"].tolist()))
+            for name in names
+        ),
+    )  # fmt: skip
 
 
 def _refuse_repeated(mechanism: Mechanism) -> None:

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import typer
-
 from gimcli.branching.singularities import STATIONARY
-from gimcli.cli.console import print_records
+from gimcli.cli.console import print_records, print_remarks
 from gimcli.cli.from_verb import from_verb
 from gimcli.library.singularities import SingularitiesResult, singularities
 from gimcli.rounding import how_it_ends, intervals
@@ -21,13 +19,18 @@ EXAMPLES = ("gim singularities parallelogram -o positions.png",)
 def _print(result: SingularitiesResult) -> None:
     found, mechanism = result._found, result.mechanism
     print_records(mechanism.name, result.records, "number", "kind", "at", "branches", "about", "rates")
-    if all(one.what.kind == STATIONARY for one in found.found):
-        typer.echo("no limit, dead point, change point or tangency")
-    for k, (circuit, reach) in enumerate(zip(found.branches.circuits, found.reach, strict=True)):
-        how = how_it_ends(circuit.closed, circuit.ended, circuit.turns)
-        typer.echo(f"branch {k + 1}: {how}; range of {intervals(mechanism, result.interval(reach), circuit.turns)}")
-    if not found.complete:
-        typer.echo("there are more branches than were followed")
+    print_remarks(
+        (
+            all(one.what.kind == STATIONARY for one in found.found),
+            "no limit, dead point, change point or tangency",
+        ),
+        *(
+            f"branch {k}: {how_it_ends(one.closed, one.ended, one.turns)}; range of"
+            f" {intervals(mechanism, result.interval(reach), one.turns)}"
+            for k, (one, reach) in enumerate(zip(found.branches.circuits, found.reach, strict=True), 1)
+        ),
+        (not found.complete, "there are more branches than were followed"),
+    )
 
 
 command = from_verb(singularities, SingularitiesResult, _print)

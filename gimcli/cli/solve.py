@@ -3,22 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from gimcli.cli.arguments import SHARED
-from gimcli.cli.console import note, print_records, print_table
+from gimcli.cli.console import note, print_records, print_remarks, print_table
 from gimcli.cli.from_verb import Run, from_verb
 from gimcli.cli.progress import end_bars
 from gimcli.errors import UsageError
 from gimcli.library.solve import SolveResult, input_rates, solve
-from gimcli.rounding import greatest, length, number, titled
-from gimcli.table import labelled, per_second
+from gimcli.rounding import number, titled
+from gimcli.table import per_second
 
 if TYPE_CHECKING:
+    from gimcli.library.record import Records
     from gimcli.rates.derivatives import Instant
 
 SHOWN = 25
@@ -72,43 +72,38 @@ def _run_all(run: Run) -> Any:
 
 def _print(method: str, found: SolveResult) -> None:
     end_bars()
-    position, law = found.position, found.law
-    mechanism, status = position.mechanism, position.status
-    typer.echo(titled(mechanism, found.inputs))
-    residual = position.residual
+    position, residual, law = found.position, found.position.residual, found.law
+    typer.echo(titled(position.mechanism, found.inputs))
     typer.echo(
-        f"{status.word}; length error {_error(residual.lengths[0])} (eq. 1),"
+        f"{position.status.word}; length error {_error(residual.lengths[0])} (eq. 1),"
         f" angle error {_error(residual.angles[0])} rad (eq. 2); {_iterations(position.sweeps, method)}"
     )
-    if status.value:
-        typer.echo(found.reason)
-    report = found.report()
-    places = report["nodes"] | report["points"]
-    if places:
-        rows = [(name, *(length(mechanism, value) for value in xy)) for name, xy in places.items()]
-        print_table("", ("node", *(labelled(axis, mechanism.length_unit) for axis in "xy")), rows, right=(1, 2))
-    turned = report["angles"]
-    if turned and found.moving is None:
-        print_table(
-            "", ("member", f"angle [{mechanism.angle_unit}]"), [(n, number(a)) for n, a in turned.items()], (1,)
-        )
-    if found.measured:
-        rows = [(labelled(c.name, c.unit), number(float(c.values[0]))) for c in found.measured]
-        print_table("", ("quantity", "value"), rows, right=(1,))
+    print_remarks((found.reason, found.reason))
+    _print_known(found.records, "node", "")
+    if found.moving is None:
+        _print_known(found.members)
+    print_records("", found.quantities)
     if law is not None:
         rows = [(str(k), f"{a:.3e}", f"{b:.3e}") for k, (a, b) in enumerate(law.errors)]
         if len(rows) > 2 * SHOWN:
             rows = [*rows[:SHOWN], ("...", "...", "..."), *rows[-SHOWN:]]
         print_table("Error per sweep", ("sweep", "eq. (1)", "eq. (2) [rad]"), rows, right=(0, 1, 2))
-        if math.isfinite(law.c1):
-            typer.echo(
-                f"eq. (3): E = {law.c1:.3g} exp(-{law.c2:.4g} n): factor {law.rate:.4f} per sweep,"
-                f" predicted spectral radius {law.radius:.4f}"
-            )
-        else:
-            typer.echo("too few sweeps to fit eq. (3): E = C1 exp(-C2 n)")
+        typer.echo(
+            f"eq. (3): E = {law.c1:.3g} exp(-{law.c2:.4g} n): factor {law.rate:.4f} per sweep,"
+            f" predicted spectral radius {law.radius:.4f}"
+            if math.isfinite(law.c1)
+            else "too few sweeps to fit eq. (3): E = C1 exp(-C2 n)"
+        )
     if found.moving is not None:
-        print_velocities(found.moving, turned)
+        _print_velocities(found, found.moving)
+
+
+def _print_known(records: Records, *names: str) -> None:
+    """Print the rows whose numbers are known: those of a machine that is not solved are not."""
+    head, rows, right = records.cells(*names)
+    known = [row for row in rows if "-" not in row[1:]]
+    if known:
+        print_table("", head, known, right)
 
 
 def _iterations(sweeps: int, method: str) -> str:
@@ -123,10 +118,9 @@ def _error(value: float) -> str:
     return f"{value:.1e}" if value else "0"
 
 
-def print_velocities(found: Instant, turned: Mapping[str, float]) -> None:
-    """Print the tables of points and members; `turned` are the directions of the members."""
+def _print_velocities(result: SolveResult, found: Instant) -> None:
+    """Print the rates of the inputs, and the tables of points and members."""
     from gimcli.library.inputs import leaders
-    from gimcli.library.record import Records, RowField
 
     if found.singular:
         typer.echo(SINGULAR)
@@ -138,27 +132,8 @@ def print_velocities(found: Instant, turned: Mapping[str, float]) -> None:
         source = source if k in mechanism.drivers else f"with {' and '.join(leaders(mechanism, k))}"
         values = f"speed {number(rate['rate'])} {v}, acceleration {number(rate['acceleration'])} {a}"
         typer.echo(f"{name}: {values} ({source})")
-    first, second = found.of_points(1), found.of_points(2)
-    sizes = [greatest(abs(value) for value in vectors.values()) for vectors in (first, second)]
-    places = [(n, *_cells(v, sizes[0]), *_cells(second[n], sizes[1])) for n, v in first.items()]
-    v, a = (per_second(mechanism.length_unit, order) for order in (1, 2))
-    heads = (
-        "node",
-        *(f"{name} [{v}]" for name in ("vx", "vy", "speed")),
-        *(f"{name} [{a}]" for name in ("ax", "ay", "acceleration")),
-    )
-    print_table("", heads, places, right=range(1, 7))
-    unit, rates = mechanism.angle_unit, [found.of_members(order) for order in (1, 2)]
-    omega, alpha = (
-        RowField(name, list(own.values()), float, f"{unit}/{by}", head=name, size=greatest(own.values()))
-        for name, own, by in zip(("omega", "alpha"), rates, ("s", "s^2"), strict=True)
-    )
-    angle = RowField("angle", [turned[name] for name in rates[0]], float, unit, head="angle")
-    print_records("", Records(RowField("member", list(rates[0]), head="member"), angle, omega, alpha))
-
-
-def _cells(v: complex, size: float) -> tuple[str, str, str]:
-    return number(v.real, size), number(v.imag, size), number(abs(v), size)
+    print_records("", result.records, "node", "v", "a")
+    print_records("", result.members)
 
 
 OPTIONS = {

@@ -9,14 +9,13 @@ from typing import Annotated, Any
 import typer
 
 from gimcli.cli.arguments import INPUTS, METHOD, pairs
-from gimcli.cli.console import print_table
+from gimcli.cli.console import print_records, print_remarks, print_table
 from gimcli.cli.from_verb import Run, from_verb
 from gimcli.cli.progress import end_bars
 from gimcli.errors import UsageError
 from gimcli.library.sweep import SweepResult, sweep
-from gimcli.rounding import cells, number
+from gimcli.rounding import cells
 from gimcli.status import Status
-from gimcli.table import labelled
 
 HELP = (
     "Solves all combinations of listed values, or a sample of distributions; writes one row for each design: its"
@@ -56,16 +55,8 @@ def _print_interrupted(done: int, chunks: int, folder: Path | None) -> None:
 
 
 def _print(found: SweepResult) -> None:
-    typer.echo(found.headline())
-    for word, count in found.counts.items():
-        if word != Status.OK.word:
-            typer.echo(f"{word}: {count}")
-    rows = []
-    for name, one in found.ranges.items():
-        size = max(abs(one["least"]), abs(one["greatest"]))
-        empty = str(one["empty"]) if one["empty"] else ""
-        rows.append((labelled(name, one["unit"]), number(one["least"], size), number(one["greatest"], size), empty))
-    print_table("", ("", "least", "greatest", "empty"), rows, (1, 2, 3))
+    print_remarks(found.headline(), *(f"{word}: {n}" for word, n in found.counts.items() if word != Status.OK.word))
+    print_records("", found.spans)
     if found._found.best is not None:
         head, *best = cells(found._found.best)
         print_table("best designs", head, best, range(len(head) - 1))

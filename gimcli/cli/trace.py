@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from gimcli.cli.console import print_more, print_status
+from gimcli.cli.console import print_more, print_remarks, print_status
 from gimcli.cli.from_verb import from_verb
 from gimcli.cli.measures import PLOT, QUANTITIES, print_points, print_ranges
 from gimcli.library.trace import MotionTraceResult, trace
@@ -47,8 +47,8 @@ def _shown(found: MotionTraceResult | CircuitTraceResult) -> None:
 def _print(found: MotionTraceResult) -> None:
     typer.echo(found.headline())
     for part, machine in zip(found.motion.machines, found.machines, strict=True):
-        if len(found.machines) > 1:
-            typer.echo(f"{machine['name']}: {machine['solved']} of {found.rows} positions solved")
+        solved = f"{machine['name']}: {machine['solved']} of {found.rows} positions solved"
+        print_remarks((len(found.machines) > 1, solved))
         _print_machine(found, part, machine)
     print_ranges(found.mechanism, found.measured)
     print_points(found.mechanism, found.points)
@@ -81,18 +81,16 @@ def _print_circuits(found: CircuitTraceResult) -> None:
     typer.echo(found.headline())
     for one in found.circuits:
         how = how_it_ends(one["closed"], one["ended"], one["turns"])
-        typer.echo(
-            f"branch {one['branch']}: {how}; range of {intervals(found.mechanism, one['interval'], one['turns'])}"
+        print_remarks(
+            f"branch {one['branch']}: {how}; range of {intervals(found.mechanism, one['interval'], one['turns'])}",
+            *(f"  {event['kind']} at {at_inputs(found.mechanism, event['at'])}" for event in one["events"]),
         )
-        for e in one["events"]:
-            typer.echo(f"  {e['kind']} at " + at_inputs(found.mechanism, e["at"]))
         print_ranges(found.mechanism, one)
         print_points(found.mechanism, one["points"])
 
 
 def _print_events(found: MotionTraceResult, events: list[dict[str, Any]], what: str) -> None:
-    for event in events[:EVENTS]:
-        typer.echo(f"{what} at {at_inputs(found.mechanism, event['at'])}")
+    print_remarks(*(f"{what} at {at_inputs(found.mechanism, event['at'])}" for event in events[:EVENTS]))
     print_more(len(events), EVENTS)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import typer
 
 from gimcli.cli.arguments import METHOD
-from gimcli.cli.console import print_records, print_status
+from gimcli.cli.console import print_records, print_remarks, print_status
 from gimcli.cli.from_verb import from_verb
 from gimcli.comparison.tradeoff import advise
 from gimcli.errors import UsageError
@@ -38,20 +38,21 @@ def _tolerances(text: str) -> list[float]:
 def _print(result: TradeoffResult) -> None:
     found = result._found
     print_records(result.headline(), result.records, *SEEN)
-    if found.entries:
-        typer.echo(
-            "iterations: of all systems, sweeps for gim; call: its fixed part, to which each position adds its time"
-        )
-        typer.echo("*: efficient: no other entry that solves all positions is both faster and more accurate")
-    if found.unrefined:
-        typer.echo(
+    print_remarks(
+        (
+            found.entries,
+            "iterations: of all systems, sweeps for gim; call: its fixed part, to which each position adds its time\n"
+            "*: efficient: no other entry that solves all positions is both faster and more accurate",
+        ),
+        (
+            found.unrefined,
             f"{found.unrefined} positions are not compared: they are too near to a singular position to determine a"
-            " true error"
-        )
+            " true error",
+        ),
+    )
     if not found.reached:
         print_status(found.motion)
-    for advice in advise(found):
-        typer.echo(advice.text)
+    print_remarks(*(advice.text for advice in advise(found)))
 
 
 OPTIONS = {

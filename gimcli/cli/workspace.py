@@ -9,12 +9,11 @@ from typing import Any
 import typer
 
 from gimcli.cli.arguments import INPUTS, pairs
-from gimcli.cli.console import print_table
+from gimcli.cli.console import print_records, print_remarks, print_table
 from gimcli.cli.from_verb import Run, from_verb
 from gimcli.library.workspace import WorkspaceResult, workspace
 from gimcli.mechanism import Mechanism
-from gimcli.rounding import at_inputs, interval, length, number
-from gimcli.table import labelled
+from gimcli.rounding import at_inputs
 
 HELP = (
     "With two or more inputs it finds the region that a point reaches in all assemblies, its boundary, holes and inner"
@@ -54,11 +53,8 @@ HELD = partial(
 
 
 def _print(result: WorkspaceResult) -> None:
-    mechanism, report = result.mechanism, result.report()
-    if "paths" in report:
-        _print_paths(mechanism, report)
-    else:
-        _print_region(mechanism, report)
+    report = result.report()
+    (_print_paths if "paths" in report else _print_region)(result, report)
     if "grid" in report:
         grid = report["grid"]
         typer.echo(
@@ -67,63 +63,31 @@ def _print(result: WorkspaceResult) -> None:
         )
 
 
-def _print_region(mechanism: Mechanism, report: dict[str, Any]) -> None:
-    unit = "" if mechanism.length_unit == "unit" else f" {mechanism.length_unit}"
-    square = f"{unit}^2" if unit else ""
-    size = mechanism.size * mechanism.scale
-    spans = ", ".join(
-        f"{k} {length(mechanism, low)} to {length(mechanism, high)}{unit}"
-        for k, (low, high) in report["bounds"].items()
+def _print_region(result: WorkspaceResult, report: dict[str, Any]) -> None:
+    names = ("area", "bounds", "regions", "holes", "perimeter", "barriers")
+    print_table(result.headline(), ("", ""), result.facts.pairs(*names))
+    print_records("", result.records)
+    whole, regions = report["complete"], report["regions"]
+    print_remarks(
+        (not regions and whole, "the region is a single point: the mechanism can be assembled in one position only"),
+        (not regions and not whole, "no boundary was found"),
+        (regions and not whole, "the boundary is not complete: a curve is missing or could not be classified"),
     )
-    rows = [
-        ("area", f"{number(report['area'], size**2)}{square} (estimated error {report['area_error']:.0e})"),
-        ("extent", spans),
-        ("regions", str(report["regions"])),
-        ("holes", str(report["holes"])),
-        ("length of the boundary", f"{length(mechanism, report['perimeter'])}{unit}"),
-        ("inner curves", str(report["barriers"])),
-    ]
-    print_table(f"{mechanism.name}: workspace of {report['point']}", ("", ""), rows)
-    heads = ("curve", "kind", "cause", labelled("length", mechanism.length_unit))
-    ends = [("range ends: " + at_inputs(mechanism, c["held"])) if c["held"] else "singular" for c in report["curves"]]
-    curves = [
-        (str(k), c["kind"], end, length(mechanism, c["length"]))
-        for k, (c, end) in enumerate(zip(report["curves"], ends, strict=True))
-    ]
-    if curves:
-        print_table("", heads, curves, right=(0, 3))
-    if not report["regions"] and report["complete"]:
-        typer.echo("the region is a single point: the mechanism can be assembled in one position only")
-    elif not report["regions"]:
-        typer.echo("no boundary was found")
-    elif not report["complete"]:
-        typer.echo("the boundary is not complete: a curve is missing or could not be classified")
 
 
-def _print_paths(mechanism: Mechanism, report: dict[str, Any]) -> None:
-    rows = []
-    for k, path in enumerate(report["paths"]):
-        inputs = [
-            f"{n}: {'full turn' if i['full_turn'] else interval(mechanism, n, i['from'], i['to'])}"
-            for n, i in path["inputs"].items()
-        ]
-        spans = [f"{length(mechanism, a)} to {length(mechanism, b)}" for a, b in path["bounds"].values()]
-        rows.append(
-            (f"{k}{' *' if path['drawn'] else ''}", *spans, length(mechanism, path["length"]), ", ".join(inputs))
-        )
-    heads = ("path", *(labelled(what, mechanism.length_unit) for what in ("x", "y", "length")), "inputs")
-    print_table(f"{mechanism.name}: workspace of {report['point']}", heads, rows, right=(3,))
-    if any(path["drawn"] for path in report["paths"]):
-        typer.echo("*: the path of the initial configuration")
-    if not report["all"]:
-        typer.echo(_left_out(mechanism, report["assemblies"]))
-        if not report["complete"]:
-            typer.echo("there may be more: a path, or a path that crosses it, was not followed to its end")
-    elif not report["complete"]:
-        typer.echo(
+def _print_paths(result: WorkspaceResult, report: dict[str, Any]) -> None:
+    print_records(result.headline(), result.records, "path", "x", "y", "length", "inputs")
+    every, whole = report["all"], report["complete"]
+    print_remarks(
+        (any(path["drawn"] for path in report["paths"]), "*: the path of the initial configuration"),
+        (not every, "" if every else _left_out(result.mechanism, report["assemblies"])),
+        (not every and not whole, "there may be more: a path, or a path that crosses it, was not followed to its end"),
+        (
+            every and not whole,
             "there may be more paths: at some input values the list of configurations is not proved complete, or a"
-            " configuration is on no path"
-        )
+            " configuration is on no path",
+        ),
+    )
 
 
 def _left_out(mechanism: Mechanism, found: dict[str, Any]) -> str:

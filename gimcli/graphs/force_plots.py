@@ -1,4 +1,4 @@
-"""The usual graphs of forces, which of them show more than a constant, and what a report says of them.
+"""The usual graphs of forces, and which of them show more than a constant.
 
 Hodographs have values of the input along their curves.
 """
@@ -7,42 +7,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, replace
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 
-from gimcli.dynamics.force_statistics import Extremum, ForceSummary
 from gimcli.graphs.plots import PlannedCurve, PlannedGraph, plotted
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.output.graph import EQUAL, ORDINARY, Curve, CurveGraph, PlaceMark
 from gimcli.rounding import round_above
 from gimcli.table import Column
-
-
-def summary_report(found: ForceSummary) -> dict[str, Any]:
-    """Return the entries of the JSON report; undetermined numbers become null."""
-    statistics = {
-        name: {
-            "unit": one.unit, "mean": one.mean, "rms": one.rms, "least": _place(one.least),
-            "greatest": _place(one.greatest), "part": one.part,
-        }
-        for name, one in found.statistics.items()
-    }  # fmt: skip
-    peaks = {
-        name: {"value": one.peak.value, "unit": one.unit, "time": one.peak.time, "at": one.peak.inputs}
-        for name, one in found.statistics.items()
-    }
-    return {
-        "peaks": peaks, "statistics": statistics, "closed": found.closed,
-        "work": {name: {**asdict(one), "net": one.net} for name, one in found.work.items()},
-        "bearings": {name: asdict(one) for name, one in found.bearings.items()},
-    }  # fmt: skip
-
-
-def _place(one: Extremum) -> dict[str, Any]:
-    return {"value": one.value, "time": one.time, "at": one.inputs}
-
 
 CONSTANT = 1e-9
 """Range of a constant quantity, relative to its largest value."""

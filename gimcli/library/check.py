@@ -91,6 +91,11 @@ class CheckResult(Result):
         return list(self.report()["warnings"])
 
     @property
+    def remarks(self) -> list[str]:
+        """The warnings as lines."""
+        return [": ".join(filter(None, ("warning", one["where"], one["text"]))) for one in self.warnings]
+
+    @property
     def complete(self) -> bool:
         """Whether the mechanism is assembled."""
         return self.position is None or self.position.status.value == 0
@@ -123,8 +128,7 @@ class CheckResult(Result):
 
     def __repr__(self) -> str:
         texts = [text for section in self.sections() for text in ("", section.heading, *section.lines())]
-        warned = (": ".join(filter(None, ("warning", one["where"], one["text"]))) for one in self.warnings)
-        return "\n".join([self.headline(), *texts, *warned])
+        return "\n".join([self.headline(), *texts, *self.remarks])
 
     # -- the parts ------------------------------------------------------------------------------
 
@@ -169,7 +173,7 @@ class CheckResult(Result):
         if self.error or not self.mechanism.actuators:
             return None
         curve = self.circuit.curve if self.circuit is not None else None
-        ends = [(curve.nodes(one.p), curve.inputs(float(one.p[-1]))) for one in self._limits() if curve is not None]
+        ends = [(curve.nodes(one.p), curve.inputs(float(one.p[-1]))) for one in self.limits if curve is not None]
         try:
             with explained(self.mechanism):
                 return motion_summary(self.mechanism, TOLERANCE, ends)
@@ -191,13 +195,10 @@ class CheckResult(Result):
             "drawing": self._drawing(),
         }  # fmt: skip
         report["warnings"] = motion_warnings(self.mechanism, report, self.error)
-        report["status"] = self._status()
+        report["status"] = "not driven" if self.position is None else self.position.status.word
         if self.whole:
             report["warnings"] += file_warnings(self.mechanism, self.error)
         return report
-
-    def _status(self) -> str:
-        return "not driven" if self.position is None else self.position.status.word
 
     def _structure(self) -> dict[str, Any]:
         chain, formation = self.kind.chain, self.kind.formation

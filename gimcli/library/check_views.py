@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gimcli.mechanism import ComplexArray, Mechanism
-from gimcli.rounding import ZERO, at_inputs, input_value, interval, length, number
+from gimcli.rounding import ZERO, aligned, at_inputs, input_value, interval, length, number
 from gimcli.table import Column, Table
 
 if TYPE_CHECKING:
@@ -40,9 +40,7 @@ class CheckSection:
 
     def lines(self) -> list[str]:
         """Return head and rows in aligned columns."""
-        table = [*([self.head] if any(self.head) else []), *self.rows]
-        widths = [max(map(len, column)) for column in zip(*table, strict=True)]
-        return ["  ".join(cell.ljust(w) for cell, w in zip(row, widths, strict=True)).rstrip() for row in table]
+        return aligned([*([self.head] if any(self.head) else []), *self.rows])
 
 
 def check_sections(mechanism: Mechanism, report: dict[str, Any]) -> list[CheckSection]:
@@ -91,11 +89,9 @@ class _Texts:
         if self.report["links"] == LOOP and len(loops) == 1:
             sizes, rule = self._dimensions(loops[0]), self._grashof(loops[0])
             return [*([("dimensions", sizes)] if sizes else []), *([("Grashof", rule)] if rule else [])]
-        rows: Rows = []
-        for loop in loops[:MOST]:
-            texts = [f"{loop['type']}: {loop['kind']}" if loop["kind"] else loop["type"]]
-            rows.append(("loop", "; ".join([*texts, *filter(None, (self._dimensions(loop), self._grashof(loop)))])))
-        return rows
+        texts = [f"{loop['type']}: {loop['kind']}" if loop["kind"] else loop["type"] for loop in loops[:MOST]]
+        parts = ((text, self._dimensions(one), self._grashof(one)) for text, one in zip(texts, loops, strict=False))
+        return [("loop", "; ".join(filter(None, own))) for own in parts]
 
     def _dimensions(self, loop: dict[str, Any]) -> str:
         sizes = ", ".join(f"{name} {length(self.own, value)}" for name, value in loop["dimensions"].items())
@@ -116,29 +112,29 @@ class _Texts:
         if drawing is None:
             return []
         away, part = length(self.own, drawing["distance"]), number(100.0 * drawing["relative"], 100.0)
-        text = (
-            f"nodes move at most {away}{self.unit} ({part} % of the size) to the assembled position: {drawing['node']}"
-        )
-        return [("initial coordinates", "an assembled position" if away == "0" else text)]
+        moved = f"nodes move at most {away}{self.unit} ({part} % of the size) to the assembled position"
+        return [("initial coordinates", "an assembled position" if away == "0" else f"{moved}: {drawing['node']}")]
 
     def inputs(self) -> Rows:
         """Return law and range of each input."""
-        rows: Rows = []
-        for one in self.report["inputs"]:
-            name, unit = one["name"], _unit(one["unit"])
-            first, last = (input_value(self.own, name, value) for value in one["law"])
-            law = f"{first} to {last}{unit}" if one["moves"] else f"constant, {first}{unit}"
-            if one["moves"] and one["law"] not in ([one["least"], one["greatest"]], [one["greatest"], one["least"]]):
-                least, most = (input_value(self.own, name, one[key]) for key in ("least", "greatest"))
-                law += f", between {least} and {most}{unit}"
-            law += f", with {' and '.join(one['follows'])}" if one["follows"] else ""
-            reach = (
-                interval(self.own, name, one["range"][0], one["range"][1], one["full_turn"])
+        return [
+            (
+                one["name"], self._law(one),
+                interval(self.own, one["name"], one["range"][0], one["range"][1], one["full_turn"])
                 if one["range"]
-                else "not known"
+                else "not known",
             )
-            rows.append((name, law, reach))
-        return rows
+            for one in self.report["inputs"]
+        ]  # fmt: skip
+
+    def _law(self, one: dict[str, Any]) -> str:
+        """Return the law of an input, and what it follows."""
+        unit, keys = _unit(one["unit"]), ("least", "greatest")
+        first, last, least, most = (input_value(self.own, one["name"], v) for v in (*one["law"], *map(one.get, keys)))
+        law = f"{first} to {last}{unit}" if one["moves"] else f"constant, {first}{unit}"
+        beyond = one["moves"] and sorted(one["law"]) != [one["least"], one["greatest"]]
+        follows = f", with {' and '.join(one['follows'])}" if one["follows"] else ""
+        return law + f", between {least} and {most}{unit}" * beyond + follows
 
     def outputs(self) -> Rows:
         """Return range, ends and time ratio of each output."""
@@ -148,16 +144,14 @@ class _Texts:
         slider = one["kind"] == "slider"
         unit = _unit(one["unit"])
         name = f"{one['name']} on {one['guide']}" if slider else one["name"]
-        ratio = "" if one["time_ratio"] is None else number(one["time_ratio"])
-        strokes = one["strokes_per_turn"]
-        if ratio == "" and strokes and strokes > 1.0:
-            ratio = f"{number(strokes)} strokes a turn"
+        ratio, strokes = one["time_ratio"], one["strokes_per_turn"] or 0.0
+        times = f"{number(strokes)} strokes a turn" * (strokes > 1.0) if ratio is None else number(ratio)
         if slider:
             ends = [self._at(one, key) for key in ("least_", "greatest_")]
-            return name, f"stroke {length(self.own, one['range'])}{unit}", *ends, ratio
+            return name, f"stroke {length(self.own, one['range'])}{unit}", *ends, times
         values = {key: one[key] * (abs(one[key]) > ZERO * one["range"]) for key in ("least", "greatest")}
         ends = [f"{number(value)}{unit} at {self._at(one, f'{key}_')}" for key, value in values.items()]
-        return name, "full turn" if one["full_turn"] else f"swing {number(one['range'])}{unit}", *ends, ratio
+        return name, "full turn" if one["full_turn"] else f"swing {number(one['range'])}{unit}", *ends, times
 
     def transmission(self) -> Rows:
         """Return the worst transmission angle of each joint."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -57,9 +57,9 @@ def circuits_animation(
     """Return the animation of circuits, one clip each, with a row at each singular position; None without circuits."""
     clips = []
     for one in circuits:
-        ends = _ends(one.circuit)
-        places = [_moved(place, *ends) for place in one.places]
-        places = [place for place in places if 0.0 <= place.part <= 1.0]
+        first, last = _ends(one.circuit)
+        moved = [replace(place, part=(place.part - first) / (last - first)) for place in one.places]
+        places = [place for place in moved if 0.0 <= place.part <= 1.0]
         motion = _motion(one.circuit, places)
         clips.append(_clip(one.name, motion, motion_table(motion), places, one.circuit.closed, one.note))
     if not clips:
@@ -125,11 +125,6 @@ def _ends(circuit: Circuit) -> tuple[float, float]:
     marks = circuit.lengths
     first, last = nearby(circuit)
     return float(marks[first] / marks[-1]), float(marks[last] / marks[-1])
-
-
-def _moved(place: SingularPlace, first: float, last: float) -> SingularPlace:
-    """Return a place with its part of the length that is shown."""
-    return SingularPlace((place.part - first) / (last - first), place.kind, place.text, place.p)
 
 
 def _clip(

@@ -18,7 +18,7 @@ from gimcli.graphs.extras import Extras
 from gimcli.library.inputs import in_file_units, interval_of
 from gimcli.library.trace_result import TraceResult
 from gimcli.library.under_way import UnderWay
-from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.motion.motion import Motion
 from gimcli.motion.summary import traced_paths
 from gimcli.progress import Phases
@@ -27,10 +27,7 @@ from gimcli.rates.member_angles import counted, direction
 from gimcli.table import Column, Table
 
 if TYPE_CHECKING:
-    from gimcli.output.animation import Animation
-    from gimcli.output.geometry import Geometry
-    from gimcli.output.graph import CurveGraph
-    from gimcli.output.picture import Content
+    from gimcli.output.contents import Animation, Content, CurveGraph, Geometry
 
 DENSE = 720
 """Least number of rows of a circuit for which no member is expected to turn by half a turn between two rows."""
@@ -76,19 +73,13 @@ class CircuitTrace(UnderWay[TraceResult]):
 
     @cached_property
     def _tables(self) -> list[Table]:
-        each = zip(self.motions, self.extras, strict=True)
-        tables = [self._table(motion, extras) for motion, extras in each]
-        if not self.every:
-            return tables
-        return [
-            Table((*t.columns, Column("branch", np.full(len(t), n))))
-            for t, n in zip(tables, self.numbers, strict=True)
-        ]  # fmt: skip
-
-    def _table(self, motion: Motion, extras: Extras) -> Table:
-        table = extras.table(motion, self.angles)
-        extras.keep(table, np.arange(len(motion.time)))
-        return table
+        tables = []
+        for number, motion, extras in zip(self.numbers, self.motions, self.extras, strict=True):
+            table = extras.table(motion, self.angles)
+            extras.keep(table, np.arange(len(motion.time)))
+            branch = (Column("branch", np.full(len(table), number)),) if self.every else ()
+            tables.append(Table((*table.columns, *branch)))
+        return tables
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -169,14 +160,10 @@ class CircuitTraceResult(TraceResult):
         from gimcli.output.drawing import motion_picture
         from gimcli.output.panels import with_panels
 
-        mechanism, outlines = self.mechanism, list[ComplexArray]()
-        paths: dict[str, ComplexArray] = {}
-        more: dict[str, ComplexArray] = {}
-        for number, motion, extras in zip(self._found.numbers, self.motions, self._found.extras, strict=True):
-            tail = self._tail(number)
-            paths |= {name + tail: curve for name, curve in traced_paths(motion).items()}
-            more |= {name + tail: curve for name, curve in extras.record.curves(motion).items()}
-            outlines += extras.record.outlines(motion)
+        mechanism = self.mechanism
+        paths = {name + tail: path for tail, motion, _ in self._each for name, path in traced_paths(motion).items()}
+        more = {n + tail: curve for tail, motion, own in self._each for n, curve in own.record.curves(motion).items()}
+        outlines = [outline for _, motion, own in self._each for outline in own.record.outlines(motion)]
         poses, title = self.poses(self.motions[0]), f"{mechanism.name}: circuit"
         return with_panels(motion_picture(mechanism, poses, paths, title, more, outlines), self.graphs())
 
@@ -191,16 +178,18 @@ class CircuitTraceResult(TraceResult):
         from gimcli.output.graph import named
 
         found: list[CurveGraph] = []
-        each = zip(self._found.numbers, self.motions, self._found.extras, strict=True)
-        for k, (number, motion, extras) in enumerate(each):
+        for k, (tail, motion, extras) in enumerate(self._each):
             if extras.plans:
                 events = self.circuits[k]["events"]
                 marks = [(e["kind"], {"part of the length": e["way"], **e["at"]}) for e in events]
-                found += [named(graph, self._tail(number)) for graph in extras.graphs(motion, marks)]
+                found += [named(graph, tail) for graph in extras.graphs(motion, marks)]
         return found
 
-    def _tail(self, number: int) -> str:
-        return f", branch {number}" if len(self.motions) > 1 else ""
+    @property
+    def _each(self) -> list[tuple[str, Motion, Extras]]:
+        """The end of the names, the rows, and the measures and graphs of each circuit."""
+        tails = [f", branch {number}" * (len(self.motions) > 1) for number in self._found.numbers]
+        return list(zip(tails, self.motions, self._found.extras, strict=True))
 
     def animation(self) -> Animation:
         """Return the circuits with their events and columns."""

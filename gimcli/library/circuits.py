@@ -22,9 +22,7 @@ from gimcli.structure.drive_check import explained
 from gimcli.table import Table
 
 if TYPE_CHECKING:
-    from gimcli.output.animation import Animation
-    from gimcli.output.geometry import Geometry
-    from gimcli.output.picture import Content
+    from gimcli.output.contents import Animation, Content, Geometry
 
 ROUND = 1e-12
 """A smaller input, in the file's unit, is shown as 0."""
@@ -102,7 +100,6 @@ class CircuitsResult(Result):
         """The curves of the circuits, one row each."""
         found, strands, labels = self._found, self._found.strands, self._labels
         ways, spans = [s.circuit for s in strands], [span(found, s) for s in strands]
-        ranges = [intervals(self.mechanism, s, c.turns, "\n") for s, c in zip(spans, ways, strict=True)]
         at = at_inputs(self.mechanism, inputs_at(found, found.curve.begin()))
         return Records(
             RowField("curve", labels),
@@ -115,7 +112,8 @@ class CircuitsResult(Result):
             RowField("shown", lambda: [f"{one}{' *' * (k == self.initial)}" for k, one in enumerate(labels)],
                      head="circuit", key=False),
             RowField("how", [how_it_ends(c.closed, c.ended, c.turns) for c in ways], head="", key=False),
-            RowField("range", ranges, head="input", key=False),
+            RowField("range", [intervals(self.mechanism, s, c.turns, "\n") for s, c in zip(spans, ways, strict=True)],
+                     head="input", key=False),
             RowField("count", [len(s.branches) for s in strands], int, head="branches", key=False),
             RowField("there", [self._there(k) for k in range(len(strands))], head=f"configurations at {at}", key=False),
         )  # fmt: skip

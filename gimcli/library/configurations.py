@@ -11,22 +11,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gimcli.assemblies import Configurations, all_configurations, drawn_configuration
-from gimcli.library.by_name import ByName
 from gimcli.library.inputs import in_file_units, inputs_of, refuse_linked
 from gimcli.library.machines import for_each_machine
-from gimcli.library.places import angles, coordinates, pairs, places
-from gimcli.library.record import Records, RowField
-from gimcli.library.result import Result
-from gimcli.mechanism import Mechanism
+from gimcli.library.places import coordinates, places
+from gimcli.library.record import Records, RowField, VectorField
+from gimcli.library.trace_result import Placed
+from gimcli.mechanism import ComplexArray, Mechanism
 from gimcli.positions.options import Options
 from gimcli.progress import WORK, Phases, limited, no_phases
 from gimcli.rounding import titled
 from gimcli.structure.drive_check import explained
-from gimcli.table import Column, Table, xy_columns
+from gimcli.table import Table
 
 if TYPE_CHECKING:
-    from gimcli.output.animation import Animation
-    from gimcli.output.picture import Content
+    from gimcli.output.contents import Animation, Content
 
 PANELS = 36
 """Largest number of configurations in one picture."""
@@ -65,7 +63,7 @@ def configurations(
     return ConfigurationsResult(found, None if undecided else drawn_configuration(found))
 
 
-class ConfigurationsResult(Result):
+class ConfigurationsResult(Placed):
     """Configurations: `count`, `xy[name]` (configurations, 2), `angle[member]` (configurations,) and `complete`.
 
     `drawn` is the index of the configuration that the file's coordinates show, or None.
@@ -106,15 +104,9 @@ class ConfigurationsResult(Result):
         """The inputs in the file's units."""
         return in_file_units(self.mechanism, self._found.inputs)
 
-    @cached_property
-    def xy(self) -> ByName:
-        """Coordinates (configurations, 2) of nodes and points in the file's length unit."""
-        return places(self.mechanism, self._found.z.T, pairs)
-
-    @cached_property
-    def angle(self) -> ByName:
-        """Directions (configurations,) of the members, from their first node to their second, in the file's unit."""
-        return angles(self.mechanism, self._found.z.T, lambda a: a)
+    @property
+    def _z(self) -> ComplexArray:
+        return self._found.z.T
 
     @cached_property
     def places(self) -> dict[str, Any]:
@@ -129,23 +121,19 @@ class ConfigurationsResult(Result):
     def records(self) -> Records:
         """The configurations, one row each."""
         found, mechanism, numbers = self._found, self.mechanism, range(len(self._found))
-        numbered = [f"{k + 1}{' *' * (k == self.drawn)}" for k in numbers]
-        radius = [f"{one:.0e}" if math.isfinite(one) else "multiple" for one in found.radius]
         unit, size = mechanism.length_unit, mechanism.size * mechanism.scale
         return Records(
-            RowField("number", numbers, int, head="", text=numbered, key=False),
+            RowField("number", numbers, int, head="", text=[f"{k + 1}{' *' * (k == self.drawn)}" for k in numbers],
+                     key=False),
             RowField("residual", found.residual.tolist(), float, head="residual", text="{:.0e}".format),
             RowField("nodes", [self._at(mechanism.nodes, k) for k in numbers]),
             RowField("points", [self._at([p.name for p in mechanism.points], k) for k in numbers]),
             RowField("assembly", self.signs, head="signs"),
-            RowField("radius", found.radius.tolist(), float, head="proved radius", text=radius),
+            RowField("radius", found.radius.tolist(), float, head="proved radius",
+                     text=[f"{one:.0e}" if math.isfinite(one) else "multiple" for one in found.radius]),
             RowField("drawn", [k == self.drawn for k in numbers]),
-            *(
-                RowField(f"{name}.{axis}", values, float, unit, head=f"{name}.{axis}", size=size, key=False)
-                for name, z in self.places.items()
-                for axis, values in (("x", z.real), ("y", z.imag))
-            ),
-        )
+            *(VectorField(f"{name}.", z, unit, size=size) for name, z in self.places.items()),
+        )  # fmt: skip
 
     def _at(self, names: Iterable[str], k: int) -> dict[str, list[float]]:
         return coordinates({name: self.places[name][k] for name in names})
@@ -175,17 +163,14 @@ class ConfigurationsResult(Result):
 
     def table(self) -> Table:
         """Return one row for each node and point of each configuration."""
-        found, names, unit = self._found, list(self.places), self.mechanism.length_unit
-        z = np.array([self.places[n] for n in names]).T.ravel()
-        each = len(names)
-        return Table(
-            (
-                Column("configuration", np.repeat(np.arange(1, len(found) + 1), each)),
-                Column("node", np.array(names * len(found), dtype=str)),
-                *xy_columns("", z, unit),
-                Column("residual", np.repeat(found.residual, each)),
-            )
-        )  # fmt: skip
+        count, names = len(self._found), list(self.places)
+        z = np.array(list(self.places.values())).T.ravel()
+        return Records(
+            RowField("configuration", np.repeat(np.arange(1, count + 1), len(names)), int),
+            RowField("node", names * count, str),
+            VectorField("", z, self.mechanism.length_unit),
+            RowField("residual", np.repeat(self._found.residual, len(names)), float),
+        ).table()
 
     @property
     def undrawn(self) -> int:

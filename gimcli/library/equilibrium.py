@@ -203,20 +203,18 @@ class EquilibriumResult(Result):
 
     def report(self) -> dict[str, Any]:
         """Return the report that --json prints."""
-        found = self._found
-        report: dict[str, Any] = {
+        found, history = self._found, self._found.history
+        return {
             "released": list(self.released), "time": self.time, "at": self._inputs(found.start_inputs),
             "holding": {name: value if math.isfinite(value) else None for name, value in self.holding.items()},
             "everywhere": found.everywhere, "conservative": found.conservative, "complete": self.complete,
             "status": self.outcome,
             "equilibria": self.equilibria,
-        }  # fmt: skip
-        if found.history is None:
-            return {**report, "starts": found.starts, "failed": found.failed}
-        span = [float(np.min(found.history.potential)), float(np.max(found.history.potential))]
-        return {
-            **report, "potential": span, "closed": found.closed, "ended": found.ended, "crossings": found.crossings,
-            "gain": found.gain, "winds": found.winds,
+            **({"starts": found.starts, "failed": found.failed} if history is None else {
+                "potential": [float(np.min(history.potential)), float(np.max(history.potential))],
+                "closed": found.closed, "ended": found.ended, "crossings": found.crossings, "gain": found.gain,
+                "winds": found.winds,
+            }),
         }  # fmt: skip
 
     @cached_property
@@ -224,16 +222,15 @@ class EquilibriumResult(Result):
         """The equilibria, one row each: inputs, potential, stability, stiffness, pushes, coordinates."""
         found, mechanism = self._found.found, self.mechanism
         energy, single = greatest(one.potential for one in found), len(self._found.released) == 1
-        words = [one.stability + MULTIPLE.get(one.multiplicity, "") for one in found]
-        matrices = [None if one.stiffness is None else one.stiffness.tolist() for one in found]
         return Records(
             RowField("number", range(1, len(found) + 1), int, head=""),
             InputsField(mechanism, "inputs", [self._inputs(one.inputs) for one in found]),
             RowField("potential", [one.potential for one in found], float, "J", head="potential", size=energy),
-            RowField("stability", [one.stability for one in found], str, head="stability", text=words),
+            RowField("stability", [one.stability for one in found], str, head="stability",
+                     text=[one.stability + MULTIPLE.get(one.multiplicity, "") for one in found]),
             RowField("negative", [one.negative for one in found], int, head=None if single else "unstable directions"),
             RowField("multiplicity", [one.multiplicity for one in found], int),
-            RowField("stiffness", matrices),
+            RowField("stiffness", [None if one.stiffness is None else one.stiffness.tolist() for one in found]),
             *(self._of_one_input(energy) if single else ()),
             *(
                 RowField(c.name, c.values.tolist(), float, c.unit, head=c.name, size=greatest(c.values.tolist()))
@@ -257,10 +254,11 @@ class EquilibriumResult(Result):
             own = [next((p for p in one.pushes if p.sense == sense), None) for one in found]
             efforts = [p and (math.nan if p.effort is None else p.effort) for p in own]
             at = [p and self._inputs(p.inputs)[actuator.name] for p in own]
-            barriers, heads = [p and p.barrier for p in own], (word, "barrier") if pushed else (None, None)
+            heads = (word, "barrier") if pushed else (None, None)
             yield RowField(f"{word}.effort", efforts, float, self.unit(main), head=heads[0], key=False)
             yield RowField(f"{word}.at", at, float, self.mechanism.unit_of(actuator), key=False)
-            yield RowField(f"{word}.barrier", barriers, float, "J", head=heads[1], size=energy, key=False)
+            yield RowField(f"{word}.barrier", [p and p.barrier for p in own], float, "J", head=heads[1], size=energy,
+                           key=False)  # fmt: skip
 
     def _push(self, push: Push) -> dict[str, Any]:
         return {

@@ -145,9 +145,8 @@ def _least_goal(
     found = next((one for design, goal in tried if (one := checker.checked(design, goal)) is not None), None)
     hits = 0 if found is None else search.same(found.error)
     counts = FitCounts(search.drawn, search.started, hits, seed, _ended(stop))
-    return GoalResult(
-        nominal, quantities.family.names, found, counts, quantities.goal.text, _stand(found, lower, upper)
-    )
+    names, goal, stand = quantities.family.names, quantities.goal.text, _stand(found, lower, upper)
+    return GoalResult(nominal, names, found, counts, stand=stand, goal=goal)
 
 
 def _least_error(

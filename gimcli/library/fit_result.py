@@ -14,20 +14,18 @@ from numpy.typing import NDArray
 
 from gimcli.fitting.targets import GIVEN
 from gimcli.library.fit_targets import FittedTask
+from gimcli.library.record import Records, RowField
 from gimcli.library.result import Result
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.motion.motion import Motion
 from gimcli.quantities.state import State
 from gimcli.rounding import number
 from gimcli.status import Status
-from gimcli.table import Column, Table
+from gimcli.table import Table
 
 if TYPE_CHECKING:
     from gimcli.library.fitted_design import FitMotion, FittedDesign
-    from gimcli.output.animation import Animation
-    from gimcli.output.graph import CurveGraph
-    from gimcli.output.model import ModelText
-    from gimcli.output.picture import Content
+    from gimcli.output.contents import Animation, Content, CurveGraph, ModelText
 
 
 @dataclass(frozen=True)
@@ -49,9 +47,9 @@ class FitResult(Result):
     def __init__(
         self, nominal: Mechanism, names: tuple[str, ...], found: FittedDesign | None, counts: FitCounts,
         task: FittedTask | None = None, reason: str = "", stand: NDArray[np.bool_] | None = None,
-        undetermined: tuple[str, ...] = (),
+        undetermined: tuple[str, ...] = (), goal: str = "",
     ) -> None:  # fmt: skip
-        self.status, self.undetermined = counts.ended, undetermined
+        self.status, self.undetermined, self.goal = counts.ended, undetermined, goal
         self.on_bounds = () if stand is None else tuple(n for n, on in zip(names, stand, strict=True) if on)
         self.reason = reason  # why no design is feasible
         self.nominal, self.names, self._found, self.counts, self._task = nominal, names, found, counts, task
@@ -113,9 +111,11 @@ class FitResult(Result):
         report: dict[str, Any] = {"feasible": self.feasible, "kind": self.kind, "status": self.status, "starts": counts}
         if self._found is None:
             return report | {"reason": self.headline()}
-        own: dict[str, Any] = {"dimensions": self.dimensions, "changes": self._found.changes}
-        own |= {"on_bounds": list(self.on_bounds), "undetermined": list(self.undetermined)}
-        return report | own | self._values() | {"transmission": self._found.motion.worst_transmission}
+        return report | {
+            "dimensions": self.dimensions, "changes": self._found.changes, "on_bounds": list(self.on_bounds),
+            "undetermined": list(self.undetermined), **self._values(),
+            "transmission": self._found.motion.worst_transmission,
+        }  # fmt: skip
 
     @property
     def kind(self) -> str:
@@ -164,21 +164,36 @@ class FitResult(Result):
         z = Motion.joined(list(own.trace.motions)).z[:, own.places]
         return positions_state(self.mechanism, self._found.inputs[None], z, np.zeros(count), [0] * count)
 
-    def table(self) -> Table:
-        """Return one row for each target: its input, its values, those of the motion, and their distance."""
+    @cached_property
+    def design(self) -> Records:
+        """The fitted dimensions, one row each."""
+        values = list(self.dimensions.values())
+        return Records(
+            RowField("dimension", list(self.dimensions), str, head="dimension"),
+            RowField("value", values, float, head="value", text="{:.12g}".format),
+        )
+
+    @cached_property
+    def records(self) -> Records:
+        """The targets, one row each: input, values, those of the motion, and their distance."""
         if self._found is None:
-            return Table(())
-        actuator, targets = self.nominal.actuators[0], self.task.targets
+            return Records()
+        actuator, own = self.nominal.actuators[0], {"target.": self.task.targets.values, "": self._found.motion.values}
+        heads = [one.head for one in self.task.components]
+        turned = [math.degrees(1.0) if one.quantity.circular and self._degrees else 1.0 for one in self.task.components]
         columns = [
-            Column("target", np.arange(1, len(targets.values) + 1)),
-            Column(actuator.name, self._inputs, self.nominal.unit_of(actuator)),
+            (actuator.name, self._inputs, self.nominal.unit_of(actuator)),
+            *(
+                (begin + head.name, values[:, k] * turned[k], head.unit)
+                for begin, values in own.items()
+                for k, head in enumerate(heads)
+            ),
+            ("distance", self._distances, heads[0].unit),
         ]
-        for head, values in (("target.", targets.values), ("", self._found.motion.values)):
-            for k in range(len(self.task.components)):
-                name, unit, factor = self.labelled(k)
-                columns.append(Column(head + name, values[:, k] * factor, unit))
-        columns.append(Column("distance", self._distances, self.labelled(0)[1]))
-        return Table(tuple(columns))
+        return Records(
+            RowField("target", range(1, len(self._distances) + 1), int, head="target"),
+            *(RowField(name, values, float, unit, head=name) for name, values, unit in columns),
+        )
 
     def contents(self, paths: Iterable[Path]) -> dict[Path, Any]:
         """Return the content of each file; of files other than reports None if no design is feasible."""
@@ -190,25 +205,20 @@ class FitResult(Result):
         """Return what was checked on the real motion, as sentences."""
         assert self._found is not None
         worst, unit = self._found.motion.worst_transmission, self.nominal.angle_unit
-        lines = [self._confirmed()]
-        if worst is not None:
-            lines.append(f"worst transmission angle {number(worst)} {unit} (from 0 and from a straight angle)")
-        if self.on_bounds:
-            lines.append(f"on a bound: {', '.join(self.on_bounds)}")
-        if self.undetermined:
-            lines.append(f"not determined by the targets: {', '.join(self.undetermined)}")
-        if self.status != Status.OK.word:
-            lines.append(f"{self.status}: the search ended early; this is the best design found until then")
-        return lines
+        angle = "" if worst is None else number(worst)
+        lines = (
+            (True, self._confirmed()),
+            (angle, f"worst transmission angle {angle} {unit} (from 0 and from a straight angle)"),
+            (self.on_bounds, f"on a bound: {', '.join(self.on_bounds)}"),
+            (self.undetermined, f"not determined by the targets: {', '.join(self.undetermined)}"),
+            (self.status != Status.OK.word,
+             f"{self.status}: the search ended early; this is the best design found until then"),
+        )  # fmt: skip
+        return [text for holds, text in lines if holds]
 
     def _confirmed(self) -> str:
         order = f"in order, with the input {self.sense}, " if self.sense else ""
         return f"the traced motion passes all targets {order}on one branch, over the whole law of the input"
-
-    def labelled(self, k: int) -> tuple[str, str, float]:
-        """Return the name of a component, its unit, and the factor to that unit."""
-        one = self.task.components[k]
-        return one.head.name, one.head.unit, math.degrees(1.0) if one.quantity.circular and self._degrees else 1.0
 
     @property
     def _degrees(self) -> bool:
@@ -237,13 +247,6 @@ class FitResult(Result):
 class GoalResult(FitResult):
     """A mechanism with the least goal: `mechanism`, `dimensions`, `error` (the goal); one row for each dimension."""
 
-    def __init__(
-        self, nominal: Mechanism, names: tuple[str, ...], found: FittedDesign | None, counts: FitCounts, goal: str,
-        stand: NDArray[np.bool_] | None = None,
-    ) -> None:  # fmt: skip
-        super().__init__(nominal, names, found, counts, stand=stand)
-        self.goal = goal
-
     kind = "goal"
 
     @property
@@ -264,14 +267,10 @@ class GoalResult(FitResult):
     def _confirmed(self) -> str:
         return "the traced motion passes over the whole law of the input"
 
-    def table(self) -> Table:
-        """Return one row for each dimension: its name and value."""
-        names, values = list(self.dimensions), list(self.dimensions.values())
-        return Table((Column("dimension", np.array(names)), Column("value", np.array(values, dtype=float))))
-
-    def picture(self) -> Content | None:
-        """Return the motion of the fitted mechanism; None if no design is feasible."""
-        return None if self._found is None else self._found.motion.trace.picture()
+    @property
+    def records(self) -> Records:
+        """The dimensions, one row each: name and value."""
+        return self.design
 
 
 def fit_picture(motion: FitMotion, task: FittedTask, table: Table) -> Content:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property, partial
 from itertools import chain
 from typing import TYPE_CHECKING, Any
@@ -11,13 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gimcli.dynamics.force_motion import ForceMotion, force_table
-from gimcli.dynamics.force_statistics import ForceAmount, ForceStatistics, ForceSummary, amounts
+from gimcli.dynamics.force_statistics import Extremum, ForceAmount, ForceStatistics, ForceSummary, Statistic, amounts
 from gimcli.dynamics.physical import require_action
 from gimcli.graphs.extras import Extras, texts
-from gimcli.graphs.force_plots import summary_report, usual_graphs, varying, with_marks
+from gimcli.graphs.force_plots import usual_graphs, varying, with_marks
 from gimcli.graphs.plots import PlannedGraph, drawn
 from gimcli.library.inputs import Jit, Steps, checked, refuse_unmoved
 from gimcli.library.machines import accepted, loaded_machines
+from gimcli.library.record import Records, RowField
 from gimcli.library.result import RowsResult
 from gimcli.library.under_way import UnderWay, in_parts
 from gimcli.mechanism import FloatArray, Mechanism
@@ -29,15 +31,14 @@ from gimcli.progress import Notify, Phases, no_phases
 from gimcli.quantities.graphs import input_or_time, motion_events
 from gimcli.quantities.state import MotionState, State
 from gimcli.rates.member_angles import LawAngles
+from gimcli.rounding import greatest, input_value, number
 from gimcli.structure.drive_check import explained, require_consistent
-from gimcli.table import Column, Table
+from gimcli.table import Table, labelled
 
 if TYPE_CHECKING:
-    from gimcli.dynamics.force_statistics import Statistic
     from gimcli.dynamics.work_balance import BearingLoad, Work
     from gimcli.library.machine_forces import MachineForces
-    from gimcli.output.graph import CurveGraph
-    from gimcli.output.picture import Content
+    from gimcli.output.contents import Content, CurveGraph
 
 
 DRAWN = 4096
@@ -243,15 +244,15 @@ class ForcesResult(RowsResult):
 
     def report(self) -> dict[str, Any]:
         """Return the report that --json prints."""
-        found, motion, balance = self._found, self._found.summary.motion, self._found.balance
+        found, motion, balance, mechanism = self._found, self._found.summary.motion, self._found.balance, self.mechanism
         whole = found.summary.solved < self.steps + 1 or self.complete
         return {
             "steps": self.steps, "solved": found.determined, "residual": found.summary.residual,
             "reachable": reachable(motion), "events": self.events,
             "status": motion.overall.word if whole else found.failure[0],
-            "energy_drift": balance.drift, "power_error": balance.error, **summary_report(self.summary),
+            "energy_drift": balance.drift, "power_error": balance.error, **summary_report(mechanism, self.summary),
             "left_out": balance.left_out, "open": found.open,
-            "left_out_at": [self.mechanism.inputs_to_file(inputs) for inputs in balance.left_out_at],
+            "left_out_at": [mechanism.inputs_to_file(inputs) for inputs in balance.left_out_at],
             **({} if found.friction is None else {"friction": found.friction.report()}), **self.measured,
         }  # fmt: skip
 
@@ -282,8 +283,77 @@ class ForcesResult(RowsResult):
 
 def _bounded(table: Table, bounded: NDArray[np.bool_]) -> Table:
     """Return a table without the forces whose estimated error is too great."""
-    return Table(tuple(c if c.unit not in FORCES else _only(c, bounded) for c in table.columns))
+    columns = (
+        replace(one, values=np.where(bounded, one.values, np.nan)) if one.unit in FORCES else one
+        for one in table.columns
+    )
+    return Table(tuple(columns))
 
 
-def _only(column: Column, rows: NDArray[np.bool_]) -> Column:
-    return Column(column.name, np.where(rows, column.values, np.nan), column.unit)
+def summary_report(mechanism: Mechanism, found: ForceSummary) -> dict[str, Any]:
+    """Return the entries of the JSON report; undetermined numbers become null."""
+    return {
+        "peaks": {
+            name: {"value": one.peak.value, "unit": one.unit, "time": one.peak.time, "at": one.peak.inputs}
+            for name, one in found.statistics.items()
+        },
+        "statistics": statistics(mechanism, found.statistics).by("name"), "closed": found.closed,
+        "work": works(found.work).by("name"), "bearings": bearing_loads(found.bearings).by("name"),
+    }  # fmt: skip
+
+
+def statistics(mechanism: Mechanism, found: Mapping[str, Statistic]) -> Records:
+    """Return mean, RMS and extremes, one row for each effort, reaction or moment."""
+    every, sizes = list(found.values()), _sizes(mechanism, found)
+    ends = {word: [getattr(one, word) for one in every] for word in ("least", "greatest", "peak")}
+    at = f"at {', '.join(labelled(a.name, mechanism.unit_of(a)) for a in mechanism.actuators)}"
+
+    def rounded(values: list[float]) -> list[str]:
+        return [number(value, sizes[one.unit]) for value, one in zip(values, every, strict=True)]
+
+    def place(end: Extremum) -> str:
+        return ", ".join(input_value(mechanism, name, value) for name, value in end.inputs.items())
+
+    means, squares = [one.mean for one in every], [one.rms for one in every]
+    return Records(
+        RowField("name", list(found), head=""),
+        RowField("unit", [one.unit for one in every], head="unit"),
+        RowField("mean", means, float, head="mean", text=rounded(means)),
+        RowField("rms", squares, float, head="RMS", text=rounded(squares)),
+        *(
+            RowField(word, [{"value": one.value, "time": one.time, "at": one.inputs} for one in own], float, head=word,
+                     text=rounded([one.value for one in own]), key=word != "peak")
+            for word, own in ends.items()
+        ),
+        *(RowField(f"{word} at", own, float, head=at, text=place, key=False) for word, own in ends.items()),
+        RowField("part", [one.part for one in every]),
+    )  # fmt: skip
+
+
+def _sizes(mechanism: Mechanism, found: Mapping[str, Statistic]) -> dict[str, float]:
+    """Return the greatest value of each unit; a torque is zero in comparison with the forces, too."""
+    sizes: dict[str, float] = {}
+    for one in found.values():
+        sizes[one.unit] = max(sizes.get(one.unit, 0.0), abs(one.peak.value))
+    arm = mechanism.size * (mechanism.dynamics.metre or 0.0)
+    return sizes | ({"N m": max(sizes["N m"], sizes.get("N", 0.0) * arm)} if "N m" in sizes else {})
+
+
+def works(found: Mapping[str, Work]) -> Records:
+    """Return the works [J], one row for each actuator or kind of force."""
+    own = {word: [getattr(one, word) for one in found.values()] for word in ("positive", "negative", "net")}
+    size = greatest([*own["positive"], *own["negative"]])
+    fields = (RowField(word, values, float, head=word, size=size) for word, values in own.items())
+    return Records(RowField("name", list(found), head=""), *fields)
+
+
+def bearing_loads(found: Mapping[str, BearingLoad]) -> Records:
+    """Return the mean loads, one row for each pin."""
+    every, size = list(found.values()), greatest(load for one in found.values() for load in (one.ball, one.roller))
+    return Records(
+        RowField("name", list(found), head=""),
+        RowField("speed", [one.speed for one in every], float, "1/min", head="mean speed"),
+        RowField("turns", [one.turns for one in every]),
+        RowField("ball", [one.ball for one in every], float, "N", head="ball, p = 3", size=size),
+        RowField("roller", [one.roller for one in every], float, "N", head="roller, p = 10/3", size=size),
+    )

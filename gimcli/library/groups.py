@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
+from gimcli.connected import grouped
 from gimcli.library.machines import for_each_machine
 from gimcli.library.record import Records, RowField
 from gimcli.library.result import Result
@@ -105,12 +106,10 @@ class GroupsResult(Result):
         found, joints = self._found, list[BoxJoint]()
         box_of = {link: k for k, group in enumerate(found.groups, start=1) for link in group.links} | {FRAME: 0}
         for k, group in enumerate(found.groups, start=1):
-            above: dict[int, tuple[list[str], list[str]]] = {}
-            for base, names in joined(found, group).items():
-                pairs, tags = above.setdefault(box_of[base], ([], []))
-                pairs += names
-                tags.append(str(found.numbers[base]))
-            joints += [BoxJoint(upper, k, " ".join(pairs), ", ".join(tags)) for upper, (pairs, tags) in above.items()]
+            above = grouped((box_of[base], (base, names)) for base, names in joined(found, group).items())
+            for upper, own in above.items():
+                pairs = " ".join(name for _, names in own for name in names)
+                joints.append(BoxJoint(upper, k, pairs, ", ".join(str(found.numbers[base]) for base, _ in own)))
         return joints
 
 

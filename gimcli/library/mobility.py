@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Annotated, Any
 
 import numpy as np
 
 from gimcli.errors import UnassembledError, UsageError
 from gimcli.library.inputs import OneOf, checked
+from gimcli.library.record import Records, RowField, fact
 from gimcli.library.result import Result
 from gimcli.mechanism import FloatArray, Mechanism
+from gimcli.rounding import number
 from gimcli.structure.branch_mobility import Branch
 from gimcli.structure.constraint_jacobian import RANK, constraint_jacobian, dependent, full_pivoting
 from gimcli.structure.mobility import Mobility, assembled, mobility as mobility_at, of_machines
@@ -20,6 +22,11 @@ from gimcli.table import Column, Table
 
 NATURAL = "natural"
 COORDINATES = ("joint", "absolute", NATURAL)
+
+SHOWN = (
+    "gruebler", "rank", "mobility", "redundant", "instead", "actuators", "coupled", "undriven", "overdriven", "branch",
+)  # fmt: skip
+"""Facts of the table and the terminal, in their order."""
 
 REGULAR = "regular"
 """The kind of an initial configuration that is not singular."""
@@ -94,58 +101,49 @@ class MobilityResult(Result):
         found = self._found
         return f"{self.mechanism.name}: mobility {found.mobility}, Grübler's count {found.gruebler}, rank {found.rank}"
 
+    @cached_property
+    def records(self) -> Records:
+        """What is known of the mechanism, as a single row."""
+        found, branches = self._found, self._found.branches
+        choices = list(zip(found.redundant, found.alternatives, strict=True))
+        choice = " (one of several choices)" * any(found.alternatives)
+        followers = [self.mechanism.actuators[coupling.follower].name for coupling in self.mechanism.couplings]
+        return Records(
+            fact("gruebler", found.gruebler, head="Grübler's count"),
+            fact("rank", found.rank, head="rank of the constraint Jacobian"),
+            fact("mobility", found.mobility, head="mobility"),
+            fact("redundant", list(found.redundant), _names(found.redundant) + choice, head="redundant constraints"),
+            fact("undriven", list(found.undriven), _names(found.undriven), head="undriven nodes"),
+            fact("actuators", len(found.actuators), _names(found.actuators), head="actuators"),
+            fact("start", self.start),
+            fact("overdriven", list(found.overdriven), _names(found.overdriven), head="over-driven by"),
+            fact("apparent", found.apparent),
+            fact("singular", found.singular),
+            fact("branches", [{"mobility": one.mobility, "undriven": list(one.undriven),
+                               "over_driven": list(one.overdriven)} for one in branches]),
+            fact("alternatives", [{"constraint": name, "instead": list(own)} for name, own in choices]),
+            *(fact("instead", own, ", ".join(own), head=f"instead of {name}", key=False) for name, own in choices),
+            fact("coupled", followers, ", ".join(followers), head="coupled to them" if followers else None, key=False),
+            *(fact("branch", one, _text(one), head=f"branch {k}", key=False)
+              for k, one in enumerate(branches, 1) if len(branches) > 1),
+        )  # fmt: skip
+
     def report(self) -> dict[str, Any]:
         """Return the report that --json prints; of several independent machines also that of each."""
-        found, several = self._found, len(self.each) > 1
-        return {
-            "gruebler": found.gruebler, "rank": found.rank, "mobility": found.mobility,
-            "redundant": list(found.redundant), "undriven": list(found.undriven),
-            "actuators": len(found.actuators), "start": self.start,
-            "overdriven": list(found.overdriven), "apparent": found.apparent, "singular": found.singular,
-            "branches": [
-                {"mobility": one.mobility, "undriven": list(one.undriven), "over_driven": list(one.overdriven)}
-                for one in found.branches
-            ],
-            "alternatives": [{"constraint": k, "instead": own} for k, own in self._alternatives().items()],
-            **({"jacobian": self.jacobian.report()} if self.shows_jacobian else {}),
-            **({"machines": [{"name": name, **one.report()} for name, one in self.each.items()]} if several else {}),
-        }  # fmt: skip
+        shown = {"jacobian": self.jacobian.records.entry()} if self.shows_jacobian else {}
+        parts = [{"name": name, **one.report()} for name, one in self.each.items()]
+        return self.records.entry() | shown | ({"machines": parts} if len(parts) > 1 else {})
 
     def table(self) -> Table:
         """Return the quantities and their values as text, or the Jacobian if it is shown."""
         if self.shows_jacobian:
-            return self.jacobian.table()
-        names, values = zip(*self.rows(), strict=True)
-        return Table((Column("quantity", np.array(names)), Column("value", np.array(values))))
+            return self.jacobian.equations.table()
+        columns = zip(("quantity", "value"), zip(*self.records.pairs(*SHOWN), strict=True), strict=True)
+        return Table(tuple(Column(name, np.array(texts)) for name, texts in columns))
 
-    def _alternatives(self) -> dict[str, list[str]]:
-        """Return for each redundant constraint those that could take its place: the choice is one of several."""
-        return dict(zip(self._found.redundant, map(list, self._found.alternatives), strict=True))
 
-    def _followers(self) -> list[tuple[str, str]]:
-        """Return the row of the inputs that follow others, if there are any."""
-        names = [self.mechanism.actuators[coupling.follower].name for coupling in self.mechanism.couplings]
-        return [("coupled to them", ", ".join(names))] if names else []
-
-    def rows(self) -> list[tuple[str, str]]:
-        """Return the quantities and their values as pairs of texts."""
-        found = self._found
-        choice = " (one of several choices)" if any(found.alternatives) else ""
-        return [
-            ("Grübler's count", str(found.gruebler)),
-            ("rank of the constraint Jacobian", str(found.rank)),
-            ("mobility", str(found.mobility)),
-            ("redundant constraints", (", ".join(found.redundant) or "none") + choice),
-            *(
-                (f"instead of {name}", ", ".join(own))
-                for name, own in zip(found.redundant, found.alternatives, strict=True)
-            ),
-            ("actuators", ", ".join(found.actuators) or "none"),
-            *self._followers(),
-            ("undriven nodes", ", ".join(found.undriven) or "none"),
-            ("over-driven by", ", ".join(found.overdriven) or "none"),
-            *((f"branch {k}", _text(one)) for k, one in enumerate(found.branches, 1) if len(found.branches) > 1),
-        ]
+def _names(names: Sequence[str]) -> str:
+    return ", ".join(names) or "none"
 
 
 def _text(branch: Branch) -> str:
@@ -194,20 +192,29 @@ class JacobianMatrix:
         """The equations without a pivot, each with the others that could take its place."""
         return {self.rows[k]: [self.rows[j] for j in others] for k, others in dependent(self.scaled).items()}
 
-    def report(self) -> dict[str, Any]:
-        """Return the report that --json prints."""
-        return {
-            "coordinates": self.coordinates, "rows": list(self.rows), "columns": [name for name, _ in self.columns],
-            "units": [unit for _, unit in self.columns], "values": self.values.tolist(), "rank": self.rank,
-            "rank_by_singular_values": self.rank_by_singular_values,
-            "singular_values": self.singular_values.tolist(),
-            "dependent": [{"equation": k, "instead": own} for k, own in self.dependent.items()],
-        }  # fmt: skip
+    @property
+    def records(self) -> Records:
+        """The matrix and its ranks, as a single row."""
+        return Records(
+            fact("coordinates", self.coordinates),
+            fact("rows", list(self.rows)),
+            fact("columns", [name for name, _ in self.columns]),
+            fact("units", [unit for _, unit in self.columns]),
+            fact("values", self.values.tolist()),
+            fact("rank", self.rank),
+            fact("rank_by_singular_values", self.rank_by_singular_values),
+            fact("singular_values", self.singular_values.tolist()),
+            fact("dependent", [{"equation": name, "instead": own} for name, own in self.dependent.items()]),
+        )
 
-    def table(self) -> Table:
-        """Return one row for each equation."""
-        own = [Column(name, column, unit) for (name, unit), column in zip(self.columns, self.values.T, strict=True)]
-        return Table((Column("equation", np.array(self.rows, dtype=object)), *own))
+    @property
+    def equations(self) -> Records:
+        """The equations, one row each, with their derivatives."""
+        return Records(
+            RowField("equation", self.rows, str, head="equation"),
+            *(RowField(name, column, float, unit, head=f"{name} [{unit}]", text=partial(number, size=1.0))
+              for (name, unit), column in zip(self.columns, self.values.T, strict=True)),
+        )  # fmt: skip
 
 
 def jacobian_matrix(mechanism: Mechanism, coordinates: str = NATURAL) -> JacobianMatrix:

@@ -30,8 +30,7 @@ from gimcli.status import Status
 from gimcli.structure.drive_check import explained, require_consistent
 
 if TYPE_CHECKING:
-    from gimcli.output.animation import Animation
-    from gimcli.output.picture import Content
+    from gimcli.output.contents import Animation, Content
 
 BALANCED = 1e-5
 """Greatest remaining effort, relative to the forces that act, of a position that is taken as an equilibrium."""
@@ -271,17 +270,15 @@ class ModesResult(Result):
     def report(self) -> dict[str, Any]:
         """Return the report that --json prints."""
         found = self._found
-        report: dict[str, Any] = {
+        return {
             "status": self.status, "inputs": self.inputs, "released": list(self.released), "time": self.time,
-            "unbalance": self.unbalance, "modes": self.records.report(),
-            "left_out": list(self.left_out),
-        }  # fmt: skip
-        if found is not None:
-            report |= {
+            "unbalance": self.unbalance, "modes": self.records.report(), "left_out": list(self.left_out),
+            **({} if found is None else {
                 "coordinates": list(found.names), "effort": found.effort.tolist(), "potential": found.potential,
                 "M": found.mass.tolist(), "K": found.stiffness.tolist(), "C": found.damping.tolist(),
-            }  # fmt: skip
-        return report if self.complete else {**report, "reason": self.reason}
+            }),
+            **({} if self.complete else {"reason": self.reason}),
+        }  # fmt: skip
 
     # -- pictures -------------------------------------------------------------------------------------
 

@@ -196,16 +196,19 @@ def _clip(
 
 
 def simulation_animation(
-    found: Simulation, times: FloatArray, table: Table, requested: Sequence[Graph]
+    found: Simulation, nodes: ComplexArray, times: FloatArray, table: Table, requested: Sequence[Graph]
 ) -> Animation | None:  # fmt: skip
-    """Return a simulated motion with its events, velocities and columns at `times`; None if it has no row."""
+    """Return a simulated motion with its events, velocities and columns at `times`; None if it has no row.
+
+    `nodes` are positions and rates (3, nodes, times) in the normal frame, NaN in rows that were not reached.
+    """
     from gimcli.dynamics.simulation_table import ENERGIES
 
     mechanism, status = found.mechanism, table["status"]
     if not len(found.time):
         return None
     rows = shown_rows(np.asarray(status == "ok"), [row_at(times, event.time) for event in found.events])
-    nodes = _padded(found.nodes, len(times))[:, :, rows]
+    nodes = nodes[:, :, rows]
     clip = Clip(
         "motion", mechanism.to_file(nodes[0].T), times[rows], tuple(map(str, status[rows])), rows_of(table, rows),
         events=tuple(Moment(row_at(times[rows], e.time), e.kind, _text(mechanism, e)) for e in found.events),
@@ -216,12 +219,6 @@ def simulation_animation(
     graphs += [Graph(energies, "time")] if energies else []
     title = f"{mechanism.name}: simulation"
     return Animation(title, mechanism, (clip,), tuple(requested or graphs), thinning(len(rows), len(times)))
-
-
-def _padded(nodes: ComplexArray, rows: int) -> ComplexArray:
-    """Return positions and rates (3, nodes, rows) with NaN for the rows that were not reached."""
-    missing = np.full((*nodes.shape[:2], rows - nodes.shape[2]), complex(np.nan, np.nan))
-    return np.concatenate([nodes, missing], axis=2)
 
 
 def _text(mechanism: Mechanism, event: Event) -> str:

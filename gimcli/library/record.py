@@ -1,4 +1,7 @@
-"""The rows of a result, declared once: what the report, the table and the terminal say of each row."""
+"""The values of a result, declared once: what the report, the table and the terminal say of each.
+
+A result is a list of rows with the same fields, or a single row, whose fields are its facts.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +14,7 @@ from numpy.typing import NDArray
 
 from gimcli.library.places import coordinates
 from gimcli.mechanism import ComplexArray, Mechanism
-from gimcli.rounding import input_value, number
+from gimcli.rounding import greatest, input_value, number
 from gimcli.table import Column, Table, labelled, xy_columns
 
 Values = Sequence[Any] | NDArray[Any]
@@ -60,6 +63,11 @@ class RowField:
         yield labelled(self.head or "", self.unit * self.rounded), self.kind in (int, float), texts
 
 
+def fact(name: str, value: Any, text: str | None = None, **form: Any) -> RowField:
+    """Return the field of a single row, as of a whole result; `text` is its cell, `form` as for `RowField`."""
+    return RowField(name, [value], text=None if text is None else [text], **form)
+
+
 class InputsField(RowField):
     """The inputs of each row, dicts by name in the file's units; one column for each actuator."""
 
@@ -85,18 +93,39 @@ class InputsField(RowField):
         return ((a, self.mechanism.unit_of(a)) for a in self.mechanism.actuators)
 
 
+class VectorField(RowField):
+    """Vectors x + iy of each row: two columns, in the terminal also their amounts if these have a head."""
+
+    def __init__(self, name: str, z: Values, unit: str, amount: str = "", **form: Any) -> None:
+        """Declare the vectors (rows,); `name` is the beginning of both names, `form` as for `RowField`."""
+        self.z, self.amount = np.asarray(z), amount
+        super().__init__(name, self.z, float, unit, head=name, key=False, **form)
+        self.size = form.get("size") or greatest(np.abs(self.z).tolist())
+
+    def columns(self) -> list[Column]:
+        """Return the columns of x and y."""
+        return xy_columns(self.name, self.z, self.unit)
+
+    def cells(self) -> Iterator[tuple[str, bool, list[str]]]:
+        """Yield head, True, and the cells (rows,) of x, y and the amount."""
+        amounts = [Column(self.amount, np.abs(self.z), self.unit)] if self.amount else []
+        for one in (*self.columns(), *amounts):
+            yield labelled(one.name, one.unit), True, [number(value, self.size) for value in one.values.tolist()]
+
+
 class NodesField(RowField):
     """The coordinates of the nodes of each row: in the report by name, in the table two columns for each node."""
 
     def __init__(self, mechanism: Mechanism, z: Sequence[ComplexArray]) -> None:
         """Declare the positions (nodes,) of each row, in the normal frame."""
-        self.mechanism, self.z = mechanism, [mechanism.to_file(one) for one in z]
+        self.mechanism, self.z = mechanism, np.array([mechanism.to_file(one) for one in z])
         super().__init__("nodes", [coordinates(dict(zip(mechanism.nodes, one, strict=True))) for one in self.z], float)
 
     def columns(self) -> list[Column]:
         """Return the columns of x and y of each node."""
-        z, unit = np.array(self.z).reshape(len(self.z), len(self.mechanism.nodes)), self.mechanism.length_unit
-        return [c for k, name in enumerate(self.mechanism.nodes) for c in xy_columns(f"{name}.", z[:, k], unit)]
+        nodes, unit = self.mechanism.nodes, self.mechanism.length_unit
+        each = zip(nodes, self.z.reshape(-1, len(nodes)).T, strict=True)
+        return [column for name, z in each for column in xy_columns(f"{name}.", z, unit)]
 
 
 class Records:
@@ -115,6 +144,15 @@ class Records:
             dict(zip([f.name for f in own], row, strict=True)) for row in zip(*(f.values for f in own), strict=True)
         ]
 
+    def entry(self) -> dict[str, Any]:
+        """Return the only row as the report has it."""
+        (own,) = self.report()
+        return own
+
+    def by(self, name: str) -> dict[Any, dict[str, Any]]:
+        """Return the rows as the report has them by the values of a field, without the field itself."""
+        return {row[name]: {key: row[key] for key in row if key != name} for row in self.report()}
+
     def table(self, *names: str) -> Table:
         """Return the columns."""
         return Table(tuple(c for field in self._named(names) if field.kind is not None for c in field.columns()))
@@ -124,6 +162,11 @@ class Records:
         shown = [cell for field in self._named(names) if field.head is not None for cell in field.cells()]
         rows = list(zip(*(texts for _, _, texts in shown), strict=True))
         return [head for head, _, _ in shown], rows, [k for k, (_, number, _) in enumerate(shown) if number]
+
+    def pairs(self, *names: str) -> list[tuple[str, str]]:
+        """Return head and cell of each field of the only row, for the terminal."""
+        head, (row,), _ = self.cells(*names)
+        return list(zip(head, row, strict=True))
 
     def _named(self, names: Sequence[str]) -> Sequence[RowField]:
         return [field for name in names for field in self.fields if field.name == name] if names else self.fields

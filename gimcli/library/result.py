@@ -21,13 +21,7 @@ from gimcli.table import Column, Table
 
 if TYPE_CHECKING:
     from gimcli.library.record import Records
-    from gimcli.output.animation import Animation
-    from gimcli.output.destinations import Destinations
-    from gimcli.output.geometry import Geometry
-    from gimcli.output.model import ModelText
-    from gimcli.output.picture import Content
-    from gimcli.output.printed import PictureOptions
-    from gimcli.output.workbook import Workbook
+    from gimcli.output.contents import Animation, Content, Destinations, Geometry, ModelText, PictureOptions, Workbook
 
 FRAME_HEIGHT = 640
 """Height of the animated page in a notebook [px]."""

@@ -12,6 +12,7 @@ from gimcli.canonical import first_greatest
 from gimcli.families.design_sensitivity import QuantitySlopes
 from gimcli.families.motion_sensitivity import MotionNumber
 from gimcli.families.tolerances import FirstOrderSpread, SampledSpread, first_order_spread
+from gimcli.library.record import Records, RowField
 from gimcli.library.result import Result
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.model.dimensions import Dimension
@@ -40,8 +41,8 @@ class LargestEffect(NamedTuple):
     """The dimension with the largest effect on a quantity."""
 
     dimension: str
-    text: str
     share: float  # of the variance; NaN without tolerances
+    text: str
 
 
 class SensitivityResult(Result):
@@ -191,11 +192,11 @@ class SensitivityResult(Result):
         first = first_greatest(effects)
         one, average = self.dimensions[first], " (root mean square over the motion)" if self.by_rows else ""
         if effects[first] <= 0.0:
-            return LargestEffect(one.name, f"{name}: no dimension has an effect", float("nan"))
+            return LargestEffect(one.name, float("nan"), f"{name}: no dimension has an effect")
         unit = self.slope_unit(k, one)
         if self.spread is None:
             text = f"{name}: {one.name} has the largest effect, {_with_unit(effects[first], unit)}{average}"
-            return LargestEffect(one.name, text, float("nan"))
+            return LargestEffect(one.name, float("nan"), text)
         share = float(1.0 / np.sum((effects / effects[first]) ** 2))
         own = self.units[k]
         allowed = _with_unit(self.tolerances[first], self.unit_of(one))
@@ -203,7 +204,7 @@ class SensitivityResult(Result):
             f"{name}: {one.name} has the largest effect, {100.0 * share:.0f} % of the variance: its tolerance"
             f" ±{allowed} gives ±{_with_unit(effects[first], own)}{average}"
         )
-        return LargestEffect(one.name, text, share)
+        return LargestEffect(one.name, share, text)
 
     @cached_property
     def inputs(self) -> dict[str, Any]:
@@ -224,24 +225,19 @@ class SensitivityResult(Result):
             one.name: {"value": one.value, "unit": self.unit_of(one), "tolerance": float(allowed) or None}
             for one, allowed in zip(self.dimensions, self.tolerances, strict=True)
         }
-        found: dict[str, Any] = {"status": self._words(), "dimensions": given}
-        if self.whole:
-            found["steps"] = len(self.motion.time) - 1
-        else:
-            found["inputs"] = self.inputs
-        if self.reason:
-            found["reason"] = self.reason
-        if self.fixed:
-            found["fixed"] = list(self.fixed)
-        if self.left_out:
-            found["tolerances_left_out"] = list(self.left_out)
-        found["quantities"] = {name: self._quantity_report(k, name) for k, name in enumerate(self.names)}
+        texts = {"reason": self.reason, "fixed": list(self.fixed), "tolerances_left_out": list(self.left_out)}
+        report = {
+            "status": self._words(), "dimensions": given,
+            **({"steps": len(self.motion.time) - 1} if self.whole else {"inputs": self.inputs}),
+            **{key: value for key, value in texts.items() if value},
+            "quantities": {name: self._quantity_report(k, name) for k, name in enumerate(self.names)},
+        }  # fmt: skip
         if self.sampled is not None:
-            found["monte_carlo"] = {
+            report["monte_carlo"] = {
                 "samples": self.sampled.samples, "solved": int(self.sampled.solved.min()), "seed": self.seed,
                 "distribution": self.distribution,
             }  # fmt: skip
-        return found
+        return report
 
     def _words(self) -> str:
         words = self.status if self.by_rows else [self.status]
@@ -249,34 +245,28 @@ class SensitivityResult(Result):
 
     def _quantity_report(self, k: int, name: str) -> dict[str, Any]:
         """Return value, derivatives and spread of a quantity; of a motion those with the largest magnitude."""
-        found: dict[str, Any] = {"unit": self.units[k], **self._extreme("value", self._values[k])}
-        found["derivatives"] = {
-            one.name: {"unit": self.slope_unit(k, one), **self._extreme("value", self._slopes[k, n])}
-            for n, one in enumerate(self.dimensions)
-        }
-        if name in self.most:
-            most = self.most[name]
-            found["largest_effect"] = {"dimension": most.dimension, "share": most.share, "text": most.text}
-        for label, rows in self._spreads(k):
-            found[label] = self._extreme("value", rows)
-        return found
+        return {
+            "unit": self.units[k], **self._extreme(self._values[k]),
+            "derivatives": {
+                one.name: {"unit": self.slope_unit(k, one), **self._extreme(self._slopes[k, n])}
+                for n, one in enumerate(self.dimensions)
+            },
+            **({"largest_effect": self.most[name]._asdict()} if name in self.most else {}),
+            **{label: self._extreme(rows) for label, rows in self._spreads(k)},
+        }  # fmt: skip
 
-    def _extreme(self, label: str, rows: FloatArray) -> dict[str, Any]:
+    def _extreme(self, rows: FloatArray) -> dict[str, Any]:
         """Return a number; of a motion the one with the largest magnitude, and the inputs there."""
         if not np.isfinite(rows).any():
-            return {label: None}
+            return {"value": None}
         row = first_greatest(np.abs(rows))
         where = {"at": self.mechanism.inputs_to_file(self.motion.inputs[:, row])} if self.by_rows else {}
-        return {label: float(rows[row]), **where}
+        return {"value": float(rows[row]), **where}
 
     def _spreads(self, k: int) -> list[tuple[str, FloatArray]]:
         """Return the spreads of a quantity by their labels."""
-        found: list[tuple[str, FloatArray]] = []
-        if self.spread is not None:
-            found += list(zip(FIRST_ORDER, (table[k] for table in self.spread), strict=True))
-        if self.sampled is not None:
-            found += list(zip(SAMPLED, (table[k] for table in self.sampled[2:]), strict=True))
-        return found
+        first, sampled = self.spread or (), (self.sampled or ())[2:]
+        return [(label, own[k]) for label, own in (*zip(FIRST_ORDER, first), *zip(SAMPLED, sampled))]  # noqa: B905
 
     # -- table and picture ------------------------------------------------------------------------
 
@@ -299,21 +289,19 @@ class SensitivityResult(Result):
 
     def _list_table(self) -> Table:
         pairs = [(k, n) for k in range(len(self.names)) for n in range(len(self.dimensions))]
-        slopes = np.array([self._slopes[k, n, 0] for k, n in pairs])
-        columns = [
-            Column("quantity", np.array([self.names[k] for k, _ in pairs], dtype=str)),
-            Column("dimension", np.array([self.dimensions[n].name for _, n in pairs], dtype=str)),
-            Column("derivative", slopes),
-            Column("unit", np.array([self.slope_unit(k, self.dimensions[n]) for k, n in pairs], dtype=str)),
-        ]
-        if self.spread is not None:
-            allowed = np.array([self.tolerances[n] for _, n in pairs])
-            share = np.array([self.effects[k, n] ** 2 / np.sum(self.effects[k] ** 2) for k, n in pairs])
-            columns += [
-                Column("tolerance", allowed), Column("effect", np.abs(slopes) * allowed), Column("share", share),
-            ]  # fmt: skip
-        status = np.array([self._words()] * len(pairs), dtype=str)
-        return Table((*columns, Column("status", status)))
+        slopes, spread = np.array([self._slopes[k, n, 0] for k, n in pairs]), self.spread is not None
+        allowed = np.array([self.tolerances[n] for _, n in pairs])
+        shares = [self.effects[k, n] ** 2 / np.sum(self.effects[k] ** 2) for k, n in pairs] if spread else []
+        return Records(
+            RowField("quantity", [self.names[k] for k, _ in pairs], str),
+            RowField("dimension", [self.dimensions[n].name for _, n in pairs], str),
+            RowField("derivative", slopes, float),
+            RowField("unit", [self.slope_unit(k, self.dimensions[n]) for k, n in pairs], str),
+            RowField("tolerance", allowed, float if spread else None),
+            RowField("effect", np.abs(slopes) * allowed, float if spread else None),
+            RowField("share", shares, float if spread else None),
+            RowField("status", [self._words()] * len(pairs), str),
+        ).table()
 
     def picture(self) -> Content | None:
         """Return bars at a position, or graphs over the motion; None if there is nothing to draw."""
@@ -340,19 +328,17 @@ class SensitivityResult(Result):
         """Return the bars of each quantity: effects of tolerances, else derivatives."""
         from gimcli.output.sensitivity import BarLine
 
-        found = {}
+        found, tolerated = {}, self.spread is not None
+        what = "effect of the tolerances" if tolerated else "derivative"
         for k, name in enumerate(self.names):
-            tolerated = self.spread is not None
-            values = self._slopes[k, :, 0] * (self.tolerances if tolerated else 1.0)
-            bars = []
-            for n in np.argsort(-np.abs(values), kind="stable").tolist():
-                if values[n] == 0.0:
-                    continue
-                unit = self.units[k] if tolerated else self.slope_unit(k, self.dimensions[n])
-                bars.append(BarLine(self.dimensions[n].name, float(values[n]), _with_unit(values[n], unit), unit))
-            what = "effect of the tolerances" if tolerated else "derivative"
-            if bars:
-                found[labelled(f"{name}, {what}", self.units[k] if tolerated else "")] = bars
+            own, values = self.units[k], self._slopes[k, :, 0] * (self.tolerances if tolerated else 1.0)
+            order = [n for n in np.argsort(-np.abs(values), kind="stable").tolist() if values[n] != 0.0]
+            units = [own if tolerated else self.slope_unit(k, one) for one in self.dimensions]
+            if order:
+                found[labelled(f"{name}, {what}", own if tolerated else "")] = [
+                    BarLine(self.dimensions[n].name, float(values[n]), _with_unit(values[n], units[n]), units[n])
+                    for n in order
+                ]
         return found
 
 

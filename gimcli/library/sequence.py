@@ -5,18 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from gimcli.gim.report import SequenceGroupReport, report as report_groups
 from gimcli.library.inputs import Strategy, inputs_of
 from gimcli.library.machines import for_each_machine
+from gimcli.library.record import Records, RowField
 from gimcli.library.result import Result
 from gimcli.mechanism import ComplexArray, Mechanism
 from gimcli.motion.solve import solve
 from gimcli.positions.options import Options
 from gimcli.status import Status
 from gimcli.structure.drive_check import explained, require_consistent
-from gimcli.table import Column, Table
+from gimcli.table import Table
 
 if TYPE_CHECKING:
     from gimcli.output.picture import Content
@@ -74,19 +73,36 @@ class SequenceResult(Result):
         counts = [f"{n} {word}{'s' * (n != 1)}" for n, word in ((len(self.groups), "group"), (moves, "move"))]
         return f"{self.mechanism.name}: {', '.join(counts)} per sweep"
 
+    def moves(self, *groups: SequenceGroupReport) -> Records:
+        """Return the moves of groups in the order of solution, one row each."""
+        each = [(k, n, one) for k, group in enumerate(groups, 1) for n, one in enumerate(group.steps, 1)]
+        return Records(
+            RowField("group", [k for k, _, _ in each], int, key=False),
+            RowField("step", [n for _, n, _ in each], head="step", key=False),
+            RowField("node", [one.node for *_, one in each], str, head="move"),
+            RowField("about", [list(one.about) for *_, one in each], list, head="about", text=" ".join),
+            RowField("constraint", [one.constraint for *_, one in each], str, head="by"),
+            RowField("rule", [one.rule for *_, one in each], str, head="rule"),
+            RowField("kind", [one.kind for *_, one in each], str),
+            RowField("states", [one.states for *_, one in each], head="states after it",
+                     text=lambda own: " ".join(f"{node}:{state}" for node, state in own.items())),
+        )  # fmt: skip
+
     def report(self) -> dict[str, Any]:
         """Return the report that --json prints."""
-        return {"groups": [_report(g) for g in self.groups]}
+        groups = [
+            {
+                "kind": one.kind, "nodes": list(one.nodes), "steps": self.moves(one).report(), "radius": one.radius,
+                "predicted_sweeps": one.predicted_sweeps, "observed_sweeps": one.observed_sweeps,
+                "candidates": one.candidates, "incomplete": one.incomplete,
+            }
+            for one in self.groups
+        ]  # fmt: skip
+        return {"groups": groups}
 
     def table(self) -> Table:
         """Return one row for each move: group, moved node, nodes of the constraint, constraint, kind and rule."""
-        steps = [(k, s) for k, group in enumerate(self.groups, start=1) for s in group.steps]
-        columns = {
-            "group": [k for k, _ in steps], "node": [s.node for _, s in steps],
-            "about": [" ".join(s.about) for _, s in steps], "constraint": [s.constraint for _, s in steps],
-            "kind": [s.kind for _, s in steps], "rule": [s.rule for _, s in steps],
-        }  # fmt: skip
-        return Table(tuple(Column(name, np.array(values)) for name, values in columns.items()))
+        return self.moves(*self.groups).table("group", "node", "about", "constraint", "kind", "rule")
 
     def picture(self) -> Content:
         """Return the position with numbered moves, coloured by group, and the table of the moves."""
@@ -104,22 +120,3 @@ class SequenceResult(Result):
             groups.append(MoveGroup(f"{name}: {count}", moves))
             first = last + 1
         return sequence_sheet(mechanism, mechanism.to_file(self.z), groups, f"{mechanism.name}: sequence")
-
-
-def _report(group: SequenceGroupReport) -> dict[str, Any]:
-    return {
-        "kind": group.kind,
-        "nodes": list(group.nodes),
-        "steps": [
-            {
-                "node": s.node, "about": list(s.about), "constraint": s.constraint, "rule": s.rule, "kind": s.kind,
-                "states": s.states,
-            }
-            for s in group.steps
-        ],
-        "radius": group.radius,
-        "predicted_sweeps": group.predicted_sweeps,
-        "observed_sweeps": group.observed_sweeps,
-        "candidates": group.candidates,
-        "incomplete": group.incomplete,
-    }  # fmt: skip

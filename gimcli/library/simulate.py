@@ -33,8 +33,9 @@ from gimcli.library.by_name import ByName
 from gimcli.library.inputs import MOST_STEPS, Jit, OneOf, Range, refuse_linked
 from gimcli.library.machines import accepted, driven_machines, for_each_machine
 from gimcli.library.places import angles
-from gimcli.library.trace_result import PlacedRows
-from gimcli.mechanism import FRAME, FloatArray, Machine, Mechanism
+from gimcli.library.result import RowsResult
+from gimcli.library.trace_result import Placed
+from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Machine, Mechanism
 from gimcli.motion.motion import Motion
 from gimcli.output.graph import Axis, Curve, CurveGraph
 from gimcli.positions.dispatch import choose, plain
@@ -48,9 +49,7 @@ from gimcli.structure.drive_check import explained
 from gimcli.table import Column, Table, per_second
 
 if TYPE_CHECKING:
-    from gimcli.output.animation import Animation
-    from gimcli.output.geometry import Geometry
-    from gimcli.output.picture import Content
+    from gimcli.output.contents import Animation, Content, Geometry
 
 ASKED = ("measure", "plot")
 """Arguments with texts of quantities."""
@@ -205,7 +204,7 @@ def _extras(mechanism: Mechanism, measure: str | Sequence[str] = (), plot: str |
     return Extras(mechanism, measure, plot, columns=units)
 
 
-class SimulateResult(PlacedRows):
+class SimulateResult(Placed, RowsResult):
     """A simulated motion: `xy[name]` (rows, 2), `angle[member]`, `status`, `events`, and the columns by name."""
 
     KIND = "simulation"
@@ -252,15 +251,19 @@ class SimulateResult(PlacedRows):
         return counted(self.mechanism, angle, np.degrees(ahead) if self.mechanism.angle_unit == "deg" else ahead)
 
     @cached_property
-    def _z(self) -> Any:
-        z = self._found.nodes[0]
-        missing = np.full((len(z), len(self.times) - z.shape[1]), complex(np.nan, np.nan))
-        return np.concatenate([z, missing], axis=1)
+    def _nodes(self) -> ComplexArray:
+        """Positions and rates (3, nodes, rows) in the normal frame, NaN in rows that were not reached."""
+        missing = ((0, 0), (0, 0), (0, len(self.times) - len(self._found.time)))
+        return np.asarray(np.pad(self._found.nodes, missing, constant_values=complex(np.nan, np.nan)))
+
+    @property
+    def _z(self) -> ComplexArray:
+        return np.asarray(self._nodes[0])
 
     def _padded(self, columns: Sequence[Column]) -> list[Column]:
         """Return columns with NaN in rows that were not reached."""
-        missing = np.full(len(self.times) - len(self._found.time), np.nan)
-        return [Column(c.name, np.concatenate([c.values, missing]), c.unit) for c in columns]
+        missing = (0, len(self.times) - len(self._found.time))
+        return [Column(c.name, np.pad(c.values, missing, constant_values=np.nan), c.unit) for c in columns]
 
     @cached_property
     def state(self) -> MotionState:
@@ -365,7 +368,7 @@ class SimulateResult(PlacedRows):
         from gimcli.library.motion_animation import requested_graphs, simulation_animation
 
         requested = requested_graphs(self._shown, self._extras, "time")
-        return simulation_animation(self._found, self.times, self._shown, requested)
+        return simulation_animation(self._found, self._nodes, self.times, self._shown, requested)
 
 
 def _times(time: float, dt: float | None) -> FloatArray:

@@ -20,8 +20,7 @@ from gimcli.table import Table
 if TYPE_CHECKING:
     from gimcli.continuation.circuit import Circuit
     from gimcli.library.circuit_animation import SingularPlace
-    from gimcli.output.animation import Animation
-    from gimcli.output.picture import Content
+    from gimcli.output.contents import Animation, Content
 
 CURVES = 6
 """Largest number of curves in the picture."""
@@ -146,13 +145,12 @@ class SingularitiesResult(Result):
         found, curve, mechanism = self._found, self._found.curve, self.mechanism
         several = len(found.branches.circuits) > 1
         names = mechanism.traced[: max(1, CURVES // len(found.branches.circuits))]
-        curves = {}
-        for k, circuit in enumerate(found.branches.circuits):
-            z = curve.nodes(along(circuit, max(361, len(circuit.places))))
-            for name in names:
-                curves[f"{name}, branch {k + 1}" if several else name] = mechanism.to_file(
-                    carried_point(mechanism, name, z)
-                )
+        paths = [curve.nodes(along(one, max(361, len(one.places)))) for one in found.branches.circuits]
+        curves = {
+            f"{name}, branch {k}" if several else name: mechanism.to_file(carried_point(mechanism, name, z))
+            for k, z in enumerate(paths, 1)
+            for name in names
+        }
         shown = []
         for number, one in enumerate(found.found, start=1):
             z = curve.nodes(one.what.p)

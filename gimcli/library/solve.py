@@ -14,22 +14,20 @@ from gimcli.errors import UsageError
 from gimcli.library.by_name import ByName
 from gimcli.library.inputs import Jit, Method, OneOf, Seed, Strategy, checked, in_file_units, inputs_of
 from gimcli.library.places import angles, coordinates, places
+from gimcli.library.record import Records, RowField, VectorField
 from gimcli.library.result import Result
 from gimcli.mechanism import Mechanism
 from gimcli.motion.solve import solve as solve_position
 from gimcli.positions.options import Options
 from gimcli.positions.position import Position
-from gimcli.rounding import titled
+from gimcli.rounding import greatest, titled
 from gimcli.structure.drive_check import explained, require_consistent
-from gimcli.table import Column, Table, per_second, xy_columns
+from gimcli.table import Table, labelled, per_second
 
 if TYPE_CHECKING:
     from gimcli.gim.convergence import ErrorLaw
     from gimcli.graphs.extras import Extras
-    from gimcli.output.animation import Animation
-    from gimcli.output.geometry import Geometry
-    from gimcli.output.model import ModelText
-    from gimcli.output.picture import Content
+    from gimcli.output.contents import Animation, Content, Geometry, ModelText
     from gimcli.quantities.state import SeparateState
     from gimcli.rates.derivatives import Instant
 
@@ -117,7 +115,7 @@ class SolveResult(Result):
 
     def __init__(self, position: Position, law: ErrorLaw | None, moving: Instant | None, extras: Extras | None) -> None:
         self.mechanism, self.position, self.law, self.moving = position.mechanism, position, law, moving
-        self.measured = extras.beside(self.state, ()) if extras is not None and extras.wanted else []
+        self._measured = extras.beside(self.state, ()) if extras is not None and extras.wanted else []
 
     @property
     def answered(self) -> bool:
@@ -179,11 +177,54 @@ class SolveResult(Result):
         values = [float(column[0]) for column in columns]
         return np.array(values) if len(values) > 1 else values[0]
 
-    def places(self) -> tuple[dict[str, complex], dict[str, complex]]:
-        """Return the coordinates of nodes and of points as complex numbers; NaN of machines that are not solved."""
-        found = places(self.mechanism, self._z, lambda z: complex(z[0]))
-        nodes = {name: found[name] for name in self.mechanism.nodes}
-        return nodes, {p.name: found[p.name] for p in self.mechanism.points}
+    @cached_property
+    def places(self) -> dict[str, complex]:
+        """Coordinates of nodes, then of points, as complex numbers; NaN of machines that are not solved."""
+        return dict(places(self.mechanism, self._z, lambda z: complex(z[0])))
+
+    @property
+    def _points(self) -> dict[str, complex]:
+        return {point.name: self.places[point.name] for point in self.mechanism.points}
+
+    @cached_property
+    def records(self) -> Records:
+        """The nodes, then the points, one row each: coordinates, velocities and accelerations if asked for."""
+        own, names, z = self.mechanism, list(self.places), list(self.places.values())
+        return Records(
+            RowField("node", names, str, head="node"),
+            VectorField("", z, own.length_unit, size=own.size * own.scale),
+            RowField("status", [self.status] * len(names), str),
+            *(
+                VectorField(letter, [self.moving.of_points(order)[name] for name in names],
+                            per_second(own.length_unit, order), amount)
+                for order, letter, amount in ((1, "v", "speed"), (2, "a", "acceleration")) if self.moving is not None
+            ),
+        )  # fmt: skip
+
+    @cached_property
+    def members(self) -> Records:
+        """The moving members, one row each: direction, angular velocity and acceleration if asked for."""
+        unit, moving = self.mechanism.angle_unit, self.moving
+        rates = {} if moving is None else {1: moving.of_members(1), 2: moving.of_members(2)}
+        return Records(
+            RowField("member", list(self.angle), head="member"),
+            RowField("angle", list(self.angle.values()), float, unit, head="angle"),
+            *(
+                RowField(name, list(rates[order].values()), float, per_second(unit, order), head=name,
+                         size=greatest(rates[order].values()))
+                for order, name in zip(rates, ("omega", "alpha"), strict=False)
+            ),
+        )  # fmt: skip
+
+    @cached_property
+    def quantities(self) -> Records:
+        """The quantities that were asked for, one row each."""
+        own = self._measured
+        return Records(
+            RowField("name", [c.name for c in own], head="quantity", text=[labelled(c.name, c.unit) for c in own]),
+            RowField("unit", [c.unit for c in own]),
+            RowField("value", [float(c.values[0]) for c in own], float, head="value"),
+        )
 
     def headline(self) -> str:
         """Return the result in one line."""
@@ -191,53 +232,29 @@ class SolveResult(Result):
 
     def report(self) -> dict[str, Any]:
         """Return the report that --json prints."""
-        position = self.position
-        nodes, points = self.places()
-        report: dict[str, Any] = {
+        position, law, moving = self.position, self.law, self.moving
+        return {
             "status": position.status.word,
             "residual": self.residual,
             "sweeps": position.sweeps,
-            "nodes": coordinates(nodes),
-            "points": coordinates(points),
+            "nodes": coordinates({name: self.places[name] for name in self.mechanism.nodes}),
+            "points": coordinates(self._points),
             "angles": {name: a for name, a in self.angle.items() if not math.isnan(a)},
             "inputs": self.inputs,
-        }
-        if position.status.value:
-            report |= {"worst": position.worst, "reason": self.reason}
-        if self.measured:
-            report["measures"] = {c.name: {"unit": c.unit, "value": float(c.values[0])} for c in self.measured}
-        if self.law is not None:
-            law = self.law
-            report |= {
+            **({"worst": position.worst, "reason": self.reason} if position.status.value else {}),
+            **({"measures": self.quantities.by("name")} if self._measured else {}),
+            **({} if law is None else {
                 "history": law.errors.tolist(), "C1": law.c1, "C2": law.c2, "rate": law.rate, "radius": law.radius,
-            }  # fmt: skip
-        return report | (velocities_report(self.moving) if self.moving is not None else {})
+            }),
+            **({} if moving is None else velocities_report(moving)),
+        }  # fmt: skip
 
     def table(self) -> Table:
         """Return one row for each node, then for each point: node, x, y, status; velocities and accelerations if asked.
 
         `vx`, `vy` [length/s] and `ax`, `ay` [length/s^2] are NaN where the equations do not determine them.
         """
-        nodes, points = self.places()
-        found, unit = nodes | points, self.mechanism.length_unit
-        z = np.array(list(found.values()))
-        return Table(
-            (
-                Column("node", np.array(list(found))), *xy_columns("", z, unit),
-                Column("status", np.array([self.status] * len(z))), *self._rates(list(found)),
-            )
-        )  # fmt: skip
-
-    def _rates(self, names: list[str]) -> list[Column]:
-        """Return the columns of velocities and accelerations, if these were asked for."""
-        if self.moving is None:
-            return []
-        columns: list[Column] = []
-        for order, letter in ((1, "v"), (2, "a")):
-            vectors = self.moving.of_points(order)
-            unit = per_second(self.mechanism.length_unit, order)
-            columns += xy_columns(letter, np.array([vectors[name] for name in names]), unit)
-        return columns
+        return self.records.table()
 
     def model(self) -> ModelText | None:
         """Return the text of the model file with the coordinates of this position; None if it is not solved.
@@ -267,11 +284,9 @@ class SolveResult(Result):
             return history_picture(errors, fit, f"{self.mechanism.name}: error per sweep", self.law.radius, 0)
         if not self.position.status.solved:
             return None
-        nodes, points = self.places()
-        moving = self.moving
-        arrows = velocity_arrows(moving, nodes | points) if moving is not None and not moving.singular else []
-        z = self.mechanism.to_file(self.position.z)
-        return position_picture(self.mechanism, z, self.mechanism.name, points, arrows)
+        moving, z = self.moving, self.mechanism.to_file(self.position.z)
+        arrows = velocity_arrows(moving, self.places) if moving is not None and not moving.singular else []
+        return position_picture(self.mechanism, z, self.mechanism.name, self._points, arrows)
 
     def geometry(self) -> Geometry | None:
         """Return the position in true size; None if it is not solved."""
@@ -280,7 +295,7 @@ class SolveResult(Result):
         if not self.position.status.solved:
             return None
         found = Geometry(self.mechanism.length_unit)
-        found.add_mechanism(self.mechanism, self.mechanism.to_file(self.position.z), self.places()[1])
+        found.add_mechanism(self.mechanism, self.mechanism.to_file(self.position.z), self._points)
         return found
 
     def animation(self) -> Animation | None:
@@ -289,19 +304,20 @@ class SolveResult(Result):
 
         if not self.position.status.solved:
             return None
-        nodes, points = self.places()
-        return position_animation(self.mechanism, self.position.z, self.inputs, nodes | points, self.moving)
+        return position_animation(self.mechanism, self.position.z, self.inputs, self.places, self.moving)
 
 
 def velocities_report(found: Instant) -> dict[str, Any]:
     """Return velocities and accelerations by name, in the file's units per second."""
-    report: dict[str, Any] = {
+    none: tuple[Mapping[str, complex], Mapping[str, float]] = {}, {}
+    (velocities, omega), (accelerations, alpha) = (
+        none if found.singular else (found.of_points(order), found.of_members(order)) for order in (1, 2)
+    )
+    return {
         "velocity_status": "singular" if found.singular else "ok", "input_rates": input_rates(found),
+        "velocities": coordinates(velocities), "omega": dict(omega),
+        "accelerations": coordinates(accelerations), "alpha": dict(alpha),
     }  # fmt: skip
-    for order, (linear, angular) in enumerate((("velocities", "omega"), ("accelerations", "alpha")), start=1):
-        report[linear] = {} if found.singular else coordinates(found.of_points(order))
-        report[angular] = {} if found.singular else dict(found.of_members(order))
-    return report
 
 
 def input_rates(found: Instant) -> dict[str, dict[str, float]]:

@@ -12,10 +12,9 @@ from gimcli.errors import UsageError
 from gimcli.families.designs import Designs
 from gimcli.families.family import Family
 from gimcli.graphs.extras import Extras
-from gimcli.library.by_name import ByName
 from gimcli.library.inputs import inputs_of
-from gimcli.library.places import angles
-from gimcli.library.trace_result import PlacedRows
+from gimcli.library.result import RowsResult
+from gimcli.library.trace_result import Placed
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.motion.motion import Motion
 from gimcli.quantities.coordinates import MemberTurning, PointVector
@@ -70,7 +69,7 @@ def separate(
     return Motion(mechanism, time, inputs, z, np.asarray(codes, dtype=int), residual, 0.0 * time, z[:, 0])
 
 
-class SolvedPositions(PlacedRows):
+class SolvedPositions(Placed, RowsResult):
     """Positions: `status` (rows,), `xy[name]` (rows, 2), `angle[member]` (rows,), and the columns by name.
 
     A row that is not solved has a status word other than "ok", and NaN.
@@ -96,11 +95,6 @@ class SolvedPositions(PlacedRows):
     def complete(self) -> bool:
         """Whether all positions are solved."""
         return bool(self._found.good.all())
-
-    @cached_property
-    def angle(self) -> ByName:
-        """Directions (rows,) of the members, from their first node to their second, -180 to 180 degrees."""
-        return angles(self.mechanism, self._z, np.asarray)
 
     def table(self) -> Table:
         """Return one row for each position: inputs, coordinates of nodes and points, directions, residual, status."""

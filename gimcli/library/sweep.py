@@ -24,6 +24,7 @@ from gimcli.families.sweep_run import SweepRun
 from gimcli.families.variation import MOST_VALUES, varied
 from gimcli.library.inputs import OneOf, Range, Seed, Steps, checked, refuse_linked, refuse_unmoved
 from gimcli.library.machines import accepted, driven_machines
+from gimcli.library.record import Records, RowField
 from gimcli.library.result import RowsResult
 from gimcli.library.sweep_tables import SweepTables
 from gimcli.library.under_way import UnderWay, in_parts
@@ -32,16 +33,15 @@ from gimcli.model.dimensions import dimension
 from gimcli.output.parts import Parts, header_of
 from gimcli.positions.dispatch import choose, plain
 from gimcli.progress import Notify, Phases, no_phases
+from gimcli.rounding import number
 from gimcli.status import Status
 from gimcli.structure.drive_check import explained
 from gimcli.structure.plan import make_plan
-from gimcli.table import Table
+from gimcli.table import Table, labelled
 from gimcli.version import __version__
 
 if TYPE_CHECKING:
-    from gimcli.output.animation import Animation
-    from gimcli.output.destinations import Destinations
-    from gimcli.output.picture import Content
+    from gimcli.output.contents import Animation, Content, Destinations
 
 MOST_WORKERS = 1024
 
@@ -242,10 +242,21 @@ class SweepResult(RowsResult):
     @property
     def ranges(self) -> dict[str, dict[str, Any]]:
         """For each dimension and quantity: the least and greatest value of the kept designs, its unit."""
-        return {
-            name: {"least": low, "greatest": high, "empty": missing, "unit": self._found.unit(name)}
-            for name, (low, high, missing) in self._found.ranges.items()
-        }
+        return self.spans.by("name")
+
+    @cached_property
+    def spans(self) -> Records:
+        """The ranges of the dimensions and quantities, one row each."""
+        names, units = list(self._found.ranges), [self._found.unit(name) for name in self._found.ranges]
+        low, high, empty = map(list, zip(*self._found.ranges.values(), strict=True))
+        sizes = [max(map(abs, ends)) for ends in zip(low, high, strict=True)]
+        return Records(
+            RowField("name", names, head="", text=list(map(labelled, names, units))),
+            RowField("least", low, float, head="least", text=list(map(number, low, sizes))),
+            RowField("greatest", high, float, head="greatest", text=list(map(number, high, sizes))),
+            RowField("empty", empty, int, head="empty", text=lambda count: str(count or "")),
+            RowField("unit", units),
+        )
 
     def report(self) -> dict[str, Any]:
         """Return the report that --json prints."""

@@ -26,10 +26,7 @@ from gimcli.structure.plan import make_plan
 from gimcli.table import Table
 
 if TYPE_CHECKING:
-    from gimcli.output.animation import Animation
-    from gimcli.output.geometry import Geometry
-    from gimcli.output.graph import CurveGraph
-    from gimcli.output.picture import Content
+    from gimcli.output.contents import Animation, Content, CurveGraph, Geometry
     from gimcli.rates.derivatives import TracedRates
 
 AT_LIMIT = ("stop", "skip", "reverse")

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from gimcli.library.by_name import ByName
-from gimcli.library.places import by_member, pairs, places
-from gimcli.library.result import RowsResult
+from gimcli.library.places import angles, by_member, pairs, places
+from gimcli.library.result import Result, RowsResult
 from gimcli.mechanism import ComplexArray, FloatArray
 from gimcli.motion.motion import Motion
 from gimcli.quantities.state import MotionState, State
@@ -20,7 +20,7 @@ POSES = 120
 """Largest number of positions that a picture chooses from."""
 
 
-class PlacedRows(RowsResult):
+class Placed(Result):
     """A result whose rows are positions."""
 
     @property
@@ -33,8 +33,13 @@ class PlacedRows(RowsResult):
         """Coordinates (rows, 2) of nodes and points in the file's length unit; NaN in rows not solved or reached."""
         return places(self.mechanism, self._z, pairs)
 
+    @cached_property
+    def angle(self) -> ByName:
+        """Directions (rows,) of the members, from their first node to their second, in the file's angle unit."""
+        return angles(self.mechanism, self._z, np.asarray)
 
-class TraceResult(PlacedRows):
+
+class TraceResult(Placed, RowsResult):
     """A motion: `xy[name]` (rows, 2), `angle[member]` (rows,), `status` (rows,), `events`, and the columns by name."""
 
     KIND = ""

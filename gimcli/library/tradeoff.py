@@ -112,14 +112,11 @@ class TradeoffResult(Result):
         found = self._found.entries
         names = [e.method.name for e in found]
         labels = [e.method.label * (name != last) for e, name, last in zip(found, names, ["", *names], strict=False)]
-        unknowns = [" + ".join(map(str, e.unknowns)) for e in found]
-        solved = [f"{e.solved}/{e.rows}" for e in found]
-        remarks = [e.reason + "*" * (e.efficient and e.solved > 0) for e in found]
-        spreads = [f"{e.time.spread / e.time.seconds:.0%}" if e.solved else "-" for e in found]
         return Records(
             RowField("method", names, str, head="method", text=labels),
             RowField("tolerance", [e.tolerance for e in found], float, head="tolerance"),
-            RowField("unknowns", [list(e.unknowns) for e in found], head="unknowns", text=unknowns),
+            RowField("unknowns", [list(e.unknowns) for e in found], head="unknowns",
+                     text=[" + ".join(map(str, e.unknowns)) for e in found]),
             RowField("unknowns", [_sum(e.unknowns) for e in found], str, key=False),
             RowField("iteration_operations", [list(e.iterations) for e in found]),
             RowField("iteration_operations", [_sum(e.iterations) for e in found], str, key=False),
@@ -129,14 +126,17 @@ class TradeoffResult(Result):
             RowField("operations", [e.operations for e in found], float, head="operations", text=_formatted(".0f")),
             RowField("seconds", [e.time.seconds for e in found], float, "s", head="position [µs]", text=_micro),
             RowField("error", [e.error for e in found], float, head="true error", text=_formatted(".1e")),
-            RowField("solved", [e.solved for e in found], int, head="solved", text=solved),
+            RowField("solved", [e.solved for e in found], int, head="solved",
+                     text=[f"{e.solved}/{e.rows}" for e in found]),
             RowField("positions", [e.rows for e in found], int),
             RowField("efficient", [e.efficient for e in found], int),
-            RowField("reason", [e.reason for e in found], str, head="", text=remarks),
-            RowField("spread", [e.time.spread for e in found], float, "s", head="spread", text=spreads),
+            RowField("reason", [e.reason for e in found], str, head="",
+                     text=[e.reason + "*" * (e.efficient and e.solved > 0) for e in found]),
+            RowField("spread", [e.time.spread for e in found], float, "s", head="spread",
+                     text=[f"{e.time.spread / e.time.seconds:.0%}" if e.solved else "-" for e in found]),
             RowField("fixed", [e.fixed.seconds for e in found], float, "s", head="call [µs]", text=_micro),
             RowField("call", [e.call for e in found], float, "s"),
-        )
+        )  # fmt: skip
 
     def picture(self) -> Content | None:
         """Return the graph of the error over the time; None if there is nothing to draw."""

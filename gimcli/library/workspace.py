@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from gimcli.errors import StructureError, UsageError
 from gimcli.families.grid import Grid, Kept, solve_grid
 from gimcli.library.inputs import MOST_STEPS, Jit, Range, checked, refuse_linked, refuse_unmoved
+from gimcli.library.record import Records, RowField, fact
 from gimcli.library.result import Result
 from gimcli.mechanism import FRAME, ComplexArray, Mechanism
 from gimcli.nearest import guess
@@ -18,16 +19,25 @@ from gimcli.progress import WORK, Notify, Phases, limited, no_phases
 from gimcli.reach.boundary import Workspace, survey, task_of
 from gimcli.reach.reach import Reach, reach
 from gimcli.reach.region import HOLE, INNER, OUTER
-from gimcli.reach.report import outlines, placed, reach_report, reach_table, region_report, region_table
+from gimcli.reach.report import (
+    assemblies,
+    bounds_of,
+    held_inputs,
+    outlines,
+    placed,
+    ranges_of,
+    reach_table,
+    region_table,
+)  # fmt: skip
+from gimcli.rounding import at_inputs, interval, length, number
 from gimcli.structure.carried import carried_point
 from gimcli.structure.drive_check import explained
 from gimcli.structure.mobility import assembled
 from gimcli.structure.plan import make_plan
-from gimcli.table import Table
+from gimcli.table import Table, labelled
 
 if TYPE_CHECKING:
-    from gimcli.output.geometry import Geometry
-    from gimcli.output.picture import Content
+    from gimcli.output.contents import Content, Geometry
 
 
 @checked
@@ -101,19 +111,25 @@ class WorkspaceResult(Result):
     @property
     def complete(self) -> bool:
         """Whether the boundary, or the list of paths, is complete."""
-        return bool(self.report()["complete"])
+        return self._found.complete
 
     def headline(self) -> str:
         """Return the result in one line."""
         return f"{self.mechanism.name}: workspace of {self._found.task.point}"
 
     @cached_property
-    def _report(self) -> dict[str, Any]:
-        return reach_report(self._found) if isinstance(self._found, Reach) else region_report(self._found)
+    def facts(self) -> Records:
+        """What is known of the region or of the paths, as a single row."""
+        return path_facts(self._found) if isinstance(self._found, Reach) else region_facts(self._found)
+
+    @property
+    def records(self) -> Records:
+        """The curves of the region, or the paths, one row each."""
+        return path_rows(self._found) if isinstance(self._found, Reach) else region_curves(self._found)
 
     def report(self) -> dict[str, Any]:
         """Return the report that --json prints."""
-        return self._report | {"status": self.outcome} | ({"grid": self.grid.report()} if self.grid else {})
+        return self.facts.entry() | {"status": self.outcome} | ({"grid": self.grid.report()} if self.grid else {})
 
     def table(self) -> Table:
         """Return one row for each point of a curve."""
@@ -146,6 +162,85 @@ class WorkspaceResult(Result):
         if pose is not None:
             found.add_mechanism(self.mechanism, pose, {} if at is None else {self._found.task.point: at})
         return found if found.layers else None
+
+
+def region_curves(found: Workspace) -> Records:
+    """Return the curves of a region, one row each."""
+    mechanism, edges, scale = found.task.mechanism, found.edges, found.task.mechanism.scale
+    held = [held_inputs(found.task, edge) for edge in edges]
+    return Records(
+        RowField("curve", range(len(edges)), int, head="curve", key=False),
+        RowField("kind", [edge.kind for edge in edges], head="kind"),
+        RowField("held", held, head="cause",
+                 text=[f"range ends: {at_inputs(mechanism, own)}" if own else "singular" for own in held]),
+        RowField("length", [edge.arc.length * scale for edge in edges], float, mechanism.length_unit, head="length",
+                 size=mechanism.size * scale),
+        RowField("points", [len(edge.arc.y) for edge in edges]),
+    )  # fmt: skip
+
+
+def region_facts(found: Workspace) -> Records:
+    """Return area, extent, parts and curves of a region as a single row."""
+    mechanism, scale = found.task.mechanism, found.task.mechanism.scale
+    unit = "" if mechanism.length_unit == "unit" else f" {mechanism.length_unit}"
+    area, error, perimeter = found.area * scale**2, found.area_error * scale**2, found.perimeter * scale
+    size, bounds = number(area, (mechanism.size * scale) ** 2), bounds_of(mechanism, found.bounds)
+    spans = (f"{axis} {_span(mechanism, ends)}{unit}" for axis, ends in bounds.items())
+    return Records(
+        fact("point", found.task.point),
+        fact("freedoms", found.task.freedoms),
+        fact("complete", found.complete),
+        fact("area", area, f"{size}{unit and f'{unit}^2'} (estimated error {error:.0e})", head="area"),
+        fact("area_error", error),
+        fact("perimeter", perimeter, f"{length(mechanism, perimeter)}{unit}", head="length of the boundary"),
+        fact("bounds", bounds, ", ".join(spans), head="extent"),
+        fact("regions", sum(loop.area > 0.0 for loop in found.loops), head="regions"),
+        fact("holes", sum(loop.area < 0.0 for loop in found.loops), head="holes"),
+        fact("barriers", len(found.inner), head="inner curves"),
+        fact("curves", region_curves(found).report()),
+    )
+
+
+def path_rows(found: Reach) -> Records:
+    """Return the paths, one row each."""
+    mechanism, runs, unit = found.task.mechanism, found.runs, found.task.mechanism.length_unit
+    bounds = [bounds_of(mechanism, run.bounds) for run in runs]
+
+    def ranges(inputs: dict[str, Any]) -> str:
+        return ", ".join(
+            f"{name}: {'full turn' if one['full_turn'] else interval(mechanism, name, one['from'], one['to'])}"
+            for name, one in inputs.items()
+        )
+
+    return Records(
+        RowField("path", [f"{k}{' *' * run.drawn}" for k, run in enumerate(runs)], head="path", key=False),
+        RowField("drawn", [run.drawn for run in runs]),
+        RowField("closed", [run.closed for run in runs]),
+        RowField("length", [run.length * mechanism.scale for run in runs], float, unit, head="length",
+                 size=mechanism.size * mechanism.scale),
+        RowField("bounds", bounds),
+        *(
+            RowField(axis, [_span(mechanism, one[axis]) for one in bounds], head=labelled(axis, unit), key=False)
+            for axis in "xy"
+        ),
+        RowField("inputs", [ranges_of(mechanism, run) for run in runs], head="inputs", text=ranges),
+    )  # fmt: skip
+
+
+def path_facts(found: Reach) -> Records:
+    """Return the paths, and the assemblies that are on none of them, as a single row."""
+    return Records(
+        fact("point", found.task.point),
+        fact("freedoms", 1),
+        fact("complete", found.complete),
+        fact("all", found.start is None),
+        fact("assemblies", None if found.start is None else assemblies(found.task.mechanism, found.start)),
+        fact("paths", path_rows(found).report()),
+    )
+
+
+def _span(mechanism: Mechanism, ends: list[float]) -> str:
+    return " to ".join(length(mechanism, value) for value in ends)
 
 
 def _geometry_of(found: Workspace | Reach) -> Geometry:

@@ -9,7 +9,7 @@ import numpy as np
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.reach.boundary import Workspace
 from gimcli.reach.circuit_paths import StartAssemblies
-from gimcli.reach.reach import Interval, Reach
+from gimcli.reach.reach import Interval, Reach, ReachedPath
 from gimcli.reach.region import HOLE, INNER, OUTER, Edge
 from gimcli.reach.task import WorkspaceTask
 from gimcli.table import Column, Table, xy_columns
@@ -54,26 +54,6 @@ def region_table(found: Workspace) -> Table:
     return Table(tuple(Column(n, np.array(c), u) for n, c, u in zip(REGION_COLUMNS, columns, units, strict=True)))
 
 
-def region_report(found: Workspace) -> dict[str, Any]:
-    """Return the results for `--json`."""
-    mechanism, scale = found.task.mechanism, found.task.mechanism.scale
-    return {
-        "point": found.task.point, "freedoms": found.task.freedoms, "complete": found.complete,
-        "area": found.area * scale**2, "area_error": found.area_error * scale**2,
-        "perimeter": found.perimeter * scale,
-        "bounds": _bounds(mechanism, found.bounds),
-        "regions": sum(loop.area > 0.0 for loop in found.loops), "holes": sum(loop.area < 0.0 for loop in found.loops),
-        "barriers": len(found.inner),
-        "curves": [
-            {
-                "kind": edge.kind, "held": held_inputs(found.task, edge), "length": edge.arc.length * scale,
-                "points": len(edge.arc.y),
-            }
-            for edge in found.edges
-        ],
-    }  # fmt: skip
-
-
 def outlines(found: Workspace) -> dict[str, list[ComplexArray]]:
     """Return the curves of every kind, dense enough to draw, in the file's coordinates."""
     curves: dict[str, list[ComplexArray]] = {OUTER: [], HOLE: [], INNER: []}
@@ -105,24 +85,8 @@ def _along(found: Reach, k: int, number: int, path: FloatArray) -> FloatArray:
     return np.asarray(mechanism.value_to_file(k, u))
 
 
-def reach_report(found: Reach) -> dict[str, Any]:
-    """Return the results for `--json`."""
-    mechanism = found.task.mechanism
-    return {
-        "point": found.task.point, "freedoms": 1, "complete": found.complete,
-        "all": found.start is None, "assemblies": None if found.start is None else _assemblies(mechanism, found.start),
-        "paths": [
-            {
-                "drawn": run.drawn, "closed": run.closed, "length": run.length * mechanism.scale,
-                "bounds": _bounds(mechanism, run.bounds),
-                "inputs": {mechanism.actuators[i.actuator].name: _interval(mechanism, i) for i in run.intervals},
-            }
-            for run in found.runs
-        ],
-    }  # fmt: skip
-
-
-def _assemblies(mechanism: Mechanism, start: StartAssemblies) -> dict[str, Any]:
+def assemblies(mechanism: Mechanism, start: StartAssemblies) -> dict[str, Any]:
+    """Return how many assemblies there are at the start of the law, and how many are on other paths."""
     counted = start.count is not None
     return {
         "at": mechanism.inputs_to_file(start.inputs), "count": start.count,
@@ -130,9 +94,15 @@ def _assemblies(mechanism: Mechanism, start: StartAssemblies) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _bounds(mechanism: Mechanism, corners: tuple[FloatArray, FloatArray]) -> dict[str, list[float]]:
+def bounds_of(mechanism: Mechanism, corners: tuple[FloatArray, FloatArray]) -> dict[str, list[float]]:
+    """Return the least and the greatest x and y [file's unit]."""
     low, high = (placed(mechanism, corner[None, :])[0] for corner in corners)
     return {"x": [low.real, high.real], "y": [low.imag, high.imag]}
+
+
+def ranges_of(mechanism: Mechanism, run: ReachedPath) -> dict[str, dict[str, Any]]:
+    """Return the range of each input along a path, by name [file's unit]."""
+    return {mechanism.actuators[one.actuator].name: _interval(mechanism, one) for one in run.intervals}
 
 
 def _interval(mechanism: Mechanism, interval: Interval) -> dict[str, Any]:
