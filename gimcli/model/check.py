@@ -14,7 +14,6 @@ from pydantic_core import ValidationError
 
 from gimcli.errors import UsageError
 from gimcli.model import wording
-from gimcli.model.bearers import check_drawn, check_place
 from gimcli.model.check_dynamics import check_dynamics
 from gimcli.model.check_inputs import check_inputs, check_pair
 from gimcli.model.pairs import sized_nodes, used_nodes
@@ -167,7 +166,7 @@ def _check_ground(refs: References) -> None:
     elif ground.member == "ground":
         refs.fault(("ground", "member"), "expected a link or an element, got 'ground'")
     elif ground.member is not None and refs.member(("ground", "member"), ground.member):
-        check_drawn(refs, ("ground", "member"), refs.every[ground.member])
+        refs.drawn(("ground", "member"), refs.every[ground.member])
     elif ground.member is None and not ground.nodes and ("ground",) not in refs.doubtful:
         refs.fault(("ground",), "no node is fixed; write `ground: [NODES]` or `ground: {member: NAME}`")
     refs.nodes(("ground", "nodes"), ground.nodes)
@@ -204,7 +203,7 @@ def _check_shape(refs: References, where: Where, nodes: list[str], shape: dict[s
 def _check_points(refs: References) -> None:
     model = refs.model
     for name, point in model.points.items():
-        check_place(refs, ("points", name), point, "point", refs.member(("points", name, "on"), point.on))
+        refs.place(("points", name), point, "point", refs.member(("points", name, "on"), point.on))
         if name in model.nodes:
             refs.fault(("points", name), f"point '{name}' has the name of a node; rename it", key=True)
     known = [*model.points, *model.nodes]

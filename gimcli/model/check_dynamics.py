@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from gimcli.model.bearers import check_bearer, check_place
 from gimcli.model.check_inputs import check_nodes
 from gimcli.model.check_laws import check_values
 from gimcli.model.pairs import used_nodes
@@ -24,7 +23,7 @@ def check_dynamics(refs: References) -> None:
 
 def _check_mass(refs: References, where: Where, mass: Mass) -> None:
     name = str(where[1])
-    node = check_bearer(refs, where, name, key=True)
+    node = refs.bearer(where, name, key=True)
     for key in sorted({"inertia", "centre"} & mass.given) if node is not None else ():
         text = f"`{key}` is of a member, '{name}' is a node with a point mass; remove `{key}`, or name a member"
         refs.fault((*where, key), text, key=True)
@@ -33,7 +32,7 @@ def _check_mass(refs: References, where: Where, mass: Mass) -> None:
 def _check_load(refs: References, where: Where, load: Load) -> None:
     kinds = ("force", "follower", "torque")
     given = [kind for kind in kinds if getattr(load, kind) is not None]
-    node = check_bearer(refs, (*where, "on"), load.on)
+    node = refs.bearer((*where, "on"), load.on)
     if len(given) != 1:
         refs.lack(where, kinds, f"load '{where[1]}' needs either `force` or `torque` (or `follower`)")
     elif node is not None:
@@ -41,7 +40,7 @@ def _check_load(refs: References, where: Where, load: Load) -> None:
             text = f"`{key}` is of a member, '{load.on}' is a node, which takes a `force`; remove it, or name a member"
             refs.fault((*where, key), text, key=True)
     elif given != ["torque"] and load.on in ("ground", *refs.every):
-        check_place(refs, where, load, "force", known=True)
+        refs.place(where, load, "force", known=True)
     _check_table(refs, where, load, f"load '{where[1]}'", "time" if load.over == "time" else "input")
     known = ("time", *refs.model.actuators)
     doubted = {("actuators",), ("actuators", load.over)} & set(refs.doubtful)

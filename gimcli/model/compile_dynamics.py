@@ -21,9 +21,9 @@ from gimcli.dynamic_data import (
 )
 from gimcli.mechanism import FRAME, HEIGHT, Dynamics, Input, PairRow
 from gimcli.model import schema
-from gimcli.model.bearers import node_of
 from gimcli.model.compile_geometry import GeometryCompiler
 from gimcli.model.laws import Sampled
+from gimcli.model.pairs import node_of
 from gimcli.model.tables import read_table
 from gimcli.model.units import KILOGRAMS, METRES
 

@@ -10,10 +10,10 @@ import numpy as np
 
 from gimcli.dynamic_data import NO_MEMBER
 from gimcli.mechanism import FRAME, Mechanism
-from gimcli.model.bearers import node_of
 from gimcli.model.compile_geometry import axes
 from gimcli.model.dimensions import written
 from gimcli.model.laws import ended
+from gimcli.model.pairs import node_of
 from gimcli.model.part import Part
 from gimcli.model.references import CLOSEST
 from gimcli.model.schema import Actuator, Element, Law, Link, Load, Mass, Model, Spring, Tracer

@@ -12,11 +12,10 @@ from typing import Any
 
 from gimcli.connected import connected
 from gimcli.mechanism import Machine, Mechanism
-from gimcli.model.bearers import node_of
 from gimcli.model.compile import compile_model, in_assembly_of
 from gimcli.model.dimensions import dimensions_of
 from gimcli.model.laws import scaled
-from gimcli.model.pairs import fixed_nodes, used_nodes
+from gimcli.model.pairs import fixed_nodes, node_of, used_nodes
 from gimcli.model.schema import Model
 from gimcli.model.source import Where
 from gimcli.model.substitution import without_dynamics

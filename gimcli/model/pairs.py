@@ -1,4 +1,7 @@
-"""The nodes of a model that its parts use, that give its size, and that are fixed."""
+"""The nodes of a model that its parts use, that give its size, that are fixed, and that carry masses and loads.
+
+For masses and loads, a member wins over a node of the same name, and a node over a sliding pair.
+"""
 
 from __future__ import annotations
 
@@ -41,3 +44,19 @@ def fixed_nodes(model: Model) -> set[str]:
     """Return the nodes of the ground, or of the member that is held fixed."""
     held = model.ground.member
     return set(model.ground.nodes if held not in model.members else model.members[held].nodes)
+
+
+# -- what carries a mass or a load: a member, otherwise a node, or the node of a pin in a slot ------------
+
+
+def node_of(model: Model, name: str) -> str | None:
+    """Return the node with a mass or a load; None if it is a member, or if there is no node of this name."""
+    if name == "ground" or name in model.links or name in model.elements:
+        return None
+    pair = model.prismatic.get(name)
+    return name if name in model.nodes else pair.node if pair is not None else None
+
+
+def fixed(model: Model, name: str) -> bool:
+    """Return whether the member or the node of a mass or a load is fixed to the frame."""
+    return name in ("ground", model.ground.member) or node_of(model, name) in fixed_nodes(model)

@@ -8,7 +8,8 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from gimcli.calculus.numbers import nominal
-from gimcli.model.schema import Model
+from gimcli.model.pairs import node_of, used_nodes
+from gimcli.model.schema import Load, Model, Tracer
 from gimcli.model.source import Source, Where
 from gimcli.model.tables import read_table
 from gimcli.model.wording import written
@@ -110,6 +111,38 @@ class References:
     def having(self, name: str) -> Collection[str]:
         """Return the nodes of a member or of the ground; those of the member that is held are the ground's."""
         return self.ground if name in ("ground", self.held) else self.members[name]
+
+    def bearer(self, where: Where, name: str, key: bool = False) -> str | None:
+        """Return the node with a mass or a load, None if it is a member; record an error if it is neither."""
+        model, node = self.model, node_of(self.model, name)
+        pair = model.prismatic.get(name)
+        if node is not None:
+            if node in model.nodes and node not in used_nodes(model) and self.sure:
+                self.fault(where, f"node '{node}' belongs to no member or pair; add it to one", key)
+            return node
+        if name in self.every or name == "ground" or ("nodes", name) in self.doubtful:
+            return None
+        if pair is not None:
+            ends = " or ".join(pair.nodes or [])
+            self.fault(where, f"'{name}' slides a member without rotation; name this member, or the node {ends}", key)
+        elif near(name, self.every) or not (hint := near(name, [*model.nodes, *model.prismatic])):
+            self.member(where, name, key, nodes=True)
+        else:
+            self.fault(where, f"'{name}' is neither a member nor a node{hint}", key)
+        return None
+
+    def drawn(self, where: Where, nodes: list[str]) -> None:
+        """Record an error if the first two nodes of a member coincide: its initial direction is then undefined."""
+        a, b = nodes[:2]
+        if {a, b} <= set(self.model.nodes) and a != b and not self.apart(a, b):
+            self.fault(where, f"nodes {a} and {b} coincide and define no direction; move one")
+
+    def place(self, where: Where, part: Tracer | Load, what: str, known: bool) -> None:
+        """Check the coordinates of a point or force (`what`) on a member, which is `known` if it exists."""
+        if (part.at is None) == (part.local is None):
+            self.lack(where, ("at", "local"), f"{what} '{where[1]}' needs either `at` (initial coordinates) or `local`")
+        elif known and part.at is not None and part.on != "ground":
+            self.drawn((*where, "at"), self.every[part.on])
 
     def carriers(self, *nodes: str) -> list[str]:
         """Return the members that have all of the nodes, 'ground' first."""

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from gimcli.model.bearers import fixed
-from gimcli.model.pairs import used_nodes
+from gimcli.model.pairs import fixed, used_nodes
 from gimcli.model.schema import Model
 from gimcli.model.source import Where
 from gimcli.model.substitution import DYNAMIC
