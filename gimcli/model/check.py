@@ -17,8 +17,9 @@ from gimcli.model import wording
 from gimcli.model.check_dynamics import check_dynamics
 from gimcli.model.check_inputs import check_inputs, check_pair
 from gimcli.model.pairs import sized_nodes, used_nodes
+from gimcli.model.part import long_form
 from gimcli.model.references import CLOSEST, References
-from gimcli.model.schema import NO_FORMULAS, WHOLE, Element, Link, Model, OpenNode, long_form
+from gimcli.model.schema import NO_FORMULAS, WHOLE, Element, Link, Model, OpenNode
 from gimcli.model.source import Source, Where, part_of
 from gimcli.nearest import near
 

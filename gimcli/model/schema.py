@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -27,8 +27,6 @@ FARTHEST = 1e100
 MOST_COEFFICIENTS = 100
 """Most coefficients of a polynomial: its roots take long to compute, and high powers of the time hardly differ."""
 NO_FORMULAS: Mapping[tuple[str | int, ...], Expression] = MappingProxyType({})
-MEMBER_WORDS = ("member", "true", "True", "TRUE")
-"""Other words for the key `on` of points and loads; programs that read YAML 1.1 write it as true."""
 WHOLE = ("duration", "gravity")
 """Sections with numbers but without names."""
 ENDS = ("to", "by", "turns")
@@ -419,48 +417,3 @@ class Model(Part):
         parts: tuple[dict[str, Any], dict[str, Any]] = (self.links, self.elements)
         first, second = reversed(parts) if self._elements_first else parts
         return {**first, **second}
-
-
-def long_form(data: dict[str, Any]) -> dict[str, Any]:
-    """Return the data with short forms replaced by long ones, such as [A, B] by {nodes: [A, B]}."""
-    result = dict(data)
-    for section, long in LONG_PARTS.items():
-        if isinstance(result.get(section), dict):
-            result[section] = {name: long(part) for name, part in result[section].items()}
-    if isinstance(result.get("ground"), list):
-        result["ground"] = {"nodes": result["ground"]}
-    return {k: v for k, v in result.items() if v is not None or k in ("nodes", "ground")}
-
-
-def _long_carried(part: Any) -> Any:
-    """Return a point or a load with the key `on` in place of the first other word for it; a second word is left."""
-    words = [word for word in MEMBER_WORDS if isinstance(part, dict) and word in part]
-    if not words or "on" in part:
-        return part
-    return {"on" if key == words[0] else key: value for key, value in part.items()}
-
-
-def _alone(key: str, kinds: Any) -> Callable[[Any], Any]:
-    """Return the function for parts with a key whose value may stand alone, if it is of some types."""
-    return lambda part: {key: part} if isinstance(part, kinds) else part
-
-
-def _long_actuator(actuator: Any) -> Any:
-    if isinstance(actuator, dict) and "effort" in actuator:
-        actuator = {**actuator, "effort": _alone("constant", int | float | str)(actuator["effort"])}
-    if not isinstance(actuator, dict) or not isinstance(actuator.get("law"), dict):
-        return actuator
-    law = dict(actuator["law"])
-    law |= {"profile": {"name": law["profile"]}} if isinstance(law.get("profile"), str) else {}
-    for key in ("polynomial", "table"):  # short forms; more than one of them is reported with the profile
-        if key in law and isinstance(own := law.get("profile", {}), dict) and key not in own:
-            law["profile"] = {**own, key: law.pop(key)}
-    return {**actuator, "law": law}
-
-
-LONG_PARTS: Mapping[str, Callable[[Any], Any]] = {
-    "links": _alone("nodes", list), "elements": _alone("nodes", list), "masses": _alone("mass", int | float | str),
-    "friction": _alone("viscous", int | float | str), "points": _long_carried, "loads": _long_carried,
-    "actuators": _long_actuator,
-}  # fmt: skip
-"""The functions that return the long form of a part, by section."""

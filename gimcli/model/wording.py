@@ -6,7 +6,8 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from gimcli.model.schema import MEMBER_WORDS, Model, OpenNode
+from gimcli.model.part import MEMBER_WORDS
+from gimcli.model.schema import Model, OpenNode
 from gimcli.model.source import Source, Where
 from gimcli.nearest import near, nearest
 
