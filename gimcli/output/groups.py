@@ -131,8 +131,7 @@ def _frame(size: complex, layout: PictureLayout) -> Frame:
 
 def _places(boxes: Sequence[Box]) -> tuple[list[complex], complex]:
     """Return the centres of the boxes, y upwards, and the size of the picture [in]."""
-    layers = [[k for k, b in enumerate(boxes) if b.layer == n] for n in range(max(b.layer for b in boxes) + 1)]
-    layers = [layer for layer in layers if layer]
+    layers = list(grouped(sorted((box.layer, k) for k, box in enumerate(boxes))).values())
     widths = [sum(boxes[k].size.real for k in layer) + ACROSS * (len(layer) - 1) for layer in layers]
     heights = [max(boxes[k].size.imag for k in layer) for layer in layers]
     width = max(widths) + 2 * EDGE

@@ -91,19 +91,19 @@ def _clip(found: Linearised, k: int, mode: Mode, time: float) -> Clip:
     shown = swing(found, mode, time, np.linspace(0.0, 2.0 * math.pi, ROWS))
     z = mechanism.to_file(shown.z)
     phase = shown.phases if mechanism.angle_unit == "rad" else np.degrees(shown.phases)
-    columns = [Column(PHASE, phase, mechanism.angle_unit)]
-    for j, actuator in enumerate(mechanism.actuators):
-        values = mechanism.value_to_file(j, shown.inputs[:, j])
-        columns.append(Column(actuator.name, values, mechanism.unit_of(actuator)))
-    for name in mechanism.traced:
-        path = np.asarray(mechanism.to_file(carried_point(mechanism, name, shown.z.T)))
-        columns += xy_columns(f"{name}.", path, mechanism.length_unit)
+    inputs = (
+        Column(a.name, mechanism.value_to_file(j, shown.inputs[:, j]), mechanism.unit_of(a))
+        for j, a in enumerate(mechanism.actuators)
+    )
+    paths = {name: mechanism.to_file(carried_point(mechanism, name, shown.z.T)) for name in mechanism.traced}
+    points = (column for n, path in paths.items() for column in xy_columns(f"{n}.", path, mechanism.length_unit))
+    table = Table((Column(PHASE, phase, mechanism.angle_unit), *inputs, *points))
     pace = (
         f"; an oscillation of {number(mode.period)} s lasts {ROUND:g} s at speed × 1" if mode.kind == VIBRATION else ""
     )
     return Clip(
-        f"{k}: {spoken(mode)}", z, ROUND * shown.phases / (2.0 * math.pi), ("ok",) * len(z), Table(tuple(columns)),
-        PHASE, closed=True, without=NO_TIME, note=f"{amplitude_text(found, mode, shown)}{pace}",
+        f"{k}: {spoken(mode)}", z, ROUND * shown.phases / (2.0 * math.pi), ("ok",) * len(z), table, PHASE,
+        closed=True, without=NO_TIME, note=f"{amplitude_text(found, mode, shown)}{pace}",
     )  # fmt: skip
 
 
