@@ -18,7 +18,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from gimcli.assemblies.count import PRIME
+from gimcli.assemblies.constants import PRIME
 from gimcli.assemblies.link_joints import NONE, Linkage
 from gimcli.assemblies.loops import GROUND, LoopFamily
 from gimcli.errors import StructureError

@@ -53,3 +53,6 @@ SEARCH = ConfigurationConstants()
 
 FITS = 1e-10
 """Largest residual of the constraints as written, as in `gim solve`."""
+
+PRIME = 2_147_483_647
+"""Ranks are computed from random numbers modulo this prime; they are wrong with a probability of about 1e-8."""

@@ -21,8 +21,7 @@ import numpy as np
 from gimcli.assemblies.certificate import Proven, distances, distinct, mirror_distance, prove
 from gimcli.assemblies.constants import SEARCH
 from gimcli.assemblies.loops import GROUND, LoopFamily, Loops
-from gimcli.assemblies.pencil import candidates, pencil_of
-from gimcli.assemblies.root_paths import Tracked, corrected, track
+from gimcli.assemblies.root_paths import Tracked, candidates, corrected, pencil_of, track
 from gimcli.assemblies.start_cache import known_count, known_start
 from gimcli.connected import unlike
 from gimcli.mechanism import BoolArray, ComplexArray, FloatArray

@@ -20,8 +20,7 @@ from typing import Protocol
 import numpy as np
 
 from gimcli.comparison.bodies import AbsoluteCoordinates, Stop
-from gimcli.comparison.joint import JointCoordinates
-from gimcli.comparison.natural import NaturalCoordinates
+from gimcli.comparison.coordinates import JointCoordinates, NaturalCoordinates
 from gimcli.comparison.operations import Cost, coordinates_cost, plan_cost, sweep_cost
 from gimcli.gim.sequence_switching import SwitchingState
 from gimcli.gim.sweeper import Sweeper

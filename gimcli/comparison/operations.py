@@ -13,8 +13,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from gimcli.comparison.bodies import AbsoluteCoordinates, BodyPair
-from gimcli.comparison.joint import JointCoordinates
-from gimcli.comparison.natural import NaturalCoordinates
+from gimcli.comparison.coordinates import JointCoordinates, NaturalCoordinates
 from gimcli.gim.sequence import known_nodes
 from gimcli.kernels import bodies, points
 from gimcli.mechanism import ANGLE, CLOSURE, FRAME, HEIGHT, SPAN, Mechanism

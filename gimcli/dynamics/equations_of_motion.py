@@ -8,11 +8,9 @@ independent variables.
 The speeds of a conservative mechanism are corrected so that it keeps its initial energy. Source: Hairer, Lubich &
 Wanner, Geometric Numerical Integration, 2006, algorithm IV.4.2, along the speeds.
 
-Search for events of a simulation: sign changes over a step, bisection, and a step that ends at the event.
-
-Events of dry friction in a simulation: when a pair begins to stand still (sticks), and when it slides again.
-
-A pair stands while its sliding speed is within a few slip speeds. A pair that only reverses leaves that range at once.
+Events of a simulation are found by sign changes over a step, bisection, and a step that ends at the event. Events of
+dry friction are when a pair begins to stand still (sticks), and when it slides again: a pair stands while its sliding
+speed is within a few slip speeds. A pair that only reverses leaves that range at once.
 """
 
 from __future__ import annotations
@@ -279,11 +277,6 @@ class EventSearch:
         """Store the state of the reducer, at which the next step begins."""
         self.last_y = np.array(y)
         self.before = self._here(y)
-
-    def keep_on_inputs(self, y: FloatArray) -> None:
-        """Store a state whose independent variables are the inputs."""
-        self.last_y, own = y.copy(), len(self.equations.free)
-        self.before = list(y[own : 2 * own])
 
     def events(self, solver: Any, path: Callable[[], Any]) -> list[Event]:
         """Return the events of a solver's last step in order of time; `path` returns the states over the step."""

@@ -23,13 +23,13 @@ import numpy as np
 
 from gimcli.calculus.dual import Dual
 from gimcli.calculus.jet import Jet
-from gimcli.calculus.numbers import nominal
+from gimcli.calculus.numbers import nominal, phase
 from gimcli.continuation.arclength import ArclengthConstants, correct
 from gimcli.dynamic_data import NO_NODE, TIME, AppliedLoad, Inertia, LoadCurve, SpringForce
 from gimcli.dynamics.load_arrays import is_vector, moving_loads
 from gimcli.dynamics.physical import require_action
 from gimcli.mechanism import FRAME, SPAN, ComplexArray, FloatArray, Input, Mechanism
-from gimcli.structure.carried import carried, height, turned, unit_of
+from gimcli.structure.carried import carried, measured, unit_of
 from gimcli.structure.system import system_of
 
 
@@ -173,29 +173,25 @@ class _Sum:
 
     def _reading(self, gauge: Input, number: int) -> Any:
         """Return what a gauge measures: an angle, a length or a height."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            found = measured(self.mechanism, gauge, self.z)
         if gauge.rotary:
-            row = [s.gauge for s in self.balance.twisted].index(number)
-            return self._angle(turned(self.mechanism, gauge, self.z), row)
-        if gauge.kind == SPAN:
-            arm = self.z[gauge.nodes[1]] - self.z[gauge.node]
-            square = (arm * arm.conjugate()).real
-            length = np.sqrt(square.value)
-            safe = np.where(length > 0.0, length, np.inf)  # coincident nodes: the force has no determined direction
-            return square.through(length, 0.5 / safe, -0.25 / safe**3)
-        return height(self.mechanism, gauge, self.z)
+            return self._followed(found, [s.gauge for s in self.balance.twisted].index(number))
+        if gauge.kind != SPAN:
+            return found
+        still = found.value == 0.0  # coincident nodes: the force has no determined direction
+        return Jet(found.value, *(np.where(still, 0.0, part) for part in (found.first, found.second)))
 
-    def _angle(self, unit: Jet, row: int) -> Jet:
-        """Return the angle of a complex number of modulus 1, and keep it in a row of `angles`."""
-        plain = np.angle(unit.value)
+    def _followed(self, angle: Jet, row: int) -> Jet:
+        """Return an angle without jumps, and keep it in a row of `angles`."""
+        plain = angle.value
         if self.near is not None and self.near.ndim == 2:
             turn = 2.0 * np.pi
             self.angles[row] = plain + turn * np.round((self.near[row] - plain) / turn)
         else:
             before = plain[:1] if self.near is None else self.near[row : row + 1]
             self.angles[row] = np.unwrap(np.concatenate([before, plain]))[1:]
-        first = (unit.conjugate().value * unit.first).imag
-        second = (unit.conjugate().value * unit.second).imag
-        return Jet(self.angles[row], first, second)  # (e^(i a))_ab = (i a_ab - a_a a_b) e^(i a)
+        return Jet(self.angles[row], angle.first, angle.second)
 
     # -- loads ----------------------------------------------------------------------------------------
 
@@ -219,7 +215,7 @@ class _Sum:
     def _turned(self, load: AppliedLoad) -> Jet:
         """Return the angle of a member with a torque."""
         row = len(self.balance.twisted) + [id(one) for one in self.balance.torques].index(id(load))
-        return self._angle(unit_of(self.mechanism, self.z, load.member), row)
+        return self._followed(phase(unit_of(self.mechanism, self.z, load.member)), row)
 
     def _add_effort(self, number: int) -> None:
         effort = next(r.effort for r in self.balance.efforts if r.actuator == number)

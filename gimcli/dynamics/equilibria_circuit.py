@@ -13,17 +13,21 @@ from gimcli.canonical import ROUNDING, first_greatest, whole_turns
 from gimcli.continuation.circuit import Circuit
 from gimcli.continuation.curve import PositionCurve
 from gimcli.dynamic_data import TIME
-from gimcli.dynamics.equilibria import (
+from gimcli.dynamics.equilibria_balance import StaticBalance, released_inputs_line
+from gimcli.dynamics.equilibria_curve import (
+    BALANCE,
     STABLE,
     UNDECIDED,
     UNSTABLE,
+    BalanceCurve,
     BalanceHistory,
+    BalancePoint,
+    CurveStop,
     Equilibria,
     Equilibrium,
     Push,
+    joined,
 )
-from gimcli.dynamics.equilibria_balance import StaticBalance, released_inputs_line
-from gimcli.dynamics.equilibria_curve import BALANCE, BalanceCurve, BalancePoint, CurveStop, joined
 from gimcli.dynamics.equilibria_roots import CurveRoot, curve_roots
 from gimcli.input_laws import ConstantLaw
 from gimcli.mechanism import FloatArray, Mechanism

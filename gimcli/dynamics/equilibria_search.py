@@ -17,9 +17,8 @@ from itertools import islice
 import numpy as np
 
 from gimcli.canonical import ROUNDING, beside, ranks
-from gimcli.dynamics.equilibria import STABLE, UNDECIDED, UNSTABLE, Equilibria, Equilibrium
 from gimcli.dynamics.equilibria_balance import Freedoms, StaticBalance, released_inputs_line
-from gimcli.dynamics.equilibria_curve import BALANCE
+from gimcli.dynamics.equilibria_curve import BALANCE, STABLE, UNDECIDED, UNSTABLE, Equilibria, Equilibrium
 from gimcli.errors import UnassembledError
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.motion.solve import settled, start_position

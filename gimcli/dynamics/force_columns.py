@@ -17,7 +17,6 @@ from gimcli.dynamics.kinematic_history import reading
 from gimcli.dynamics.loading import POWERS
 from gimcli.dynamics.physical import require_action
 from gimcli.dynamics.statics import Pin, Statics
-from gimcli.dynamics.work_balance import reaction_name
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
 from gimcli.table import Column, xy_columns
 
@@ -78,20 +77,19 @@ def totals(statics: Statics) -> Iterator[ForceColumn]:
     """Yield the force and the moment on the frame, powers and energies."""
     yield ForceColumn("shaking.f", "N", attrgetter("shaking_force"), True)
     yield ForceColumn("shaking.moment", "N m", attrgetter("shaking_moment"))
-    for kind in ("drive", *POWERS, "error"):
-        yield ForceColumn(f"power.{kind}", "W", partial(_power, kind=kind))
-    yield ForceColumn("energy.kinetic", "J", partial(_energy, kind="kinetic"))
-    yield ForceColumn("energy.potential", "J", partial(_energy, kind="potential"))
-
-
-def _energy(forces: Forces, kind: str) -> FloatArray:
-    return _only(forces, getattr(forces.loads, kind))
+    kinds: dict[str, Any] = {
+        "drive": attrgetter("drive_power"),
+        **{kind: partial(_power, kind=kind) for kind in POWERS},
+    }
+    for kind, find in {**kinds, "error": attrgetter("power_error")}.items():
+        yield ForceColumn(f"power.{kind}", "W", partial(_only, find=find))
+    for kind in ("kinetic", "potential"):
+        yield ForceColumn(f"energy.{kind}", "J", partial(_only, find=attrgetter(f"loads.{kind}")))
 
 
 def _power(forces: Forces, kind: str) -> FloatArray:
-    if kind in forces.loads.power:
-        return _only(forces, forces.loads.power[kind])
-    return _only(forces, forces.drive_power if kind == "drive" else forces.power_error)
+    found: FloatArray = forces.loads.power[kind]
+    return found
 
 
 def rotors(statics: Statics) -> Iterator[ForceColumn]:
@@ -112,7 +110,7 @@ def _rotor_torque(forces: Forces, number: int) -> FloatArray:
 def _rotor_speed(forces: Forces, number: int) -> FloatArray:
     rotor = forces.mechanism.dynamics.rotors[number]
     rate = reading(forces.mechanism, forces.mechanism.actuators[rotor.actuator], forces.course)[1]
-    return _only(forces, rotor.ratio * rate * 30.0 / math.pi)
+    return np.where(forces.good, rotor.ratio * rate * 30.0 / math.pi, np.nan)
 
 
 def springs(statics: Statics) -> Iterator[ForceColumn]:
@@ -125,10 +123,10 @@ def springs(statics: Statics) -> Iterator[ForceColumn]:
     for k, spring in enumerate(mechanism.dynamics.springs):
         value, effort, unit, newton = words[mechanism.gauges[spring.gauge].rotary]
         yield ForceColumn(f"{spring.name}.{value}", unit, partial(_spring_value, number=k))
-        yield ForceColumn(f"{spring.name}.{effort}", newton, partial(_spring_effort, number=k))
-    for k, damper in enumerate(mechanism.dynamics.dampers):
+        yield ForceColumn(f"{spring.name}.{effort}", newton, partial(_effort, number=k))
+    for k, damper in enumerate(mechanism.dynamics.dampers, start=len(mechanism.dynamics.springs)):
         newton = words[mechanism.gauges[damper.gauge].rotary][3]
-        yield ForceColumn(f"{damper.name}.damping", newton, partial(_damper_effort, number=k))
+        yield ForceColumn(f"{damper.name}.damping", newton, partial(_effort, number=k))
 
 
 def _spring_value(forces: Forces, number: int) -> FloatArray:
@@ -137,19 +135,9 @@ def _spring_value(forces: Forces, number: int) -> FloatArray:
     return forces.loads.gauges[spring.gauge][0] * factor
 
 
-def _spring_effort(forces: Forces, number: int) -> FloatArray:
-    spring = forces.mechanism.dynamics.springs[number]
-    return spring.stiffness * _metre(forces, spring.gauge) * (forces.loads.gauges[spring.gauge][0] - spring.free)
-
-
-def _damper_effort(forces: Forces, number: int) -> FloatArray:
-    damper = forces.mechanism.dynamics.dampers[number]
-    return damper.damping * _metre(forces, damper.gauge) * forces.loads.gauges[damper.gauge][1]
-
-
-def _metre(forces: Forces, gauge: int) -> float:
-    """Return one unit of a gauge in m or rad."""
-    return 1.0 if forces.mechanism.gauges[gauge].rotary else require_action(forces.mechanism)
+def _effort(forces: Forces, number: int) -> FloatArray:
+    found: FloatArray = -forces.loads.efforts[number].amount
+    return found
 
 
 def seen_from_members(statics: Statics) -> Iterator[ForceColumn]:
@@ -205,5 +193,11 @@ def _of_gear(gear: GearPair, unknown: int) -> Iterator[ForceColumn]:
     yield ForceColumn(f"{gear.name}.{kind}", "N", partial(Forces.unknown, number=unknown))
 
 
-def _only(forces: Forces, values: FloatArray) -> FloatArray:
-    return np.where(forces.good, values, np.nan)
+def _only(forces: Forces, find: Callable[[Forces], FloatArray]) -> FloatArray:
+    return np.where(forces.good, find(forces), np.nan)
+
+
+def reaction_name(statics: Statics, pin: Pin, member: int) -> str:
+    """Return the name of the reaction of a pin on a member, as in the columns of the table."""
+    node, alone = statics.mechanism.nodes[pin.node], len(pin.members) == 2 and not pin.loaded
+    return node if alone else f"{node}.{statics.mechanism.members[member].name}"

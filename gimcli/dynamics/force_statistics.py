@@ -14,9 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from gimcli.canonical import first_greatest
+from gimcli.dynamics.force_motion import BearingLoad, BearingLoads, RowIntegrals, Work, WorkBalance
 from gimcli.dynamics.forces import Forces
 from gimcli.dynamics.statics import Statics
-from gimcli.dynamics.work_balance import BearingLoad, BearingLoads, RowIntegrals, Work, WorkBalance
 from gimcli.mechanism import BoolArray, ComplexArray, FloatArray, Mechanism
 from gimcli.motion.motion import Motion
 from gimcli.rates.derivatives import law_rates

@@ -205,7 +205,7 @@ class Integration:
         failed = solver.step() is not None or not np.all(np.isfinite(solver.y)) or solver.t_old is None
         if strides:
             self.projection.greatest_kinetic = max(self.projection.greatest_kinetic, solver.greatest_kinetic)
-            self.search.keep_on_inputs(solver.before)
+            self.search.keep(solver.before)
         elif not failed and hasattr(solver, "h_abs") and len(self.free) == 1:
             solver.h_abs = min(solver.h_abs, max(DOUBLE * (solver.t - solver.t_old), FREE_GROWTH * self._creep))
         if failed or (0.0 < solver.t - solver.t_old < self._shortest and solver.status == "running"):

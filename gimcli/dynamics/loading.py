@@ -122,6 +122,7 @@ class KnownEffort(NamedTuple):
     kind: str  # of POWERS
     reaction: Reaction
     effort: Any  # (rows,) N, or N x length; for a vector N by length
+    amount: Any  # (rows,) N, or N m: the effort of a vector by its length
     power: Any  # (rows,) W
     potential: Any = 0.0  # (rows,) J
 
@@ -166,12 +167,13 @@ class Loading:
             stiffness = spring.stiffness * self.metre**2
             power = -stiffness * (speed.conjugate() * arm).real
             vector = replace(reaction, kind=PUSH)
-            return KnownEffort("spring", vector, -spring.stiffness * self.metre, power, 0.5 * stiffness * abs(arm) ** 2)
+            pull = -spring.stiffness * self.metre
+            return KnownEffort("spring", vector, pull, pull * value, power, 0.5 * stiffness * abs(arm) ** 2)
         metre = 1.0 if gauge.rotary else self.metre
         stretch = metre * (value - spring.free)
         effort = -spring.stiffness * stretch
         return KnownEffort(
-            "spring", reaction, self._entered(reaction, effort), effort * metre * rate, -0.5 * effort * stretch
+            "spring", reaction, self._entered(reaction, effort), effort, effort * metre * rate, -0.5 * effort * stretch
         )
 
     def _damper(self, damper: DampingForce) -> KnownEffort:
@@ -189,7 +191,7 @@ class Loading:
     def _damped(self, reaction: Reaction, damping: float, rate: FloatArray) -> KnownEffort:
         """Return a viscous effort at a rate in rad/s or m/s."""
         effort = -damping * rate
-        return KnownEffort("damping", reaction, self._entered(reaction, effort), effort * rate)
+        return KnownEffort("damping", reaction, self._entered(reaction, effort), effort, effort * rate)
 
     def _entered(self, reaction: Reaction, effort: Any) -> Any:
         """Return an effort [N m or N] in the unit of the equations."""

@@ -69,7 +69,8 @@ def reduce_to_input(
     """
     bare = undamped(with_released(mechanism, (actuator,)))
     reducer = Reducer(bare, (actuator,), run)
-    weights = Reducer(without_loads(bare), (actuator,), run)
+    unloaded = replace(bare, dynamics=replace(bare.dynamics, loads=()))  # weight and springs remain
+    weights = Reducer(unloaded, (actuator,), run)
     motion = trace(with_others_fixed(mechanism, actuator), steps, Options(jit="off" if run is plain else "auto"))
     table, codes = np.full((6, steps + 1), np.nan), motion.codes.copy()
     speeds, rest = np.zeros(len(mechanism.drivers)), np.zeros(len(mechanism.drivers))
@@ -121,11 +122,6 @@ def undamped(mechanism: Mechanism) -> Mechanism:
     dynamics = mechanism.dynamics
     releases = tuple(replace(release_of(mechanism, k), effort=DrivingEffort()) for k in range(len(mechanism.actuators)))
     return replace(mechanism, dynamics=replace(dynamics, dampers=(), frictions=(), releases=releases))
-
-
-def without_loads(mechanism: Mechanism) -> Mechanism:
-    """Return the mechanism without loads; weight and springs remain."""
-    return replace(mechanism, dynamics=replace(mechanism.dynamics, loads=()))
 
 
 def chosen_input(mechanism: Mechanism, name: str) -> int:

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gimcli.dynamic_data import DrivingEffort
-from gimcli.dynamics.equilibria import Equilibria, Push
 from gimcli.dynamics.equilibria_balance import StaticBalance
 from gimcli.dynamics.equilibria_circuit import circuit_equilibria, released_circuit
+from gimcli.dynamics.equilibria_curve import Equilibria, Push
 from gimcli.dynamics.equilibria_search import released_search
 from gimcli.errors import UsageError
 from gimcli.graphs.extras import Extras

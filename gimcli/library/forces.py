@@ -36,7 +36,7 @@ from gimcli.structure.drive_check import explained, require_consistent
 from gimcli.table import Table, labelled
 
 if TYPE_CHECKING:
-    from gimcli.dynamics.work_balance import BearingLoad, Work
+    from gimcli.dynamics.force_motion import BearingLoad, Work
     from gimcli.library.machine_forces import MachineForces
     from gimcli.output.contents import Content, CurveGraph
 

@@ -238,7 +238,7 @@ def jacobian_matrix(mechanism: Mechanism, coordinates: str = NATURAL) -> Jacobia
         values = own.slopes(own.constraints, z, mechanism.drawn_inputs)
         return JacobianMatrix(coordinates, tuple(r.name for r in own.constraints), columns, values)
     from gimcli.comparison.bodies import AbsoluteCoordinates
-    from gimcli.comparison.joint import JointCoordinates
+    from gimcli.comparison.coordinates import JointCoordinates
 
     kind = JointCoordinates if coordinates == "joint" else AbsoluteCoordinates
     system = kind(mechanism, drivers=False)

@@ -20,7 +20,7 @@ from gimcli.output.scene import Scene
 from gimcli.output.style import GHOST_PIN, INK, PALETTE, Mark, Pen
 
 if TYPE_CHECKING:
-    from gimcli.dynamics.equilibria import BalanceHistory, Equilibria
+    from gimcli.dynamics.equilibria_curve import BalanceHistory, Equilibria
 
 SINGULAR = {
     "change point": Mark("s", 7.0, width=1.4, layer=9),

@@ -8,10 +8,10 @@ from link_graphs import bars, loaded
 
 from gimcli.assemblies import certificate, constants, pencil, roots, start_cache
 from gimcli.assemblies.assemblies import ConfigurationFinder
-from gimcli.assemblies.count import Matroid, rank_modulo, root_count
 from gimcli.assemblies.loops import LoopFamily, Loops, values, values_and_jacobian
 from gimcli.assemblies.root_paths import corrected, generic_member, generic_start, random_member, track
 from gimcli.assemblies.roots import dyad_roots
+from gimcli.assemblies.start_cache import Matroid, rank_modulo, root_count
 
 
 def family_of(rows, rail=()):

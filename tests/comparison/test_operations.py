@@ -8,8 +8,7 @@ from counted import COUNT, counted_array, operations
 from gimcli import load
 from gimcli.comparison import operations as counts
 from gimcli.comparison.bodies import AbsoluteCoordinates, frame_poses
-from gimcli.comparison.joint import JointCoordinates
-from gimcli.comparison.natural import NaturalCoordinates
+from gimcli.comparison.coordinates import JointCoordinates, NaturalCoordinates
 from gimcli.gim import sweeps
 from gimcli.gim.sweeper import Sweeper
 from gimcli.kernels import bodies, linear, loci, newton as kernel, points, sweep

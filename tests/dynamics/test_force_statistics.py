@@ -11,7 +11,7 @@ from scipy.integrate import quad
 from scipy.optimize import minimize_scalar
 
 import gimcli
-from gimcli.dynamics.work_balance import RowIntegrals
+from gimcli.dynamics.force_motion import RowIntegrals
 from gimcli.motion.motion import PIECE
 
 TURN = 2.0 * math.pi
