@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from link_graphs import bars, loaded
 
-from gimcli.assemblies import certificate, constants, pencil, roots, start_cache
+from gimcli.assemblies import certificate, constants, root_paths, roots, start_cache
 from gimcli.assemblies.assemblies import ConfigurationFinder
 from gimcli.assemblies.loops import LoopFamily, Loops, values, values_and_jacobian
 from gimcli.assemblies.root_paths import corrected, generic_member, generic_start, random_member, track
@@ -99,7 +99,7 @@ def test_pencil_and_paths_agree(name, seed):
     loops, count, start = real_member(family, seed), root_count(family), generic_with_roots(name)
     found = roots._by_pencil(family, loops.H)
     followed = roots._tracked(family, start.H, loops.H, start.w)
-    assert pencil.pencil_of(family) is not None
+    assert root_paths.pencil_of(family) is not None
     assert len(found.w) == count
     assert (followed.infinite, followed.lost) == (0, 0)
     assert same(family, found.w, followed.proven.w)
