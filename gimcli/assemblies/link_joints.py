@@ -16,8 +16,8 @@ import numpy as np
 from gimcli.errors import StructureError
 from gimcli.mechanism import FRAME, HEIGHT, SPAN, ComplexArray, FloatArray, Input, Mechanism, PairRow
 from gimcli.structure.derived import derived
+from gimcli.structure.pair_rows import sliding_pairs
 from gimcli.structure.rotation import rotation_classes
-from gimcli.structure.sliding_pairs import sliding_pairs
 
 NONE = -1
 PARALLEL = 1e-12

@@ -35,7 +35,7 @@ from gimcli.dynamics.statics import Statics
 from gimcli.errors import ModelError
 from gimcli.mechanism import BoolArray, ComplexArray, FloatArray, IntArray
 from gimcli.positions.newton import Run
-from gimcli.structure.sliding_pairs import pair_of
+from gimcli.structure.pair_rows import pair_of
 from gimcli.structure.steps import NONE
 
 FORMS = 2

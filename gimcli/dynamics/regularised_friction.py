@@ -32,7 +32,7 @@ from gimcli.kernels.body_balance import GUIDE, PIN, SLOT, BalancedBodies, Contac
 from gimcli.kernels.equilibrium import ALONG
 from gimcli.kernels.reduction import DISSIPATED, SUPPLIED
 from gimcli.mechanism import ANGLE, FRAME, SPAN, FloatArray, IntArray, Mechanism
-from gimcli.structure.sliding_pairs import pair_of
+from gimcli.structure.pair_rows import pair_of
 from gimcli.structure.steps import NONE
 from gimcli.table import Column
 

@@ -23,8 +23,8 @@ from gimcli.mechanism import FRAME, HEIGHT, SPAN, FloatArray, Mechanism, PairRow
 from gimcli.structure.carried import carried_direction
 from gimcli.structure.derived import derived
 from gimcli.structure.dulmage_mendelsohn import EquationBlock, split
+from gimcli.structure.pair_rows import pair_of
 from gimcli.structure.rotation import members_of
-from gimcli.structure.sliding_pairs import pair_of
 from gimcli.structure.steps import NONE, Vector
 
 if TYPE_CHECKING:

@@ -291,12 +291,7 @@ class BranchFollower:
             path.end(i)
             path.limit = max(gap, self.log[-1].time)
             return i
-        self.lenient = True
-        row = self.evaluate(path.time[i : i + 1], self.log)
-        self.lenient = False
         path.end(i)
-        if row.end == len(row.time):  # it is solved, but not to the tolerance
-            path.codes[i] = int(Status.SINGULAR)
         path.limit = self.log[-1].time
         return i
 

@@ -26,8 +26,8 @@ from gimcli.quantities.transmission import TransmissionJoint, dyad_joints
 from gimcli.rates.derivatives import MotionRates, law_rates, rates_of_inputs
 from gimcli.structure.kinematic_chain import kinematic_chain
 from gimcli.structure.mechanism_types import driving_links
+from gimcli.structure.pair_rows import sliding_pairs
 from gimcli.structure.plan import make_plan
-from gimcli.structure.sliding_pairs import sliding_pairs
 from gimcli.structure.steps import NONE
 
 

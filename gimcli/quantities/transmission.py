@@ -23,10 +23,10 @@ from gimcli.quantities import naming
 from gimcli.quantities.quantity import ColumnRange, Head, Kind, Quantity, angle_to_file
 from gimcli.quantities.state import ForceLine, State
 from gimcli.rates.member_angles import full_turn
+from gimcli.structure.pair_rows import pair_of
 from gimcli.structure.plan import make_plan
 from gimcli.structure.rigid_triangles import rigid_bodies
 from gimcli.structure.rotation import members_of
-from gimcli.structure.sliding_pairs import pair_of
 from gimcli.structure.steps import Circle, Coupled, Dyad, Locus
 
 

@@ -12,9 +12,9 @@ from itertools import combinations
 from gimcli.mechanism import FRAME, SPAN, ComplexArray, Mechanism
 from gimcli.structure.derived import derived
 from gimcli.structure.lower_pairs import PRISMATIC, REVOLUTE
+from gimcli.structure.pair_rows import sliding_pairs
 from gimcli.structure.residual import pose
 from gimcli.structure.rotation import members_of
-from gimcli.structure.sliding_pairs import sliding_pairs
 from gimcli.structure.steps import NONE
 
 

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 from gimcli.mechanism import FRAME, HEIGHT, SPAN, Input, Mechanism
 from gimcli.structure.derived import derived
+from gimcli.structure.pair_rows import SlidingPair, sliding_pairs
 from gimcli.structure.rotation import members_of
-from gimcli.structure.sliding_pairs import SlidingPair, sliding_pairs
 from gimcli.structure.steps import NONE
 
 REVOLUTE, PRISMATIC = "R", "P"

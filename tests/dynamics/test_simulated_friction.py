@@ -25,8 +25,8 @@ from gimcli.mechanism import FRAME
 from gimcli.positions.dispatch import plain
 from gimcli.progress import no_progress
 from gimcli.status import Status
+from gimcli.structure.pair_rows import sliding_pairs
 from gimcli.structure.rotation import members_of
-from gimcli.structure.sliding_pairs import sliding_pairs
 
 TURNS = (-0.08038, 0.06076, -0.04114, 0.02152, -0.0019)
 """Turning points [m] of a block of 1 kg on a spring of 100 N/m, mu 0.1, from 0.1 m: 2 mu m g / k less each time."""
