@@ -30,7 +30,7 @@ OPTIONS: dict[str, dict[str, Any]] = {
     ".svg": {"metadata": {"Date": None}},
     ".pdf": {"metadata": {"CreationDate": None}},
 }
-"""What matplotlib is told of each format: the same picture always gives the same bytes."""
+"""What matplotlib is given for each format: the same picture always gives the same bytes."""
 
 
 def write_picture(picture: Content | Printed, path: Path | str) -> None:
