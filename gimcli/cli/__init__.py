@@ -92,10 +92,6 @@ class _Commands(TyperGroup):
         """Return the options before a command."""
         return taking_plain_values(super().get_params(ctx))
 
-    def list_commands(self, ctx: Any) -> list[str]:
-        """Return the names of all commands."""
-        return list(COMMANDS)
-
     def shell_complete(self, ctx: Any, incomplete: str) -> list[Any]:
         """Return the names of commands, or the options before a command, that begin with a text."""
         names = [CompletionItem(name, help=line) for name, line in COMMANDS.items() if name.startswith(incomplete)]

@@ -47,8 +47,6 @@ REPORTERS = {"notify": note, "progress": progress_bar}
 OUTPUTS = ("out", "csv", "png", "as_json")
 COMMON = (("model", ModelPath, MODEL), ("changes", Set, NONE))
 """Name, annotation and default of the options of every command that reads a model file."""
-EMPTY = {bool: False, str: "", list[str]: NONE}
-"""Defaults of options of the terminal by their types; of others it is None."""
 
 
 @dataclass
@@ -137,7 +135,7 @@ def from_verb(
     readers: dict[str, Callable[[Any], Any]] = {"at": pairs, "measure": measures_of, **(read or {})}
     own = own_options(unwrap(verb), options or {})
     names = [name for name, _, _ in own]
-    own += [(name, form, EMPTY.get(get_args(form)[0])) for name, form in (extra or {}).items()]
+    own += [(name, form, default_of(form, False)) for name, form in (extra or {}).items()]
     own = [("assembly", Assembly, ""), *own] if assembled else own
     last: list[tuple[str, Any, Any]] = [("out", Out, NONE), ("as_json", Json, False)]
     last[1:1] = [("csv", CsvFile, None)] if "csv" in files else []
@@ -189,15 +187,18 @@ def own_options(verb: Callable[..., Any], options: Mapping[str, Any]) -> list[tu
         if form is None:
             continue
         kind = option_kind(name, hints[name], copy(form), texts) if isinstance(form, OptionInfo) else form
-        own, value = get_args(kind)[0], parameter.default
-        if own == list[str]:
-            value = NONE
-        elif NoneType in get_args(own):
-            value = value or None
-        elif own is str or issubclass(own, Enum):
-            value = own(value or "")
-        found.append((name, kind, value))
+        found.append((name, kind, default_of(kind, parameter.default)))
     return found
+
+
+def default_of(form: Any, value: Any) -> Any:
+    """Return the default of an option with an annotation; `value` is that of an argument, false if there is none."""
+    kind = get_args(form)[0]
+    if kind == list[str]:
+        return NONE
+    if NoneType in get_args(kind):
+        return value or None
+    return kind(value or "") if kind is str or issubclass(kind, Enum) else value
 
 
 def option_kind(name: str, hint: Any, form: OptionInfo, texts: Mapping[str, tuple[str, str]]) -> Any:

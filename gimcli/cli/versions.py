@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+import os
+import platform
+import sys
 from collections.abc import Iterator
+from importlib import metadata
 from pathlib import Path
+from shutil import which
 
 REQUIRED = ("numpy", "scipy", "numba", "typer", "pydantic", "PyYAML", "matplotlib", "contourpy", "rich", "mpmath")
 
@@ -15,9 +20,6 @@ MEGABYTE = 1e6
 
 def version_lines() -> Iterator[str]:
     """Yield what a report of an error should contain."""
-    import platform
-    import sys
-
     from gimcli import __file__ as package
 
     yield f"Python {platform.python_version()} ({platform.python_implementation()}, {sys.executable})"
@@ -28,24 +30,18 @@ def version_lines() -> Iterator[str]:
     missing = "is not installed (pip install 'gimcli[{}]')"
     for name, extra in EXTRAS.items():
         yield f"{name} {_version(name) or missing.format(extra)}"
-    yield _ffmpeg()
+    yield f"ffmpeg: {which('ffmpeg') or 'not on the PATH (needed for .mp4)'}"
     yield _cache()
-    yield _cores()
+    count = os.cpu_count() or 1
+    usable = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else count
+    yield f"cores: {count}, {usable} usable"
 
 
 def _version(name: str) -> str | None:
-    from importlib import metadata
-
     try:
         return metadata.version(name)
     except metadata.PackageNotFoundError:
         return None
-
-
-def _ffmpeg() -> str:
-    from shutil import which
-
-    return f"ffmpeg: {which('ffmpeg') or 'not on the PATH (needed for .mp4)'}"
 
 
 def _cache() -> str:
@@ -58,12 +54,3 @@ def _cache() -> str:
     files = [path for path in folder.parent.rglob("*") if path.is_file()]
     size = sum(path.stat().st_size for path in files) / MEGABYTE
     return f"cache: {folder.parent}, {len(files)} files, {size:.1f} MB"
-
-
-def _cores() -> str:
-    """Return the number of processor cores, and how many of them this process may use."""
-    import os
-
-    count = os.cpu_count() or 1
-    usable = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else count
-    return f"cores: {count}, {usable} usable"

@@ -87,12 +87,21 @@ def test_the_package_runs_as_a_module():
 
 @pytest.mark.parametrize(
     ("words", "complete"),
-    [("gim tr", ["trace", "tradeoff"]), ("gim trace --at", ["--at-limit"]), ("gim sim", ["simulate"])],
-)
-def test_a_shell_completes_commands_and_options(words, complete):
+    [
+        ("gim tr", ["trace", "tradeoff"]), ("gim trace --at", ["--at-limit"]), ("gim sim", ["simulate"]),
+        ("gim trace --at-limit s", ["stop", "skip"]), ("gim view --no", ["--no-browser"]),
+        ("gim fit --timing given --any", ["--any-order"]), ("gim forces --circ", []),
+    ],
+)  # fmt: skip
+def test_a_shell_completes_commands_options_and_words(words, complete):
+    """Nothing of the analyses is imported for it."""
     shell = {"_GIM_COMPLETE": "complete_bash", "COMP_WORDS": words, "COMP_CWORD": str(len(words.split()) - 1)}
-    done = subprocess.run([sys.executable, "-m", "gimcli"], env=os.environ | shell, capture_output=True, text=True)
+    python = [sys.executable, "-X", "importtime", "-m", "gimcli"]
+    done = subprocess.run(python, env=os.environ | shell, capture_output=True, text=True)
     assert done.stdout.split() == complete
+    imported = {line.split("|")[-1].strip() for line in done.stderr.splitlines()}
+    assert "gimcli.cli" in imported
+    assert not imported & {"numpy", "pydantic", "yaml", "gimcli.library", "gimcli.mechanism"}
 
 
 def test_completion_can_be_shown(monkeypatch):
