@@ -8,6 +8,7 @@ import typer
 
 from gimcli.cli.arguments import INPUTS, OUTPUT, SHARED
 from gimcli.cli.console import note_doubtful_loading, print_status
+from gimcli.cli.force_tables import print_friction, print_holding, print_open, print_statistics
 from gimcli.cli.from_verb import Run, from_verb
 from gimcli.cli.measures import PLOTS_ONLY, print_ranges
 from gimcli.library.forces import ForcesResult, forces
@@ -28,7 +29,6 @@ EXAMPLES = (
 def _run(run: Run) -> Any:
     """Find the forces of a motion, or those that hold one position at rest."""
     if "at" in run.given:
-        from gimcli.cli.force_tables import print_holding
         from gimcli.library.holding_forces import HoldingResult, holding_forces
 
         run.instead(holding_forces, HoldingResult, print_holding, "a motion, --at for one position")
@@ -39,8 +39,6 @@ def _run(run: Run) -> Any:
 
 
 def _print(result: ForcesResult, full: bool) -> None:
-    from gimcli.cli.force_tables import print_friction, print_open, print_statistics
-
     found, check, balance = result._found, result._found.balance, ""
     if found.determined:
         print_statistics(result, full)

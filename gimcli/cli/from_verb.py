@@ -133,7 +133,7 @@ def from_verb(
     where it is more than to run the verb and to write its result.
     """
     readers: dict[str, Callable[[Any], Any]] = {"at": pairs, "measure": measures_of, **(read or {})}
-    own = own_options(unwrap(verb), options or {})
+    own = own_options(verb, options or {})
     names = [name for name, _, _ in own]
     own += [(name, form, default_of(form, False)) for name, form in (extra or {}).items()]
     own = [("assembly", Assembly, ""), *own] if assembled else own
@@ -180,6 +180,7 @@ def plain(value: Any) -> Any:
 
 def own_options(verb: Callable[..., Any], options: Mapping[str, Any]) -> list[tuple[str, Any, Any]]:
     """Return name, annotation and default of the options of a verb, in its order; reports and inputs are none."""
+    verb = unwrap(verb)
     forms, hints, found = {**SHARED, "measure": MEASURES, **options}, hints_of(verb), []
     texts = argument_texts(verb, {name: flag_of(form) for name, form in forms.items() if name in hints})
     for name, parameter in signature(verb).parameters.items():

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import typer
 
 from gimcli.cli.arguments import OUTPUT
 from gimcli.cli.console import print_more, print_remarks, print_table
 from gimcli.errors import UsageError
+from gimcli.mechanism import Mechanism
 from gimcli.rounding import aligned, greatest, length, number
-
-if TYPE_CHECKING:
-    from gimcli.mechanism import Mechanism
 
 QUANTITIES = "Quantities"
 

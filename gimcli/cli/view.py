@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import signal
 import sys
-from inspect import unwrap
+import webbrowser
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -17,7 +17,9 @@ from gimcli.cli.measures import measures_of
 from gimcli.cli.progress import end_bars, progress_bar
 from gimcli.cli.trace import OPTIONS
 from gimcli.errors import UsageError
+from gimcli.library.load import is_address
 from gimcli.library.trace import trace
+from gimcli.view.server import served
 
 SERVER = "Server"
 
@@ -55,17 +57,12 @@ def _view(
 def _serve(
     model: str, changes: list[str], assembly: str, port: int | None, settings: dict[str, object], browser: bool
 ) -> None:
-    from gimcli.library.load import is_address
-    from gimcli.view.server import served
-
     if is_address(model):
         raise UsageError("an address does not change: write its model file with `gim convert` and view that")
-    values = assignments(changes)
-    with served(
-        Path(model), values, assembly, port, settings, lambda text: note(printable(text)), progress_bar
-    ) as server:
+    values, path = assignments(changes), Path(model)
+    with served(path, values, assembly, port, settings, lambda text: note(printable(text)), progress_bar) as server:
         end_bars()
-        typer.echo(f"{Path(model).name}: {server.url} (Ctrl-C ends)")
+        typer.echo(f"{path.name}: {server.url} (Ctrl-C ends)")
         sys.stdout.flush()
         if browser:
             _open(server.url)
@@ -74,8 +71,6 @@ def _serve(
 
 def _open(url: str) -> None:
     """Open the page in a browser with windows; one that uses the terminal would hide what is printed."""
-    import webbrowser
-
     try:
         found = webbrowser.get()
     except webbrowser.Error:
@@ -96,7 +91,7 @@ command = declared(
     _view,
     *COMMON,
     ("assembly", Assembly, ""),
-    *(one for one in own_options(unwrap(trace), OPTIONS) if one[0] in TRACED),
+    *(one for one in own_options(trace, OPTIONS) if one[0] in TRACED),
     ("port", Annotated[int | None, PORT], None),
     ("browser", Annotated[bool, BROWSER], True),
 )
