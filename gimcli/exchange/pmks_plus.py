@@ -8,14 +8,12 @@ from __future__ import annotations
 import cmath
 import math
 import re
-from collections.abc import Sequence
-from typing import Any
 from urllib.parse import unquote
 
 from gimcli.errors import ModelError
 from gimcli.exchange.draft import BARREL, GROUND, STROKE, Draft, free_name
 from gimcli.exchange.pmks_joints import NO_SPEED
-from gimcli.exchange.pmks_plus_codec import HEAD, PlusDocument, PlusJoint, document_of, named
+from gimcli.exchange.pmks_plus_codec import HEAD, PlusDocument, PlusJoint, document_of, restored
 from gimcli.exchange.pmks_plus_links import PlusStructure
 from gimcli.exchange.refusing import FilePlace
 
@@ -240,7 +238,7 @@ def apply_entries(document: PlusDocument, draft: Draft) -> None:
         kind = entry[:1]
         gears = "the gears of the drawing cannot be converted; add them to the model file as `gears`"
         draft.refuse(kind == "G", gears)
-        damaged = kind == "P" and not _restored(document, entry)
+        damaged = kind == "P" and not restored(document, entry)
         draft.refuse(damaged, f"the entry '{entry[:20]}' is damaged; copy the whole address or file again")
         unknown = kind not in (*APPEARANCE, "P", "T")
         draft.refuse(unknown, f"the entry '{entry[:20]}' is unknown: a newer version of PMKS+ wrote it")
@@ -250,26 +248,3 @@ def apply_entries(document: PlusDocument, draft: Draft) -> None:
     if further:
         fields = "friction, names and the like, which newer versions of PMKS+ write for joints"
         draft.left_out.append(f"{fields}, are left out: {', '.join(further[:10])}")
-
-
-def _restored(document: PlusDocument, entry: str) -> bool:
-    """Replace a number by one with all digits, such as `PJA~0~1.23456`; return whether the entry is complete."""
-    tag, *rest = entry.split("~")
-    kind, own = tag[1:2], tag[2:]
-    try:
-        index, value = int(rest[0]), float(rest[1])
-    except (ValueError, IndexError):
-        return False
-    if not math.isfinite(value) or index < 0:
-        return False
-    if kind in ("D", "I"):
-        numbers = document.decimals if kind == "D" else document.integers
-        if index < len(numbers):
-            numbers[index] = value
-        return index < len(numbers)
-    records: dict[str, Sequence[Any]] = {"J": document.joints, "L": document.links, "F": document.forces}
-    found = next((record for record in records.get(kind, ()) if record.id == own), None)
-    names = named(type(found), "float") if found else []
-    for name in names[index : index + 1]:
-        setattr(found, name, value)
-    return index < len(names)

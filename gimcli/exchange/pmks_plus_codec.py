@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
 from itertools import takewhile
 from typing import Any, TypeVar
@@ -301,6 +302,29 @@ class _PlusText:
         parts = tuple(text for text in texts[8 + len(joints) :] if text)
         own = self._values(PlusLink, texts)
         return PlusLink(**own, root=flag in ROOTS, block=kind == "P", joints=joints, parts=parts)
+
+
+def restored(document: PlusDocument, entry: str) -> bool:
+    """Replace a number by one with all digits, such as `PJA~0~1.23456`; return whether the entry is complete."""
+    tag, *rest = entry.split("~")
+    kind, own = tag[1:2], tag[2:]
+    try:
+        index, value = int(rest[0]), float(rest[1])
+    except (ValueError, IndexError):
+        return False
+    if not math.isfinite(value) or index < 0:
+        return False
+    if kind in ("D", "I"):
+        numbers = document.decimals if kind == "D" else document.integers
+        if index < len(numbers):
+            numbers[index] = value
+        return index < len(numbers)
+    records: dict[str, Sequence[Any]] = {"J": document.joints, "L": document.links, "F": document.forces}
+    found = next((record for record in records.get(kind, ()) if record.id == own), None)
+    names = named(type(found), "float") if found else []
+    for name in names[index : index + 1]:
+        setattr(found, name, value)
+    return index < len(names)
 
 
 # -- writing --------------------------------------------------------------------------------------
