@@ -73,7 +73,8 @@ OPTIONS = {
         "--samples", metavar="N", rich_help_panel=DESIGNS
     ),
     "points": typer.Option(
-        "--points", metavar="KIND", rich_help_panel=DESIGNS
+        "--points", metavar="KIND", rich_help_panel=DESIGNS, show_default=False,
+        help="random (default), latin or sobol.\nHow samples are drawn; `latin`: a Latin hypercube.",
     ),
     "seed": typer.Option("--seed", metavar="S", rich_help_panel=DESIGNS),
     "steps": typer.Option("--steps", "-n", metavar="N", rich_help_panel=INPUTS),

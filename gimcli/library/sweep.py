@@ -68,20 +68,20 @@ def sweep(
         vary: values by the names of dimensions: a text such as "10:20:21" (21 values from 10 to 20) or "3,4,5", or an
             array: all combinations are solved; or a distribution, "uniform(10,20)" or "normal(40,0.05)". Or designs,
             solved in their order: a list of dicts, a DataFrame, or a CSV file with a column for each dimension.
-        steps: number of steps of each motion, 1 to 10 000 000.
+        steps: number of steps of each motion; 1 to 10 000 000.
         samples: number of designs that are drawn from the distributions.
         points: how samples are drawn: "random", "latin" (hypercube) or "sobol".
         seed: seed of the sample; the same seed gives the same designs.
         keep: one text or a list, such as "range(P.y)", "min(transmission)", "at(P.y, motor=30)", "type"; by default the
             ranges of the traced points and the number of solved rows.
-        where: condition that kept designs satisfy, such as "range(P.y) > 40".
-        goal: quantity that is least in the best designs, such as "-range(P.y)".
-        best: number of best designs that are kept, the best first (0: all designs).
+        where: condition that kept designs satisfy; such as "range(P.y) > 40".
+        goal: quantity that is least in the best designs; such as "-range(P.y)".
+        best: number of best designs that are kept; the best first (0: all designs).
         rows: keep whole columns, such as "P.x", with one row for each step of each design; by default the coordinates
             of the traced points.
         tolerance: largest accepted error of a constraint, relative to the mechanism's size; from 1e-14 to below 1.
         workers: number of processes on this machine; 1: this process, with threads.
-        scheduler: address of a Dask scheduler, whose workers compute the chunks.
+        scheduler: address of a Dask scheduler; its workers compute the chunks.
         folder: keeps the parts that are done, so that an interrupted sweep can be resumed.
         resume: use the parts in `folder` of an interrupted sweep with the same model and options.
         notify: function of a text; called with notices, such as the start of a compilation.
