@@ -7,14 +7,14 @@ the length of its unit in m. A mechanism without such data has an empty `Dynamic
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gimcli.calculus.dual import Dual
+from gimcli.calculus.numbers import RuleNumber
 
 TIME = -1
 """The curve is a function of the time [s], not of an input."""
@@ -65,14 +65,12 @@ class AppliedLoad:
     over: int = TIME  # argument of the curve: the time, or the value of the actuator of this number
     node: int = NO_NODE  # of a force on the pin of a node
 
-    def factor(self, time: NDArray[np.float64], inputs: Mapping[int, Any] | NDArray[np.float64]) -> Any:
+    def factor(self, time: Any, inputs: Mapping[int, Any] | Sequence[Any] | NDArray[np.float64]) -> Any:
         """Return the factor at times [s] (rows,) and values inputs[actuator] (rows,)."""
         if self.curve is None:
             return 1.0
         at = time if self.over == TIME else inputs[self.over]
-        if isinstance(at, Dual):
-            return Dual(self.curve(at.value), self.curve.slope(at.value) * at.slopes)
-        return self.curve(at)
+        return at.through(self.curve) if isinstance(at, RuleNumber) else self.curve(at)
 
 
 @dataclass(frozen=True)

@@ -63,6 +63,10 @@ class Dual(ArrayNumber):
         slopes = [one.aligned(value.ndim) if isinstance(one, Dual) else None for one in operands]
         return Dual(value, rule.slope(value, plain, slopes))
 
+    def through(self, function: Any) -> Dual:
+        """Return a function of the numbers, whose `slope` is its derivative."""
+        return Dual(function(self.value), function.slope(self.value) * self.slopes)
+
     def aligned(self, axes: int) -> Any:
         """Return the slopes with as many axes after the first one as given, for broadcasting."""
         missing = axes - self.value.ndim

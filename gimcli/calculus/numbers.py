@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from gimcli.calculus.rules import NAMES
+from gimcli.calculus.rules import NAMES, RULES
 
 STEPPED = frozenset((
     np.less, np.less_equal, np.greater, np.greater_equal, np.equal, np.not_equal, np.isfinite, np.isnan, np.sign,
@@ -36,6 +36,8 @@ class RuleNumber:
     value: Any
     apply: Callable[..., Any]
     """The result of an operation of the table on such numbers and plain ones: apply(name, operand, ...)."""
+    through: Callable[..., Any]
+    """A function of the number with the attribute `slope`, its derivative; not all kinds of numbers have it."""
 
     __add__, __radd__ = _operator("add")
     __sub__, __rsub__ = _operator("subtract")
@@ -106,6 +108,11 @@ def scalar(number: Any) -> Any:
     return number if isinstance(number, RuleNumber) or getattr(number, "ndim", False) else complex(number)
 
 
+def applied(name: str, *operands: Any) -> Any:
+    """Return the result of an operation of the table on plain numbers, arrays or others."""
+    return _function(name, RULES[name].value)(*operands)
+
+
 def phase(number: Any) -> Any:
     """Return the angle of a complex number [rad]."""
     return number.apply("phase", number) if isinstance(number, RuleNumber) else cmath.phase(number)
@@ -131,8 +138,10 @@ def _function(name: str, plain: Callable[..., Any]) -> Callable[..., Any]:
     """Return a function of plain numbers and of others."""
 
     def function(*operands: Any) -> Any:
-        first = next((one for one in operands if isinstance(one, RuleNumber)), None)
-        return plain(*operands) if first is None else first.apply(name, *operands)
+        for one in operands:
+            if isinstance(one, RuleNumber) and (found := one.apply(name, *operands)) is not NotImplemented:
+                return found
+        return plain(*operands)
 
     return function
 

@@ -67,8 +67,8 @@ class Recording:
 
     def apply(self, name: str, *operands: Any) -> Any:
         """Record an operation and return its result; the same operation on the same operands is recorded once."""
-        if any(isinstance(one, np.ndarray) and one.ndim for one in operands):
-            return NotImplemented  # numpy applies the operation to each element
+        if any((isinstance(one, np.ndarray) and one.ndim) or _foreign(one) for one in operands):
+            return NotImplemented  # numpy applies the operation to each element, or the other number does
         own = [one if isinstance(one, Recorded) else _number(one) for one in operands]
         key = (name, *((1, one.place) if isinstance(one, Recorded) else (0, one) for one in own))
         found = self._known.get(key)
@@ -138,6 +138,10 @@ class Recording:
                     needed.add(one.place)
                     todo.append(one.place)
         return sorted(needed)
+
+
+def _foreign(number: Any) -> bool:
+    return isinstance(number, RuleNumber) and not isinstance(number, Recorded)
 
 
 def _number(value: Any) -> Any:

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from gimcli.calculus.numbers import ArrayNumber
+from gimcli.calculus.numbers import ArrayNumber, applied
 from gimcli.calculus.rules import RULES
 
 
@@ -31,8 +31,8 @@ class Series(ArrayNumber):
             return Series(rule.value(*(one.c if isinstance(one, Series) else one for one in operands)))
         own = [one.c if isinstance(one, Series) else self._constant(one) for one in operands]
         if name in ("add", "subtract") or not rule.parts:
-            return Series(rule.value(*own))
-        found = [rule.value(*(c[0] for c in own))]
+            return Series(np.stack([applied(name, *orders) for orders in zip(*own, strict=True)]))
+        found = [applied(name, *(c[0] for c in own))]
         for k in range(1, len(self.c)):
             if name == "multiply":
                 found.append(sum(own[0][j] * own[1][k - j] for j in range(k + 1)))

@@ -209,8 +209,8 @@ class _Sum:
         """Return the factor of a load."""
         if load.curve is None or load.over == TIME:
             return float(np.squeeze(load.factor(np.array([self.balance.time]), {})))
-        value = self.at.input(load.over)
-        return Dual(load.curve(value.value), load.curve.slope(value.value) * value.first)
+        found: Dual = self.at.input(load.over).dual.through(load.curve)
+        return found
 
     def _turned(self, load: AppliedLoad) -> Jet:
         """Return the angle of a member with a torque."""

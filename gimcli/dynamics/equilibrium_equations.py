@@ -2,24 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator, Sequence
 from typing import Any
 
 import numpy as np
 
-from gimcli.calculus.numbers import nominal
+from gimcli.calculus.numbers import RuleNumber
 from gimcli.dynamics.loading import Loading
 from gimcli.dynamics.statics import Reaction, Statics, direction
-from gimcli.kernels.equilibrium import ALONG, KNOWN, MOMENT, ROWS, TURN, BalanceScratch, X, balance_rows
+from gimcli.kernels import tape as kernels
+from gimcli.kernels.equilibrium import MOMENT, TURN, X
 from gimcli.mechanism import ComplexArray, FloatArray
 from gimcli.positions.newton import Run
+from gimcli.rates.derivatives import parts
+from gimcli.rates.slots import Nodes
+from gimcli.rates.tape import Lane, RealTerm, Tape
+from gimcli.rates.tape_numbers import TapeNumber, given, number, product
+from gimcli.structure.dulmage_mendelsohn import EquationBlock
 from gimcli.structure.steps import NONE
-
-SINGULAR = 1e-10
-"""Ratio of least to greatest pivot, or singular value, of a scaled block below which its reactions are undetermined."""
-
-EquilibriumTerm = tuple[int, int, int, int, int, int, float]
-"""Row, column, unknown, kind, node of action, node of reference, factor; as in the kernel."""
 
 
 def right_side(statics: Statics, loads: Loading) -> Any:
@@ -44,10 +44,17 @@ def directions(statics: Statics, z: ComplexArray) -> ComplexArray:
     return np.stack([direction(reaction, z) for reaction in statics.reactions])
 
 
-def coefficients(statics: Statics, reaction: Reaction, z: Any) -> Iterator[tuple[int, Any]]:
-    """Yield the equations that a reaction enters, and its coefficients there (rows,), at positions z (nodes, rows)."""
+def coefficients(
+    statics: Statics, reaction: Reaction, z: Any, wanted: Collection[int] | None = None
+) -> Iterator[tuple[int, Any]]:
+    """Yield the equations that a reaction enters, and its coefficients there (rows,), at positions z (nodes, rows).
+
+    Those of the `wanted` equations, by default of all.
+    """
     unit = direction(reaction, z)
     for body, axis, kind, factor, node in statics.entries(reaction):
+        if wanted is not None and statics.first_row[body] + axis not in wanted:
+            continue
         part = 1.0
         if kind == MOMENT:
             part = ((z[node] - z[statics.bodies[body].node]).conjugate() * unit).imag
@@ -56,58 +63,83 @@ def coefficients(statics: Statics, reaction: Reaction, z: Any) -> Iterator[tuple
         yield statics.first_row[body] + axis, factor * part
 
 
+class TapeBalance:
+    """The unknowns of the equations of equilibrium on a tape: each block is recorded when one of its unknowns is asked.
+
+    Equations and unknowns are scaled by `Statics.scales`.
+    """
+
+    def __init__(self, statics: Statics, tape: Tape, z: Any, right: Sequence[Any]) -> None:
+        """Take positions z[node] and the right side of each equation, numbers of the tape."""
+        self.statics, self.tape, self.z, self.right = statics, tape, z, right
+        self.weak, self.least = tape.keep(1), 1.0  # lane and bound of the least ratio of pivots in the blocks
+        tape.emit(kernels.AFFINE, self.weak, tape.constant(0.0), f=1.0, g=0.0)
+        self._found: dict[int, TapeNumber] = {}
+        self._block = {c: block for block in statics.blocks for c in block.columns}
+        self._entering = [[c for c, rows in enumerate(statics.columns) if row in rows] for row in range(len(right))]
+
+    def __getitem__(self, key: int | tuple[slice, int]) -> TapeNumber:
+        """Return an unknown [N, or N x length of the normal frame] (rows,), also as the only one of its solutions."""
+        unknown = key[1] if isinstance(key, tuple) else key
+        if unknown not in self._found:
+            self._solve(self._block[unknown])
+        return self._found[unknown]
+
+    def _solve(self, block: EquationBlock) -> None:
+        """Record the solution of a block, in permanent lanes."""
+        tape, n, (rows, columns) = self.tape, len(block.rows), self.statics.scales
+        first, varied = tape.keep(n), True
+        with tape.step():
+            a = tape.take(n * n)
+            for i, row in enumerate(block.rows):
+                own: dict[int, list[RealTerm]] = {c: [] for c in block.columns}
+                sides = [_term(rows[row], self.right[row])]
+                for c in self._entering[row]:
+                    for _, part in coefficients(self.statics, self.statics.reactions[c], self.z, (row,)):
+                        if c in own:
+                            own[c].append(_term(rows[row] * columns[c], part))
+                        else:
+                            factor, known, _ = _term(-rows[row] * self[c].factor, part)
+                            sides.append((factor, known, self[c].own))
+                varied = n > 1 or any(isinstance(x, (Lane, RuleNumber)) for term in own[block.columns[0]] for x in term)
+                if not varied:
+                    pivot = sum(factor for factor, _, _ in own[block.columns[0]])
+                    self.least = min(self.least, abs(pivot))
+                    sides = [(factor / pivot, p, q) for factor, p, q in sides]
+                for j, terms in enumerate(own.values() if varied else ()):
+                    tape.dots(a + i * n + j, [], terms)
+                tape.dots(first + i, [], sides)
+            if varied:
+                tape.emit(kernels.ELIMINATE, first, a, tape.take(3), self.weak, f=n)
+        self._found |= {c: TapeNumber(tape, Lane(first + j), float(columns[c])) for j, c in enumerate(block.columns)}
+
+
+def _term(factor: Any, number: Any) -> RealTerm:
+    """Return a factor times a real number as a term of a sum of products."""
+    own, lane = product(number)
+    return own * float(factor), lane, 1.0
+
+
 class Balance:
-    """The equations of equilibrium in the arrays of the kernel, scaled by `Statics.scales`."""
+    """The equations of equilibrium for given positions and right sides."""
 
     def __init__(self, statics: Statics) -> None:
-        self.statics = statics
-        reactions = statics.reactions
-        turned = [(c, r.vector.u, r.vector.v, r.kind == ALONG) for c, r in enumerate(reactions) if r.vector.u >= 0]
-        self.turned = np.array(turned, dtype=np.int64).reshape(-1, 4)
-        z = np.broadcast_arrays(*(np.atleast_1d(nominal(r.vector.z)) for r in reactions))
-        self.vectors = np.stack([np.real(z), np.imag(z)], axis=-1).swapaxes(0, 1).copy()
-        blocks = statics.blocks
-        self.own_rows = np.array([row for block in blocks for row in block.rows], dtype=np.int64)
-        self.own_columns = np.array([column for block in blocks for column in block.columns], dtype=np.int64)
-        self.rows, self.columns = statics.scales
-        terms, ends = self._terms()
-        self.terms = np.array([t[:-1] for t in terms], dtype=np.int64).reshape(-1, 6)
-        self.factors = np.array([t[-1] for t in terms], dtype=float)
-        self.blocks = np.array(ends, dtype=np.int64).reshape(-1, 3)
-
-    def _terms(self) -> tuple[list[EquilibriumTerm], list[tuple[int, int, int]]]:
-        """Return the terms of all equations, block after block, and size, first and end of the terms of each block."""
-        statics = self.statics
-        block_of = {row: (g, i) for g, block in enumerate(statics.blocks) for i, row in enumerate(block.rows)}
-        own = {column: (g, j) for g, block in enumerate(statics.blocks) for j, column in enumerate(block.columns)}
-        by_block: list[list[EquilibriumTerm]] = [[] for _ in statics.blocks]
-        for c, entered in enumerate(statics.entered):
-            for body, axis, kind, factor, node in entered:
-                g, i = block_of[statics.first_row[body] + axis]
-                j = own[c][1] if own[c][0] == g else KNOWN
-                scaled = factor * self.rows[statics.first_row[body] + axis] * self.columns[c]
-                by_block[g].append((i, j, c, kind, node, statics.bodies[body].node, scaled))
-        terms: list[EquilibriumTerm] = []
-        ends = []
-        for block, own_terms in zip(statics.blocks, by_block, strict=True):
-            ends.append((len(block.rows), len(terms), len(terms) + len(own_terms)))
-            terms += own_terms
-        return terms, ends
+        self.unknowns, tape = range(len(statics.reactions)), Tape()
+        nodes = Nodes(tape, 1)
+        z = [number(tape, nodes[node][0]) for node in range(len(statics.mechanism.nodes))]
+        found = TapeBalance(statics, tape, z, [given(tape, 0, row) for row in range(statics.equations)])
+        for k in self.unknowns:
+            tape.emit(kernels.WRITE_ANGLE, tape.lane(found[k].lanes), 0, k)
+        tape.emit(kernels.WRITE_ANGLE, found.weak, 0, len(self.unknowns))
+        self.arrays, self.least = tape.arrays(), found.least
 
     def solve(self, z: ComplexArray, right: FloatArray, run: Run) -> tuple[FloatArray, FloatArray]:
         """Return the unknowns (unknowns, rows), and the least ratio of pivots in the blocks of each row (rows,)."""
-        count, widest = len(self.statics.reactions), int(max(self.blocks[:, 0], default=0))
-        out, weakest = np.full((count, z.shape[1]), np.nan), np.zeros(z.shape[1])
-        x, y, scaled = np.ascontiguousarray(z.real), np.ascontiguousarray(z.imag), right * self.rows[:, None]
-        scratch = BalanceScratch(
-            np.zeros((count, 2, ROWS)), np.zeros((widest, widest, ROWS)), np.zeros((widest, ROWS)), np.zeros(ROWS),
-            np.zeros((widest, widest)), np.zeros(2 * widest), np.zeros(widest),
-        )  # fmt: skip
-        run(balance_rows)(
-            x, y, self.vectors, self.turned, self.terms, self.factors, self.blocks, self.own_rows, self.own_columns,
-            scaled, SINGULAR, scratch, out, weakest,
-        )  # fmt: skip
-        return out * self.columns[:, None], weakest
+        rows = z.shape[1]
+        points, out = np.empty((0, 0, rows), dtype=complex), np.empty((1, len(self.unknowns) + 1, rows))
+        z, right = np.ascontiguousarray(z), np.ascontiguousarray(right)
+        run(kernels.play)(*self.arrays, parts(z), right[None], parts(points), out)
+        return out[0, :-1], np.nan_to_num(np.minimum(out[0, -1], self.least))
 
 
 def equilibrium(statics: Statics, z: ComplexArray) -> FloatArray:

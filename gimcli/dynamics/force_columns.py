@@ -110,7 +110,7 @@ def _rotor_torque(forces: Forces, number: int) -> FloatArray:
 def _rotor_speed(forces: Forces, number: int) -> FloatArray:
     rotor = forces.mechanism.dynamics.rotors[number]
     rate = reading(forces.mechanism, forces.mechanism.actuators[rotor.actuator], forces.course)[1]
-    return np.where(forces.good, rotor.ratio * rate * 30.0 / math.pi, np.nan)
+    return forces.only(rotor.ratio * rate * 30.0 / math.pi)
 
 
 def springs(statics: Statics) -> Iterator[ForceColumn]:
@@ -194,7 +194,7 @@ def _of_gear(gear: GearPair, unknown: int) -> Iterator[ForceColumn]:
 
 
 def _only(forces: Forces, find: Callable[[Forces], FloatArray]) -> FloatArray:
-    return np.where(forces.good, find(forces), np.nan)
+    return forces.only(find(forces))
 
 
 def reaction_name(statics: Statics, pin: Pin, member: int) -> str:

@@ -52,7 +52,7 @@ UNDETERMINED = (
 )
 """Message for rows without forces."""
 
-EACH = 2.5e-6
+EACH = 2.5e-7
 """Approximate time of one term of the equations without compilation [s]."""
 
 SHOWN = 5
@@ -65,7 +65,7 @@ class ForceMotion:
     def __init__(self, mechanism: Mechanism, rows: int, jit: str = "auto", notify: Notify | None = None):
         self.statics: Statics = statics(mechanism)
         work = EACH * rows * sum(map(len, self.statics.columns))
-        self.run = plain if self.statics.surplus else choose(jit, work, notify, ("balance_rows",))
+        self.run = plain if self.statics.surplus else choose(jit, work, notify, ("play",))
         self.courses, self.turns = Courses(mechanism, rows, jit, notify), Turns()
         self.summary, self.balance = Summary(rows), PowerBalance()
         self.determined = 0  # rows with determined forces

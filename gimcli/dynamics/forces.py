@@ -13,14 +13,16 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gimcli.calculus.dual import Dual
-from gimcli.calculus.numbers import nominal
-from gimcli.dynamics.equilibrium_equations import SINGULAR, Balance, coefficients, equilibrium, right_side
+from gimcli.calculus.numbers import RuleNumber, nominal
+from gimcli.dynamics.equilibrium_equations import Balance, coefficients, equilibrium, right_side
 from gimcli.dynamics.kinematic_history import Course, Courses, Turns, reading
 from gimcli.dynamics.loading import Loading
 from gimcli.dynamics.physical import require_action
 from gimcli.dynamics.statics import Pin, Statics, direction, statics
+from gimcli.kernels.equilibrium import SINGULAR
 from gimcli.mechanism import BoolArray, ComplexArray, FloatArray, Mechanism
 from gimcli.motion.motion import Motion
 from gimcli.positions.dispatch import plain
@@ -130,17 +132,22 @@ class Forces:
     @property
     def shaking_force(self) -> ComplexArray:
         """The force [N] on the frame (rows,), from the momentum of all bodies; it is always determined."""
-        return np.where(self.good, self.loads.support, complex(np.nan, np.nan))
+        return self.only(self.loads.support)
 
     @property
     def shaking_moment(self) -> FloatArray:
         """The moment [N m] on the frame (rows,) about the first ground node."""
-        return np.where(self.good, self.loads.support_moment * self._metre, np.nan)
+        return self.only(self.loads.support_moment * self._metre)
+
+    def only(self, values: Any) -> NDArray[Any]:
+        """Return values (rows,), NaN in rows without determined forces."""
+        found: NDArray[Any] = np.where(self.good, values, values * np.nan)
+        return found
 
     @cached_property
     def drive_power(self) -> FloatArray:
         """The power [W] of the actuators that follow no others (rows,); the others only transmit power."""
-        return sum((self.power(k) for k in self.mechanism.drivers), np.zeros(len(self.course.time)))
+        return sum((self.power(k) for k in self.mechanism.drivers), 0.0 * self.course.time)
 
     def power(self, actuator: int) -> FloatArray:
         """Return the power [W] of an actuator (rows,)."""
@@ -183,8 +190,11 @@ class Forces:
             for unknown, reaction in enumerate(self.statics.reactions) if reaction.on_pin
             for end, sense in reaction.ends if end == node
         ]  # fmt: skip
-        known = np.eye(1 + len(self.free), 1) * self.loads.pins.get(node, 0.0)  # in one solution
-        return sum(acting, known)
+        return sum(acting, self._in_one(self.loads.pins.get(node, 0.0)))
+
+    def _in_one(self, force: Any) -> Any:
+        """Return a known force as `_solutions`: it is in one solution, not in the self-stresses."""
+        return np.eye(1 + len(self.free), 1) * force
 
 
 def inverse_dynamics(
@@ -281,8 +291,10 @@ def _least(statics: Statics, z: ComplexArray, right: FloatArray) -> tuple[FloatA
 
 def determined(amount: Any) -> FloatArray:
     """Return a real amount of `Forces._solutions` (1 + surplus, rows) if it is the same in all solutions, else NaN."""
-    value: FloatArray = amount[0]
-    return value if len(amount) == 1 else np.where(np.linalg.norm(amount[1:], axis=0) < UNIQUE, value, np.nan)
+    value: FloatArray = amount[0] if np.ndim(amount) else amount  # a number of a tape is the only one
+    if not np.ndim(amount) or len(amount) == 1:
+        return value
+    return np.where(np.linalg.norm(amount[1:], axis=0) < UNIQUE, value, np.nan)
 
 
 def shared(force: Any) -> ComplexArray:
@@ -302,7 +314,7 @@ def shared(force: Any) -> ComplexArray:
 
 def joined(x: FloatArray, y: FloatArray) -> ComplexArray:
     """Return x + iy; NaN in x does not make y NaN."""
-    if isinstance(x, Dual):
+    if isinstance(x, RuleNumber) or isinstance(y, RuleNumber):
         return x + 1j * y
     force = np.empty(len(x), dtype=complex)
     force.real, force.imag = x, y

@@ -17,7 +17,7 @@ from gimcli.rates.derivatives import ORDERS, Differentiator, law_rates
 from gimcli.structure.carried import measured, unit_of
 from gimcli.structure.plan import make_plan
 
-FACTORS = np.array([1.0, 1.0, 0.5])[:, None, None]
+FACTORS = np.array([1.0, 1.0, 0.5])
 """Coefficients of a series by its derivatives."""
 
 
@@ -38,7 +38,8 @@ class Course:
     @cached_property
     def series(self) -> list[Series]:
         """The places of the nodes as series in the time."""
-        return [Series(part) for part in np.moveaxis(self.nodes * FACTORS[: len(self.nodes)], 1, 0)]
+        factors = FACTORS[: len(self.nodes)].reshape(-1, *[1] * (np.ndim(self.nodes) - 1))
+        return [Series(part) for part in np.moveaxis(self.nodes * factors, 1, 0)]
 
 
 class Courses:
@@ -99,12 +100,13 @@ class SeparateTurns(Turns):
 def turning(mechanism: Mechanism, course: Course, index: int) -> FloatArray:
     """Return omega and alpha of a member (2, rows) [rad/s, rad/s^2]."""
     if index == FRAME:
-        return np.zeros((2, len(course.time)))
+        return np.zeros((2, *np.shape(course.time)))
     if course.angles is not None:
         return course.angles[:, index - 1]
     u, v, span = mechanism.members[index].ends
     arm = course.nodes[:, v] - course.nodes[:, u]
-    found: FloatArray = (arm[0].conjugate() * arm[1:]).imag / abs(span) ** 2  # a = (i alpha - omega^2) arm
+    turns = np.stack([(arm[0].conjugate() * rate).imag for rate in arm[1:]])  # a = (i alpha - omega^2) arm
+    found: FloatArray = turns / abs(span) ** 2
     return found
 
 
@@ -117,7 +119,7 @@ def reading(mechanism: Mechanism, gauge: Input, course: Course) -> tuple[FloatAr
         if gauge.kind == SPAN:
             return value, rate, (z[gauge.nodes[1]] - z[gauge.node]) / value
     unit = unit_of(mechanism, z, gauge.members[0] if gauge.rotary else gauge.guide)
-    return value, rate, np.broadcast_to(unit * (gauge.arm if gauge.rotary else gauge.normal), value.shape)
+    return value, rate, np.broadcast_to(unit * (gauge.arm if gauge.rotary else gauge.normal), np.shape(value))
 
 
 def travel_along(slide: PairRow, name: str) -> Input:

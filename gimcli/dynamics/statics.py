@@ -193,7 +193,7 @@ def direction(reaction: Reaction, z: Any) -> Any:
     """Return the direction of a reaction (rows,) at positions z (nodes, rows)."""
     vector = reaction.vector
     if vector.u == NONE:
-        return np.broadcast_to(scalar(vector.z), z[0].shape)
+        return np.broadcast_to(scalar(vector.z), np.shape(z[0])) if np.ndim(z[0]) else scalar(vector.z)
     found = (z[vector.v] - z[vector.u]) * scalar(vector.z)
     if reaction.kind != ALONG:
         return found

@@ -28,6 +28,7 @@ class ColumnNames(Catalogue):
         super().__init__(mechanism)
         self.dimensions, self._by_law = tuple(dimensions), by_law
         self.words = (*WORDS, *dimensions)
+        self.used: set[str] = set()  # names in the texts of quantities that were read
 
     def kind(self, name: str) -> PartKind:
         """Return what a name stands for: one or several columns, or one value of a design."""

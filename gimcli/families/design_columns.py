@@ -9,7 +9,6 @@ a trace (`rates.member_angles`).
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cached_property
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
@@ -24,6 +23,7 @@ from gimcli.mechanism import FRAME, ComplexArray, FloatArray, IntArray
 from gimcli.positions.dispatch import choose, plain
 from gimcli.positions.inputs import scales
 from gimcli.quantities.catalogue import catalogue
+from gimcli.quantities.forces import ForceQuantity
 from gimcli.quantities.quantity import Item
 from gimcli.quantities.state import ApartError, MotionState, State
 from gimcli.rates.member_angles import CLEAR, COUNTED, LawAngles, full_turn
@@ -32,9 +32,6 @@ if TYPE_CHECKING:
     from gimcli.dynamics.forces import Forces
 
 Number = TypeVar("Number", np.float64, np.complex128)
-
-PIECE = 8192
-"""Rows whose forces are computed together: their arrays fit into the cache."""
 
 FINEST = 64
 """Largest number of parts of a step in which an angle is followed to count its turns."""
@@ -142,6 +139,7 @@ class DesignColumns(State):
             "notify": motions.options.get("notify"),
         }
         self._rates: tuple[ComplexArray, FloatArray] | None = None
+        self._forces: dict[Callable[[Forces], Any], Any] = {}
 
     def __getitem__(self, name: str) -> Any:
         """Return a column (designs, rows), or the columns of a measure (columns, designs, rows); NaN if not solved.
@@ -193,26 +191,16 @@ class DesignColumns(State):
         return self.rates(order)[1][:, order - 1, member - 1]
 
     def of_forces(self, find: Callable[[Forces], Any]) -> Any:
-        """Return a formula of the forces (designs, rows)."""
-        return np.concatenate([find(piece) for piece in self._forces]).reshape(self.solved.codes.shape)
-
-    @cached_property
-    def _forces(self) -> list[Forces]:
-        """The forces in the rows of some designs, one after another, and of the next ones."""
-        made, rates = self.motions.family.forces, self.motions.family.rates(2)
-        if made is None:
-            raise ApartError
-        found: list[Forces] = []
-        count, rows = self.solved.codes.shape
-        times = np.broadcast_to(self.motions.time * self.motions.durations[:, None], (count, rows))
-        given = self.motions.input_rates(2)
-        given = np.broadcast_to(given, (count, *given.shape[1:]))
-        size = max(1, PIECE // rows)
-        for own in (slice(k, k + size) for k in range(0, count, size)):
-            found.append(
-                made.along(rates, self.designs[own], self.solved.z[own], given[own], times[own], **self._options)
-            )
-        return found
+        """Return a formula of the forces (designs, rows); those of all names that are used are computed together."""
+        if find not in self._forces:
+            used = (item.quantity for name in sorted(self.names.used) for item in self.names.find(name))
+            every = dict.fromkeys((find, *(one.own.find for one in used if isinstance(one, ForceQuantity))))
+            made, given, motions = self.motions.family.forces, self.motions.input_rates(2), self.motions
+            if made is None:
+                raise ApartError
+            time = motions.time * motions.durations[:, None]
+            self._forces = made(every, self.designs, self.solved.z, given, time, **self._options)
+        return self._forces[find]
 
     def counted(self, member: int) -> Any:
         """Return the direction of a member (designs, rows) in the file's angle unit, full turns counted."""

@@ -7,9 +7,10 @@ blocks) is that of the nominal design.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from copy import copy
-from dataclasses import is_dataclass
+from dataclasses import dataclass, is_dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -17,20 +18,35 @@ from numpy.typing import NDArray
 
 from gimcli.calculus.dual import Dual
 from gimcli.calculus.numbers import RuleNumber, nominal
-from gimcli.calculus.recorded import Recorded
-from gimcli.dynamics.force_motion import EACH
+from gimcli.calculus.recorded import Recorded, Recording
+from gimcli.dynamic_data import TIME
+from gimcli.dynamics.equilibrium_equations import TapeBalance, right_side
 from gimcli.dynamics.forces import Forces, inverse_dynamics
 from gimcli.dynamics.kinematic_history import Course, Turns
-from gimcli.dynamics.statics import statics
-from gimcli.families.design_rates import DesignRates
+from gimcli.dynamics.loading import Loading
+from gimcli.dynamics.statics import Statics, statics
+from gimcli.families.design_rates import DesignTapes
+from gimcli.kernels import tape as kernels
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.positions.dispatch import choose
 from gimcli.positions.newton import Run
 from gimcli.quantities.state import ApartError
+from gimcli.rates.derivatives import ORDERS, PLAIN
+from gimcli.rates.plan_rates import Differentiated
+from gimcli.rates.slots import POSITION
+from gimcli.rates.tape import ComplexLanes, Lane
+from gimcli.rates.tape_numbers import GivenNumber, TapeNumber, lanes, number
+from gimcli.structure.plan import make_plan
+
+Formula = Callable[[Forces], Any]
+"""A formula of forces in any numbers; x + iy of a vector."""
 
 
 class DesignForces:
-    """Computes the forces of designs along their motions."""
+    """Computes formulas of the forces of designs along their motions.
+
+    Each formula is recorded once, with the derivatives of the positions that it needs, and executed for all designs.
+    """
 
     def __init__(self, mechanism: Mechanism, names: Sequence[str]) -> None:
         """Record the numbers of the equations; raise ApartError for mechanisms whose designs are computed singly.
@@ -44,8 +60,6 @@ class DesignForces:
         self.statics = statics(recorded)
         if self.statics.surplus:
             raise ApartError
-        self.turns = DualTurns()
-        self.terms = sum(map(len, self.statics.columns))
         _ = self.statics.blocks, self.statics.scales, self.statics.pole, [member.ends for member in recorded.members]
         wanted = defaultdict[int, float](float)
         self.plain: set[int] = set()  # parts without recorded numbers
@@ -55,41 +69,121 @@ class DesignForces:
         _with_numbers(recorded.dynamics, own, set())
         used = self.recording.variables_of(list(own))
         self.used = {name for k, name in enumerate(names) if k in used}  # dimensions of masses, loads and springs
-
-    def __call__(self, designs: FloatArray, course: Course, jit: str = "auto", notify: Any = None) -> Forces:
-        """Return the forces of designs (designs, dimensions) along a course with the rows of all designs."""
-        found, count = self.recording.evaluate(designs.T, self.wanted), len(designs)
-        row = np.repeat(np.arange(count), len(course.time) // count)
-        own = _with_numbers(
-            self.statics, {place: np.broadcast_to(x, count)[row] for place, x in found.items()}, self.plain
+        self.amounts, self.free = (
+            [x.place for x in some if isinstance(x, Recorded)]
+            for some in (_amounts(recorded), [spring.free for spring in recorded.dynamics.springs])
         )
-        if any(not np.all(spring.free) for spring in own.mechanism.dynamics.springs if np.ndim(spring.free)):
-            raise ApartError
-        refused = np.flatnonzero(np.any([x < 0.0 for x in _amounts(own.mechanism) if np.ndim(x)], axis=0))
-        course.nodes[..., refused] = np.nan
-        run = choose(jit, EACH * len(row) * self.terms, notify, ("balance_rows",))
-        return inverse_dynamics(own, course, run, _DesignTurns(count))
+        self._tapes: dict[tuple[Formula, ...], ForceTape] = {}
 
-    def along(
-        self, rates: DesignRates, designs: FloatArray, z: ComplexArray, given: FloatArray, time: FloatArray,
+    def __call__(
+        self, formulas: Iterable[Formula], designs: FloatArray, z: ComplexArray, given: FloatArray, time: FloatArray,
         jit: str = "auto", notify: Any = None,
-    ) -> Forces:  # fmt: skip
-        """Return the forces of designs in positions z (designs, nodes, rows) at times [s] (designs, rows).
+    ) -> dict[Formula, NDArray[Any]]:  # fmt: skip
+        """Return formulas of forces (designs, rows) of designs in positions z (designs, nodes, rows).
 
-        given (designs, 3, actuators, rows): inputs and their derivatives; `rates` are those of order 2.
+        given (designs or 1, 3, actuators, rows): inputs and their derivatives at times [s] (designs or 1, rows).
         """
-        nodes, angles = rates(designs, z, given, jit, notify)
-        course = Course(time.ravel(), _in_line(given[:, 0]), _in_line(nodes), _in_line(angles))
-        return self(designs, course, jit, notify)
+        key = tuple(formulas)
+        if key not in self._tapes:
+            self._tapes[key] = ForceTape(self.statics, self.recording, key)
+        known = self.recording.evaluate(designs.T, [*self.amounts, *self.free])
+        if any(np.any(known[place] == 0.0) for place in self.free):
+            raise ApartError
+        found = self._tapes[key](designs, z, given, time, jit, notify)
+        refused = np.any([np.zeros(len(designs)), *(known[place] < 0.0 for place in self.amounts)], axis=0)
+        for values in found.values():
+            values[refused] *= np.nan  # both components
+        return found
 
-    def dual(self, design: FloatArray, course: Course, run: Run) -> Forces:
+    def dual(self, design: FloatArray, course: Course, run: Run, turns: Turns) -> Forces:
         """Return the forces of one design (dimensions,) along a course in dual numbers.
 
-        The tangents are the dimensions, and the inputs after them.
+        The tangents are the dimensions, and the inputs after them. `turns` continues the angles of springs.
         """
         found, more = self.recording.tangents(design[:, None], self.wanted), len(course.inputs)
         numbers = {place: Dual(x.value, np.pad(x.slopes, ((0, more), (0, 0)))) for place, x in found.items()}
-        return inverse_dynamics(_with_numbers(self.statics, numbers, self.plain), course, run, self.turns)
+        return inverse_dynamics(_with_numbers(self.statics, numbers, self.plain), course, run, turns)
+
+
+KINDS: tuple[Any, Any] = complex, float
+
+
+class ForceTape:
+    """Formulas of forces on a tape, with recorded numbers of the designs."""
+
+    def __init__(self, statics: Statics, recording: Recording, formulas: Sequence[Formula]) -> None:
+        mechanism, self.functions = statics.mechanism, list[tuple[int, Callable[[FloatArray], FloatArray]]]()
+        values = Differentiated(mechanism, make_plan(mechanism), [POSITION, *ORDERS[:2]])
+        tape, nodes = values.tape, range(len(mechanism.nodes))
+        places: Any = np.empty((3, len(nodes)), dtype=object)
+        for order in range(3):
+            places[order] = [number(tape, values.nodes[node][order]) for node in nodes]
+        inputs: Any = [
+            GivenNumber(tape, values.input(k, 0), k, self.functions) for k in range(len(mechanism.actuators))
+        ]
+        time: Any = GivenNumber(tape, None, TIME, self.functions)
+        course = Course(time, inputs, places)
+        loads = Loading(statics, course, TapeTurns())
+        solved: Any = TapeBalance(statics, tape, places[0], right_side(statics, loads))
+        forces = TapeForces(statics, course, loads, solved, np.zeros((0, len(statics.reactions))), np.ones(1))
+        self.formulas: tuple[list[Formula], list[Formula]] = [], []  # of complex and of real numbers
+        for formula in formulas:
+            found = lanes(formula(forces))
+            real = not isinstance(found, ComplexLanes)
+            op = kernels.WRITE_ANGLE if real else kernels.WRITE_POINT
+            tape.emit(op, tape.lane(found), 0, len(self.formulas[real]))
+            self.formulas[real].append(formula)
+        self.tapes, self.operations = DesignTapes([tape], recording), len(tape.heads)
+
+    def __call__(
+        self, designs: FloatArray, z: ComplexArray, given: FloatArray, time: FloatArray, jit: str, notify: Any
+    ) -> dict[Formula, NDArray[Any]]:
+        """Return the formulas (designs, rows)."""
+        count, _, rows = z.shape
+        more = np.empty((max(len(given), len(time)), len(self.functions), *given.shape[2:]))
+        for k, (over, function) in enumerate(self.functions):
+            more[:, k] = function(time if over == TIME else given[:, 0, over])[:, None]
+        given = np.concatenate([np.broadcast_to(given, (len(more), *given.shape[1:])), more], axis=1)
+        points, angles = (
+            np.empty((count, 1, len(some), rows), kind) for some, kind in zip(self.formulas, KINDS, strict=True)
+        )
+        run = choose(jit, PLAIN * self.operations * count * rows, notify, ("play_designs",))
+        self.tapes(designs, z, given, points, angles, run)
+        pairs = zip(self.formulas, (points, angles), strict=True)
+        return {formula: own[:, 0, k] for some, own in pairs for k, formula in enumerate(some)}
+
+
+@dataclass(frozen=True)
+class TapeForces(Forces):
+    """Forces in numbers of a tape."""
+
+    @cached_property
+    def _solutions(self) -> Any:
+        return self.unknowns
+
+    def _in_one(self, force: Any) -> Any:
+        return force
+
+    def only(self, values: Any) -> Any:
+        """Return values, NaN in rows without determined forces."""
+        return values + self._gaps
+
+    @cached_property
+    def _gaps(self) -> TapeNumber:
+        """0, or NaN in rows without determined forces."""
+        tape = self.unknowns[0].tape
+        lane = tape.constant(0.0)
+        for k in range(len(self.statics.reactions)):
+            lane = tape.real(kernels.COMBINE, lane, self.unknowns[k].own.lane, f=1.0, g=0.0).lane
+        return TapeNumber(tape, Lane(lane))
+
+
+class TapeTurns(Turns):
+    """Continues the angles of springs on a tape, from the initial ones of each design."""
+
+    def followed(self, key: int, angle: Any, drawn: Any) -> Any:
+        """Return an angle [rad] without jumps (rows,)."""
+        return TapeNumber(angle.tape, angle.tape.real(kernels.FOLLOW, angle.lanes.lane, f=drawn))
 
 
 class DualTurns(Turns):
@@ -98,20 +192,6 @@ class DualTurns(Turns):
     def followed(self, key: int, angle: Any, drawn: Any) -> Any:
         """Return an angle [rad] without jumps (rows,)."""
         return Dual(super().followed(key, nominal(angle), float(np.ravel(nominal(drawn))[0])), angle.slopes)
-
-
-class _DesignTurns(Turns):
-    """Continues the angles of the springs of each design from its initial position."""
-
-    def __init__(self, designs: int) -> None:
-        super().__init__()
-        self.designs = designs
-
-    def followed(self, key: int, angle: FloatArray, drawn: Any) -> FloatArray:
-        """Return an angle [rad] without jumps (rows,)."""
-        firsts = np.broadcast_to(drawn, angle.shape).reshape(self.designs, -1)[:, 0]
-        own = zip(angle.reshape(self.designs, -1), firsts.tolist(), strict=True)
-        return np.concatenate([Turns().followed(key, part, first) for part, first in own])
 
 
 def _amounts(mechanism: Mechanism) -> Iterator[Any]:
@@ -151,8 +231,3 @@ def _with_numbers(part: Any, found: Mapping[int, Any], plain: set[int]) -> Any:
             return own
     plain.add(id(part))
     return part
-
-
-def _in_line(values: NDArray[Any]) -> NDArray[Any]:
-    """Return values (designs, ..., rows) with the rows of all designs one after another (..., designs x rows)."""
-    return np.moveaxis(values, 0, -2).reshape(*values.shape[1:-1], -1)

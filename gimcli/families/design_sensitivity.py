@@ -26,6 +26,7 @@ from gimcli.structure.plan import make_plan
 
 if TYPE_CHECKING:
     from gimcli.dynamics.forces import Forces
+    from gimcli.dynamics.kinematic_history import Turns
 
 FIXED = 1e-6
 """Derivative of a constraint's error, relative to the largest one of a node, above which the constraint is violated."""
@@ -113,13 +114,16 @@ class DesignSensitivity:
         `rates` (3, actuators, rows) are the derivatives of the inputs by the time [s] (rows,), which the dimensions do
         not change.
         """
-        if self.forces is not None:
-            self.forces.turns.last.clear()  # the motion begins again
         given = inputs[None] if rates is None else np.concatenate([inputs[None], rates])
         width = max(1, BLOCK // max(1, len(self._units) * len(z)))
         starts = range(0, z.shape[1], width)
         clock = np.zeros(z.shape[1]) if time is None else time
-        parts = [self._block(z[:, k : k + width], given[..., k : k + width], clock[k : k + width]) for k in starts]
+        from gimcli.families.design_forces import DualTurns  # imported late: few ask for forces
+
+        turns = DualTurns()
+        parts = [
+            self._block(z[:, k : k + width], given[..., k : k + width], clock[k : k + width], turns) for k in starts
+        ]
         values, slopes, good = (np.concatenate(some, axis=-1) for some in zip(*parts, strict=True))
         return QuantitySlopes(values, slopes, good)
 
@@ -141,7 +145,7 @@ class DesignSensitivity:
         by, good = self.family.slopes(self.family.nominal[None], z[None], inputs[None], self.run)
         return by, good[0]
 
-    def _block(self, z: ComplexArray, given: FloatArray, time: FloatArray) -> QuantitySlopes:
+    def _block(self, z: ComplexArray, given: FloatArray, time: FloatArray, turns: Turns) -> QuantitySlopes:
         inputs = given[0]
         by, good = self._derivatives(z, inputs)
         moved = np.zeros((by.shape[1], *given.shape))
@@ -162,10 +166,12 @@ class DesignSensitivity:
             turning = np.stack([np.stack([angles[order, member][0] for member in members]) for order in range(2)])
             course = Course(time, at, nodes, turning)
             assert self.forces is not None
-            return self.forces.dual(self.family.nominal, course, self.run)
+            return self.forces.dual(self.family.nominal, course, self.run, turns)
 
         at: Any = Dual(inputs, moved[:, 0])
-        state = dual_state(self.mechanism, z[None], self.numbers, by, self._padded, rates, forces, at)
+        state = dual_state(
+            self.mechanism, z[None], self.numbers, by, self._padded, rates, lambda find: find(forces()), at
+        )
         values, own = state.values(self.quantities)[:, 0], state.slopes(self.quantities)[:, 0]
         with np.errstate(all="ignore"):
             if self.mechanism.couplings:

@@ -28,11 +28,11 @@ class PositionState(Positions):
 
     def __init__(
         self, mechanism: Mechanism, z: Any, tables: FloatTables, rates: Callable[[int], Any] | None = None,
-        forces: Callable[[], Forces] | None = None, inputs: Any = None,
+        forces: Callable[[Callable[[Forces], Any]], Any] | None = None, inputs: Any = None,
     ) -> None:  # fmt: skip
         """Take the positions; `rates` returns points[order, node] and angles[order - 1, member - 1] up to an order.
 
-        `forces` returns the forces in the rows of all designs, one after another. inputs (actuators, rows).
+        `forces` returns a formula of the forces (designs, rows), or (rows,) of one design. inputs (actuators, rows).
         """
         super().__init__(mechanism, z)
         self.tables, self._rates, self._forces, self._inputs = tables, rates, forces, inputs
@@ -55,7 +55,7 @@ class PositionState(Positions):
         """Return a formula of the forces (designs, rows)."""
         if self._forces is None:
             raise ApartError
-        return np.reshape(find(self._forces()), (len(self.z), -1))
+        return np.reshape(self._forces(find), (len(self.z), -1))
 
     def row(self, name: str) -> Any:
         """Return an input (1, rows) in the file's unit; raise ApartError for the time and the like."""
@@ -89,7 +89,8 @@ def design_number(tables: FloatTables, table: str, row: int) -> Any:
 
 def dual_state(
     mechanism: Mechanism, z: ComplexArray, tables: FloatTables, by: ComplexArray, tangents: FloatTables,
-    rates: Callable[[int], Any] | None = None, forces: Callable[[], Forces] | None = None, inputs: Any = None,
+    rates: Callable[[int], Any] | None = None, forces: Callable[[Callable[[Forces], Any]], Any] | None = None,
+    inputs: Any = None,
 ) -> PositionState:  # fmt: skip
     """Return positions in dual numbers from their derivatives.
 

@@ -80,6 +80,7 @@ def quantity(
             raise ExpressionError(f"expected {NAMED[kinds[0]]}{example}, got {NAMED[found.kind.what]}")
     except (ExpressionError, UsageError) as error:
         raise UsageError(f"{where} '{text if len(text) <= LONGEST else text[:40]}': {error}".lstrip()) from None
+    names.used |= found.names
     return KeptQuantity(found)
 
 

@@ -1,4 +1,4 @@
-"""Equilibrium of the bodies of a mechanism, row by row and block by block.
+"""Equilibrium of the bodies of a mechanism: the forms of its terms, and the solution of a block for all rows of lanes.
 
 An unknown reaction acts on two bodies with opposite senses; a unit of it may exert couples too. It is a couple, or a
 force at a node with direction d = z or d = z (z_v - z_u), which is normalised if it acts ALONG two nodes. The equations
@@ -11,14 +11,12 @@ Lengths are in the normal frame; couples are divided by its length unit.
 
 from __future__ import annotations
 
-import math
-from typing import NamedTuple
-
 import numpy as np
 
-from gimcli.kernels.jit import kernel
-from gimcli.kernels.linear import lu_factor, lu_solve
-from gimcli.mechanism import FloatArray, IntArray
+from gimcli.kernels.choice import larger, smaller, where
+from gimcli.kernels.jit import stage
+from gimcli.kernels.lanes import add_product, fill, multiply, real, rows
+from gimcli.mechanism import FloatArray
 
 PUSH = 0
 ALONG = 1
@@ -30,115 +28,91 @@ MOMENT = 2
 TURN = 3
 """A couple in the equation of moments; its coefficient is its factor."""
 
-KNOWN = -1
-"""Column of a term whose unknown was determined by an earlier block."""
+SINGULAR = 1e-10
+"""Ratio of least to greatest pivot of a scaled block below which its reactions are undetermined."""
 
 
-@kernel
-def solve_block(a: FloatArray, n: int, order: FloatArray, b: FloatArray, least: float) -> float:
-    """Solve a block; return the ratio of its least pivot to its greatest. The solution is NaN if it is <= `least`."""
-    greatest, smallest = 0.0, 0.0
-    if lu_factor(a, n, order) != 0.0:
-        smallest = math.inf
-        for i in range(n):
-            pivot = 1.0 / abs(order[n + i])
-            greatest, smallest = max(greatest, pivot), min(smallest, pivot)
-    if smallest > least * greatest:
-        lu_solve(a, n, order, b)
-    else:
-        for i in range(n):
-            b[i] = np.nan
-    return smallest / greatest if greatest > 0.0 else 0.0
+@stage
+def combine(w: FloatArray, to: int, p: int, q: int, f: float, g: float, high: int) -> None:
+    """Fill a lane with f p + g q."""
+    t, a, b = w[real(to)], w[real(p)], w[real(q)]
+    for r in rows(high):
+        t[r] = f * a[r] + g * b[r]
 
 
-ROWS = 128
-"""Rows of a piece: each term is computed for all of them before the next one."""
+@stage
+def quotient(w: FloatArray, to: int, p: int, q: int, f: float, high: int) -> None:
+    """Fill a lane with f p / q."""
+    t, a, b = w[real(to)], w[real(p)], w[real(q)]
+    for r in rows(high):
+        t[r] = f * a[r] / b[r]
 
 
-class BalanceScratch(NamedTuple):
-    """Scratch arrays for blocks of at most `widest` equations."""
-
-    directions: FloatArray  # (unknowns, 2, ROWS) d
-    a: FloatArray  # (widest, widest, ROWS)
-    b: FloatArray  # (widest, ROWS)
-    weak: FloatArray  # (ROWS,)
-    block: FloatArray  # (widest, widest) of one row
-    order: FloatArray  # (2 widest,)
-    side: FloatArray  # (widest,)
+@stage
+def exceed(w: FloatArray, to: int, p: int, q: int, high: int) -> None:
+    """Fill a lane with |q| - |p|."""
+    t, a, b = w[real(to)], w[real(p)], w[real(q)]
+    for r in rows(high):
+        t[r] = abs(b[r]) - abs(a[r])
 
 
-@kernel
-def solve_rows(s: BalanceScratch, n: int, rows: int, least: float) -> None:
-    """Solve a block in the rows of a piece, in place of b; NaN where it is singular."""
-    for r in range(rows):
-        if n == 1:
-            pivot = s.a[0, 0, r]
-            s.weak[r] = min(s.weak[r], abs(pivot))
-            s.b[0, r] = s.b[0, r] / pivot if abs(pivot) > least else np.nan
-            continue
-        for i in range(n):
-            s.side[i] = s.b[i, r]
-            for j in range(n):
-                s.block[i, j] = s.a[i, j, r]
-        s.weak[r] = min(s.weak[r], solve_block(s.block, n, s.order, s.side, least))
-        for i in range(n):
-            s.b[i, r] = s.side[i]
+@stage
+def exchange(w: FloatArray, greater: int, p: int, q: int, high: int) -> None:
+    """Exchange two lanes in the rows where lane `greater` is positive."""
+    t, a, b = w[real(greater)], w[real(p)], w[real(q)]
+    for r in rows(high):
+        first = where(t[r] > 0.0, b[r], a[r])
+        b[r] = where(t[r] > 0.0, a[r], b[r])
+        a[r] = first
 
 
-@kernel
-def balance_rows(
-    x: FloatArray, y: FloatArray, vectors: FloatArray, turned: IntArray, terms: IntArray, factors: FloatArray,
-    blocks: IntArray, own_rows: IntArray, own_columns: IntArray, right: FloatArray, least: float, s: BalanceScratch,
-    out: FloatArray, weakest: FloatArray,
-) -> None:  # fmt: skip
-    """Compute reactions `out` (unknowns, rows) that balance `right` (equations, rows); NaN if a block is singular.
+@stage
+def note_pivot(w: FloatArray, pivot: int, least: int, high: int) -> None:
+    """Enter a pivot into lane `least`, the least one, and the lane after it, the greatest one."""
+    a, low, top = w[real(pivot)], w[real(least)], w[real(least + 1)]
+    for r in rows(high):
+        low[r], top[r] = smaller(abs(a[r]), low[r]), larger(abs(a[r]), top[r])
 
-    x, y (nodes, rows): positions. vectors (1 or rows, unknowns, 2): z. turned (., 4): unknown with d other than z, u,
-    v, and 1 to normalise d. terms (., 6): row and column in the block, unknown, axis, node of action, node of
-    reference. factors (terms,): 1 or -1, for couples any number. blocks (., 3): size, first and end of its terms.
-    own_rows, own_columns: equations and unknowns, block after block. weakest (rows,): result, the least ratio of
-    smallest to greatest pivot of a block.
+
+@stage
+def judge(w: FloatArray, least: int, weak: int, high: int) -> None:
+    """Enter the ratio of the pivots into lane `weak`; lane `least` becomes 1, or NaN where the block is singular."""
+    low, top, ratio = w[real(least)], w[real(least + 1)], w[real(weak)]
+    for r in rows(high):
+        own = low[r] / where(top[r] > 0.0, top[r], np.inf)
+        ratio[r] = smaller(own, ratio[r])
+        low[r] = where(own > SINGULAR, 1.0, np.nan)
+
+
+@stage
+def eliminate(w: FloatArray, b: int, a: int, n: int, least: int, weak: int, high: int) -> None:
+    """Solve the block of n by n lanes from `a` on, with partial pivoting in each row, in place of b.
+
+    NaN where it is singular. Lane `weak`: least ratio of pivots so far; that of a single equation is its pivot, at most
+    1. `least` is the first of three scratch lanes.
     """
-    for start in range(0, x.shape[1], ROWS):
-        rows = min(ROWS, x.shape[1] - start)
-        for r in range(rows):
-            s.weak[r] = 1.0
-            z = vectors[(start + r) % vectors.shape[0]]
-            for c in range(z.shape[0]):
-                s.directions[c, 0, r], s.directions[c, 1, r] = z[c, 0], z[c, 1]
-        for t in range(turned.shape[0]):
-            c, u, v = turned[t, 0], turned[t, 1], turned[t, 2]
-            for r in range(rows):
-                ex, ey = x[v, start + r] - x[u, start + r], y[v, start + r] - y[u, start + r]
-                zx, zy = s.directions[c, 0, r], s.directions[c, 1, r]
-                dx, dy = zx * ex - zy * ey, zx * ey + zy * ex
-                norm = math.sqrt(dx * dx + dy * dy) if turned[t, 3] == 1 else 1.0
-                s.directions[c, 0, r], s.directions[c, 1, r] = dx / norm, dy / norm
-        first = 0
-        for g in range(blocks.shape[0]):
-            n = blocks[g, 0]
-            for i in range(n):
-                for r in range(rows):
-                    s.b[i, r] = right[own_rows[first + i], start + r]
-                    for j in range(n):
-                        s.a[i, j, r] = 0.0
-            for t in range(blocks[g, 1], blocks[g, 2]):
-                i, j, c, axis, p, q = terms[t, 0], terms[t, 1], terms[t, 2], terms[t, 3], terms[t, 4], terms[t, 5]
-                for r in range(rows):
-                    k = start + r
-                    if axis == MOMENT:
-                        part = (x[p, k] - x[q, k]) * s.directions[c, 1, r] - (y[p, k] - y[q, k]) * s.directions[c, 0, r]
-                    else:
-                        part = 1.0 if axis == TURN else s.directions[c, axis, r]
-                    part *= factors[t]
-                    if j == KNOWN:
-                        s.b[i, r] -= part * out[c, k]
-                    else:
-                        s.a[i, j, r] += part
-            solve_rows(s, n, rows, least)
-            for i in range(n):
-                for r in range(rows):
-                    out[own_columns[first + i], start + r] = s.b[i, r]
-            first += n
-        for r in range(rows):
-            weakest[start + r] = s.weak[r]
+    swap = least + 2
+    fill(w, least, np.inf, high)
+    fill(w, least + 1, 1.0 if n == 1 else 0.0, high)
+    for k in range(n):
+        row = a + k * n
+        for i in range(k + 1, n):
+            other = a + i * n
+            exceed(w, swap, row + k, other + k, high)
+            for j in range(k, n):
+                exchange(w, swap, row + j, other + j, high)
+            exchange(w, swap, b + k, b + i, high)
+        note_pivot(w, row + k, least, high)
+        for i in range(k + 1, n):
+            other = a + i * n
+            quotient(w, swap, other + k, row + k, 1.0, high)
+            for j in range(k + 1, n):
+                add_product(w, other + j, swap, row + j, -1.0, high)
+            add_product(w, b + i, swap, b + k, -1.0, high)
+    for k in range(n - 1, -1, -1):
+        for j in range(k + 1, n):
+            add_product(w, b + k, a + k * n + j, b + j, -1.0, high)
+        quotient(w, b + k, b + k, a + k * n + k, 1.0, high)
+    judge(w, least, weak, high)
+    for k in range(n):
+        multiply(w, b + k, least, high)

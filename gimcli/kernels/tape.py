@@ -12,6 +12,7 @@ import numpy as np
 
 from gimcli.kernels.choice import where
 from gimcli.kernels.circular import cos_sin
+from gimcli.kernels.equilibrium import combine, eliminate, quotient
 from gimcli.kernels.jit import kernel, stage
 from gimcli.kernels.lanes import ROWS, add_product, fill, imaginary, multiply, pair, real, rows
 from gimcli.kernels.reflections import factor_rows, inverse_square, normalise, solve_rows
@@ -45,7 +46,13 @@ from gimcli.mechanism import FloatArray, IntArray
     SOLVE,  # solve the equations of a group
     WRITE_POINT,  # write a to the results
     WRITE_ANGLE,  # write p to the results
-) = range(27)
+    COMBINE,  # f p + g q
+    QUOTIENT,  # f p / q
+    ROOT,  # square root of p
+    PHASE,  # the angle of a
+    FOLLOW,  # p with full turns so that it has no jumps from row to row, from f on
+    ELIMINATE,  # solve the equations of a block
+) = range(33)
 
 GOOD = 0
 SPARE = 1
@@ -267,6 +274,37 @@ def write_angle(w: FloatArray, p: int, out: FloatArray, high: int) -> None:
         out[r] = s[r] + good[r]
 
 
+@stage
+def root(w: FloatArray, to: int, p: int, high: int) -> None:
+    """Fill with the square root of p."""
+    t, s = w[real(to)], w[real(p)]
+    for r in rows(high):
+        t[r] = np.sqrt(s[r])
+
+
+@stage
+def phase(w: FloatArray, to: int, a: int, high: int) -> None:
+    """Fill with the angle of a."""
+    t, s = w[real(to)], w[pair(a)]
+    for r in rows(high):
+        t[r] = np.arctan2(s[imaginary(r)], s[r])
+
+
+@stage
+def follow(w: FloatArray, to: int, p: int, start: float, begins: bool, high: int) -> None:
+    """Fill with p and full turns, each within half a turn of the one before; of the first block's first, of `start`.
+
+    The last one is kept behind the rows.
+    """
+    t, s = w[real(to)], w[real(p)]
+    if begins:
+        t[ROWS] = start
+    for r in range(high):
+        t[r] = s[r] + 2.0 * np.pi * np.rint((t[ROWS] - s[r]) / (2.0 * np.pi))
+        if np.isfinite(t[r]):
+            t[ROWS] = t[r]
+
+
 @kernel
 def clear(w: FloatArray, to: int, high: int) -> None:
     """Fill two lanes with 0."""
@@ -333,6 +371,24 @@ def make_complex(w: FloatArray, head: IntArray, f: float, g: float, high: int) -
 
 
 @stage
+def make_force(w: FloatArray, head: IntArray, f: float, g: float, begins: bool, high: int) -> None:
+    """Run an operation of the formulas of forces."""
+    op, to, a, b, c = head[0], head[1], head[2], head[3], head[4]
+    if op == COMBINE:
+        combine(w, to, a, b, f, g, high)
+    elif op == QUOTIENT:
+        quotient(w, to, a, b, f, high)
+    elif op == ROOT:
+        root(w, to, a, high)
+    elif op == PHASE:
+        phase(w, to, a, high)
+    elif op == FOLLOW:
+        follow(w, to, a, f, begins, high)
+    else:
+        eliminate(w, to, a, int(f), b, c, high)
+
+
+@stage
 def play(
     w: FloatArray, heads: IntArray, factors: FloatArray, z: FloatArray, given: FloatArray, points: FloatArray,
     angles: FloatArray,
@@ -362,6 +418,8 @@ def play(
                 write_point(w, to, points[a, b, done : done + high], high)
             elif op == WRITE_ANGLE:
                 write_angle(w, to, angles[a, b, done : done + high], high)
+            elif op >= COMBINE:
+                make_force(w, head, f, g, done == 0, high)
             else:
                 make_complex(w, head, f, g, high)
         done += high

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
@@ -279,11 +279,9 @@ def _sampled(
             nodes = family.rates(order)(found.designs, found.z, given[None, : order + 1])
             return [np.moveaxis(one, 0, 2) for one in nodes]
 
-        def forces() -> Forces:
-            count, made = len(found.designs), family.forces
-            assert made is not None  # or the derivatives would not exist
-            own = np.repeat(given[None, :3], count, axis=0)
-            return made.along(family.rates(2), found.designs, found.z, own, np.tile(time, (count, 1)))
+        def forces(formula: Callable[[Forces], Any]) -> Any:
+            assert family.forces is not None  # or the derivatives would not exist
+            return family.forces([formula], found.designs, found.z, given[None, :3], time[None])[formula]
 
         at = PositionState(motion.mechanism, found.z, family.tables(found.designs), rates, forces, given[0])
         away = at.values(quantities) - nominal.values[:, None, good]
