@@ -56,26 +56,8 @@ class Followed:
     good: BoolArray  # (rows,) whether the iteration converged
 
 
-class Coordinates(Protocol):
-    """A mechanism in one kind of coordinates."""
-
-    @property
-    def unknowns(self) -> int:
-        """Number of unknowns."""
-
-    @property
-    def equations(self) -> int:
-        """Number of equations."""
-
-    @property
-    def mechanism(self) -> Mechanism:
-        """The mechanism."""
-
-    def follow(
-        self, inputs: FloatArray, start: ComplexArray, stop: Stop, run: Run
-    ) -> tuple[ComplexArray, FloatArray, FloatArray]:
-        """Solve inputs (actuators, rows) from a position (nodes,); return z, iterations and 1 for converged rows."""
-
+Coordinates = JointCoordinates | AbsoluteCoordinates | NaturalCoordinates
+"""A mechanism in one kind of coordinates."""
 
 COORDINATES: dict[str, Callable[[Mechanism], Coordinates]] = {
     "joint": JointCoordinates,

@@ -191,9 +191,8 @@ def _gradient(e: Constraint, base: int) -> int:
 # -- the reference coordinates ------------------------------------------------------------------------
 
 
-def coordinates_cost(system: object) -> Cost:
+def coordinates_cost(system: JointCoordinates | AbsoluteCoordinates | NaturalCoordinates) -> Cost:
     """Return the operations of a position in joint, absolute or natural coordinates."""
-    assert isinstance(system, JointCoordinates | AbsoluteCoordinates | NaturalCoordinates)
     if isinstance(system, NaturalCoordinates):
         position, rows = 2.0 * len(system.mechanism.actuators), _natural_rows(system)
     else:

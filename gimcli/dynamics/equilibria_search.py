@@ -279,15 +279,11 @@ class EquilibriumSearch:
 
     def _rates(self, place: BalancedPlace) -> FloatArray | None:
         """Return the released inputs [rad or m] along the directions of motion (j, k); None at a limit of an input."""
-        own = place.basis[:, self.freedoms.system.n :] * self._metres()
+        rotary = [self.freedoms.mechanism.actuators[k].rotary for k in self.released]
+        own = place.basis[:, self.freedoms.system.n :] * np.where(rotary, 1.0, self.balance.metre)
         if own.shape[0] != own.shape[1] or not np.linalg.cond(own) < 1.0 / SEARCH.zero:
             return None
         return np.asarray(own)
-
-    def _metres(self) -> FloatArray:
-        """Return m per unit of the normal frame, or 1, of the released inputs."""
-        rotary = [self.freedoms.mechanism.actuators[k].rotary for k in self.released]
-        return np.where(rotary, 1.0, self.balance.metre)
 
     def _by_inputs(self, place: BalancedPlace, tensor: FloatArray) -> FloatArray | None:
         """Return the second derivatives of the potential by the released inputs; exact where all forces are 0."""

@@ -180,16 +180,12 @@ def moving_loads(mechanism: Mechanism) -> list[AppliedLoad]:
     return [load for load in mechanism.dynamics.loads if load.member != FRAME]
 
 
-def _pivots(mechanism: Mechanism) -> tuple[list[tuple[int, ...]], list[tuple[float, ...]]]:
+def _pivots(mechanism: Mechanism) -> tuple[Sequence[Sequence[int]], Sequence[Sequence[float]]]:
     """Return the members with friction in revolute pairs, each paired with the first member at the node."""
-    rubs: list[tuple[int, ...]] = []
-    rub: list[tuple[float, ...]] = []
-    for pair in friction_pairs(mechanism):
-        if pair.slide == NONE:
-            (u, v, _, one), (m, n, _, other) = (_arm(mechanism, k, 0j) for k in (pair.member, pair.first))
-            rubs.append((u, v, m, n))
-            rub.append((pair.friction.damping, one, other))
-    return rubs, rub
+    pins = [pair for pair in friction_pairs(mechanism) if pair.slide == NONE]
+    arms = [(_arm(mechanism, pair.member, 0j), _arm(mechanism, pair.first, 0j)) for pair in pins]
+    rubs = [(*own[:2], *other[:2]) for own, other in arms]
+    return rubs, [(pair.friction.damping, own[3], other[3]) for pair, (own, other) in zip(pins, arms, strict=True)]
 
 
 def _arm_of(mechanism: Mechanism, part: Inertia | AppliedLoad, local: complex) -> tuple[int, int, complex, float]:

@@ -81,32 +81,32 @@ class BodyBalance:
 
     def _terms(self) -> tuple[IntArray, FloatArray]:
         """Return the entries of the equations, as in `gimcli.dynamics.equilibrium_equations.equilibrium`."""
-        every, terms, factors = self.statics, list[tuple[int, ...]](), list[float]()
-        for c, reaction in enumerate(every.reactions):
-            for body, axis, kind, factor, node in every.entries(reaction):
-                terms.append((every.first_row[body] + axis, c, kind, node, every.bodies[body].node))
-                factors.append(factor)
-        return ints(terms, 5), np.array(factors)
+        every = self.statics
+        entries = [(c, entry) for c, reaction in enumerate(every.reactions) for entry in every.entries(reaction)]
+        terms = [
+            (every.first_row[body] + axis, c, kind, node, every.bodies[body].node)
+            for c, (body, axis, kind, _, node) in entries
+        ]
+        return ints(terms, 5), np.array([factor for _, (_, _, _, factor, _) in entries])
 
     def _rotors(self) -> tuple[IntArray, FloatArray]:
         """Return number of the rotor and column of each actuator that turns it, and the ratios."""
-        rows, ratios = list[tuple[int, int]](), list[float]()
         leaders = {coupling.follower: coupling.terms for coupling in self.mechanism.couplings}
-        for k, rotor in enumerate(self.mechanism.dynamics.rotors):
-            for actuator, ratio in leaders.get(rotor.actuator, ((rotor.actuator, 1.0),)):
-                rows.append((k, int(self.readings[actuator])))
-                ratios.append(ratio)
-        return ints(rows, 2), np.array(ratios, dtype=float)
+        turned = [
+            ((k, int(self.readings[actuator])), ratio)
+            for k, rotor in enumerate(self.mechanism.dynamics.rotors)
+            for actuator, ratio in leaders.get(rotor.actuator, ((rotor.actuator, 1.0),))
+        ]
+        return ints([row for row, _ in turned], 2), np.array([ratio for _, ratio in turned], dtype=float)
 
     def _shares(self) -> tuple[IntArray, FloatArray]:
         """Return columns of actuators and of their followers without gears, and the ratios."""
-        rows, ratios = list[tuple[int, int]](), list[float]()
-        for coupling in self.mechanism.couplings:
-            if not coupling.geared:
-                for actuator, ratio in coupling.terms:
-                    rows.append((int(self.readings[actuator]), int(self.readings[coupling.follower])))
-                    ratios.append(ratio)
-        return ints(rows, 2), np.array(ratios, dtype=float)
+        shares = [
+            ((int(self.readings[actuator]), int(self.readings[coupling.follower])), ratio)
+            for coupling in self.mechanism.couplings if not coupling.geared
+            for actuator, ratio in coupling.terms
+        ]  # fmt: skip
+        return ints([row for row, _ in shares], 2), np.array([ratio for _, ratio in shares], dtype=float)
 
     def _acted(self, parts: Sequence[Inertia | AppliedLoad]) -> IntArray:
         """Return first equation, node of reference, and whether there is an equation of moments, of the bodies."""

@@ -61,12 +61,12 @@ def simulation_table(found: Simulation, times: FloatArray, forces: Forces | None
 
 def _efforts(found: Simulation) -> list[Column]:
     """Return the efforts of the inputs that follow laws."""
-    columns = []
-    for k, actuator in enumerate(found.mechanism.actuators):
-        if not np.all(np.isnan(found.efforts[k])):
-            metre = 1.0 if actuator.rotary else found.mechanism.dynamics.metre or 1.0
-            columns.append(Column(f"{actuator.name}.effort", found.efforts[k] / metre, effort_unit(found.mechanism, k)))
-    return columns
+    mechanism = found.mechanism
+    units = [1.0 if actuator.rotary else mechanism.dynamics.metre or 1.0 for actuator in mechanism.actuators]
+    return [
+        Column(f"{mechanism.actuators[k].name}.effort", own / units[k], effort_unit(mechanism, k))
+        for k, own in enumerate(found.efforts) if not np.all(np.isnan(own))
+    ]  # fmt: skip
 
 
 def event_report(mechanism: Mechanism, event: Event) -> dict[str, Any]:

@@ -13,6 +13,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import accumulate
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -89,7 +90,12 @@ class Statics:
     @property
     def equations(self) -> int:
         """Number of equations."""
-        return sum(3 if body.member != NONE else 2 for body in self.bodies)
+        return sum(self._sizes)
+
+    @cached_property
+    def _sizes(self) -> list[int]:
+        """Number of equations of each body."""
+        return [3 if body.member != NONE else 2 for body in self.bodies]
 
     @property
     def surplus(self) -> int:
@@ -99,21 +105,12 @@ class Statics:
     @cached_property
     def first_row(self) -> tuple[int, ...]:
         """First equation of each body."""
-        starts, count = [], 0
-        for body in self.bodies:
-            starts.append(count)
-            count += 3 if body.member != NONE else 2
-        return tuple(starts)
+        return tuple(accumulate(self._sizes[:-1], initial=0)) if self.bodies else ()
 
     @cached_property
     def pole(self) -> complex:
         """The fixed node at the origin: moments on the frame are about it, and heights are measured from it."""
         return next((z for z in self.mechanism.members[FRAME].shape if nominal(z) == 0.0), 0.0j)
-
-    def senses(self, reaction: Reaction) -> list[tuple[int, int, int]]:
-        """Return body, sense (1 or -1) and node of the sides of a reaction, without the frame."""
-        sides = [(reaction.plus, 1, reaction.node), (reaction.minus, -1, reaction.other)]
-        return [side for side in sides if side[0] != NONE]
 
     def axes(self, reaction: Reaction, body: int, node: int) -> list[int]:
         """Return the axes of a body's equations that a reaction enters."""
@@ -127,11 +124,12 @@ class Statics:
 
     def entries(self, reaction: Reaction) -> list[tuple[int, int, int, float, int]]:
         """Return where a reaction enters the equations: body, axis, kind (axis or TURN), factor, node of action."""
+        sides = (reaction.plus, 1.0, reaction.node), (reaction.minus, -1.0, reaction.other)
         found = [
-            (body, axis, TURN if reaction.kind == COUPLE else axis, float(sense), node)
-            for body, sense, node in self.senses(reaction)
+            (body, axis, TURN if reaction.kind == COUPLE else axis, sense, node)
+            for body, sense, node in sides if body != NONE
             for axis in self.axes(reaction, body, node)
-        ]
+        ]  # fmt: skip
         turned = [(body, factor) for body, factor in reaction.couples if body != NONE]
         found += [(body, MOMENT, TURN, factor, self.bodies[body].node) for body, factor in turned]
         return found
