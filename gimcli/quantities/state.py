@@ -384,10 +384,8 @@ def derivatives_of(motion: Motion, angles: Angles = in_rows, given: FloatArray |
 
     `given` are derivatives of the inputs (orders, actuators, rows) that replace those of the laws.
     """
+    from gimcli.rates.path_derivatives import ArclengthDerivatives, PathDerivatives
+
     if motion.parameter is None:
-        from gimcli.rates.path_derivatives import PathDerivatives
-
         return PathDerivatives(motion, angles, given)
-    from gimcli.rates.arclength_derivatives import ArclengthDerivatives
-
     return ArclengthDerivatives(motion, angles)

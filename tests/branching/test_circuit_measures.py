@@ -17,7 +17,7 @@ from gimcli.branching.resampling import circuit_motion
 from gimcli.branching.singular_positions import drawn_circuit
 from gimcli.cli import app
 from gimcli.continuation.curve import PositionCurve
-from gimcli.rates.arclength_derivatives import ArclengthDerivatives
+from gimcli.rates.path_derivatives import ArclengthDerivatives
 
 CHEBYSHEV = MODELS / "chebyshev.yaml"
 """Frame 4, crossed rockers 5, coupler 2: O2 = 0, O4 = 4; the input oscillates between two limits."""
