@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import reduce
-from operator import mul
+from operator import index, mul
 from typing import Any
 
 import numpy as np
@@ -180,7 +180,7 @@ OPERATIONS: dict[str, Callable[..., Any]] = {
     "subtract": lambda tape, a, b: _sum(tape, a, b, -1.0),
     "multiply": _multiply,
     "divide": _divide,
-    "power": lambda tape, a, b: reduce(mul, [a] * int(b)),
+    "power": lambda tape, a, b: reduce(mul, [a] * index(b)),
     "negative": lambda tape, a: _multiply(tape, a, -1.0),
     "conjugate": _conjugate,
     "real": lambda tape, a: _part(tape, a, False),
