@@ -154,6 +154,11 @@ class ArcPassage:
         return self.arc.limit
 
     @property
+    def met(self) -> Crossing | None:
+        """The meeting of branches; None at a limit."""
+        return self.arc.met
+
+    @property
     def inwards(self) -> bool:
         """Whether the motion approaches a limit."""
         return self.arc.limit and self.arc.outwards(self.side) == self.sense

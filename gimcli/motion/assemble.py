@@ -15,10 +15,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gimcli.continuation.arc import ArcPassage
 from gimcli.errors import StructureError
 from gimcli.kernels.plan_steps import ORIENT, TILT
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+from gimcli.motion.leap import Gap
 from gimcli.positions import newton
 from gimcli.positions.block import NEW, RowBlock, sides
 from gimcli.positions.newton import Packed, Run
@@ -93,7 +93,7 @@ class Assembly:
     error: float  # estimated error of the nodes
     work: float  # number of iterations
     surplus: bool = False  # whether the plan has redundant constraints, which are only checked
-    gap: ArcPassage | None = None  # at a singular position: the arc through it
+    gap: Gap | None = None  # at a singular position: the arc through it
     came: bool = False  # whether a motion has led there
 
     @property

@@ -3,8 +3,8 @@
 Rows are solved in blocks until one is doubtful: it has no solution, may have jumped, or does not reach the tolerance. A
 doubtful row is approached on a refined grid. If it is at a limit of the input, or where branches meet, the curve of the
 motion (motion_curve) shows whether the motion continues; near the singular position the rows are then those of an arc
-of this curve. The "time" of a row is the independent variable of the inputs: the coordinate on a leg of the laws, or
-the time.
+of this curve. If the mechanism is too large for it, the position beyond a meeting of branches is extrapolated (leap).
+The "time" of a row is the independent variable of the inputs: the coordinate on a leg of the laws, or the time.
 """
 
 from __future__ import annotations
@@ -16,19 +16,21 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from gimcli.continuation.arc import ArcPassage
 from gimcli.kernels import jit
 from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
+from gimcli.motion.leap import BEFORE, Gap, Leap, extrapolated
 from gimcli.positions import newton
 from gimcli.positions.block import NEW, RowBlock, sides
 from gimcli.positions.inputs import Inputs
 from gimcli.positions.newton import Run
 from gimcli.positions.position import Row
 from gimcli.positions.program import Marcher, plan_program
-from gimcli.status import Status
+from gimcli.status import CHANGE, Status
+from gimcli.structure.residual import allowed, residual
 from gimcli.structure.steps import Plan
 
 if TYPE_CHECKING:
-    from gimcli.continuation.arc import ArcPassage
     from gimcli.continuation.bifurcation import Crossing
     from gimcli.motion.motion_curve import MotionCurve
 
@@ -41,12 +43,12 @@ class PassedMeeting(NamedTuple):
 
     z: ComplexArray  # (nodes,)
     inputs: FloatArray  # (actuators,)
-    found: Crossing
+    found: Crossing | None  # None: its branches are not known
 
     @property
     def kind(self) -> str:
         """Whether branches cross there, or there is only one."""
-        return self.found.kind
+        return CHANGE if self.found is None else self.found.kind
 
 
 @dataclass
@@ -74,12 +76,11 @@ class FollowedPath:
         z, codes = np.empty((nodes, rows), dtype=complex), np.zeros(rows, dtype=np.int64)
         return FollowedPath(time, inputs, z, codes, np.full(rows, np.nan), np.zeros(rows))  # a NaN fails every check
 
-    def met(self, time: float, gap: ArcPassage, inputs: FloatArray) -> None:
+    def met(self, time: float, gap: Gap, inputs: FloatArray) -> None:
         """Record a meeting of branches that was passed, and its inputs (actuators,)."""
         row = gap.at(gap.centre)
         self.bridged.append(time)
-        assert gap.arc.met is not None
-        self.meetings.append(PassedMeeting(row.x + 1j * row.y, inputs, gap.arc.met))
+        self.meetings.append(PassedMeeting(row.x + 1j * row.y, inputs, gap.met))
 
     def end(self, row: int) -> None:
         """Set the status of the rows from `row` on to LIMIT."""
@@ -98,6 +99,9 @@ class FollowingConstants:
     split: int = 8  # number of parts of an interval that is refined
     resolution: float = 1e-12  # relative accuracy of the location of a limit
     doubtful: int = 100  # most doubtful rows that are refined one after the other; a limit needs 30
+    leaps: tuple[float, ...] = (2e-3, 2e-4, 2e-5, 2e-6)  # in turns: distances of rows about a meeting that is leaped
+    closure: float = 2e-13  # greatest residual of a position interpolated at a meeting
+    agreement: float = 0.2  # greatest relative difference of the position beyond a meeting from its prediction
     loosest: float = 1e-6  # error of the nodes of a coupled group that is allowed near a singular position
     memory: int = 400  # number of solved rows that are kept
 
@@ -127,7 +131,7 @@ class BranchFollower:
         self.program = plan_program(mechanism, plan)
         self.determinant = dict.fromkeys(self.program.packed, 0.0)
         self.log: list[Row] = []
-        self.bridges: list[ArcPassage] = []  # arcs through singular positions that the motion has passed
+        self.bridges: list[Gap] = []  # intervals around singular positions that the motion has passed
         self.lenient = False  # passing a position that cannot be solved to the tolerance
         self._motion_curve = motion_curve
         self.turn = 1.0  # change of the time for one turn of the input, or a travel of 2 pi sizes
@@ -193,9 +197,9 @@ class BranchFollower:
         if len(self.log) > 2 * self.constants.memory:
             del self.log[: -self.constants.memory]
 
-    def enter(self, gap: ArcPassage) -> bool:
+    def enter(self, gap: Gap) -> bool:
         """Start on an arc: towards a limit, or away from a singular position; return whether this is possible."""
-        if gap.inwards:
+        if isinstance(gap, ArcPassage) and gap.inwards:
             self.log, self.limit_ahead = [], gap
         elif (out := gap.exit) is not None:
             signs = self.sides(out)
@@ -210,7 +214,7 @@ class BranchFollower:
         """The time up to which the motion is solved."""
         return self.limit_ahead.ends[1] if self.limit_ahead is not None else self.log[-1].time
 
-    def gap_at(self, time: float) -> ArcPassage | None:
+    def gap_at(self, time: float) -> Gap | None:
         """Return the arc that contains a time; None if there is none."""
         found = [gap for gap in reversed(self.bridges) if gap.ends[0] < time < gap.ends[1]]
         return found[0] if found else None
@@ -271,6 +275,51 @@ class BranchFollower:
         self.lenient = False
         return crossed
 
+    def _leaps(self) -> bool:
+        """Leap over a meeting of branches if the curve of the motion is too large; return the success."""
+        if self.motion_curve is None or self.motion_curve.curve is not None:
+            return False
+        centre, saved = self.log[-1].time, (self.sign.copy(), dict(self.determinant), self.log)
+        for part in self.constants.leaps:
+            found = self._leap(centre, part * self.turn)
+            if found is not None and self._closes(found):
+                self.bridges.append(found.centred())
+                return True
+            self.sign, self.determinant, self.log = saved[0].copy(), dict(saved[1]), saved[2]
+        return False
+
+    def _leap(self, centre: float, delta: float) -> Leap | None:
+        """Return the passage between rows at multiples of a distance from a meeting of branches; None if it fails.
+
+        The position beyond is extrapolated from the rows before; it is solved with the signs of the prediction.
+        """
+        history = [row for row in self.log if row.time < centre - BEFORE * delta]
+        block = self.evaluate(centre + delta * np.arange(-BEFORE, 0.0), history) if history else None
+        if block is None or block.end < len(block.time):
+            return None
+        before = block.rows()
+        guess = extrapolated(before, centre + delta)
+        self.sign, self.determinant = self.sides(guess), dict.fromkeys(self.determinant, 0.0)
+        alone = [Row(before[-1].time, guess.x, guess.y, self.sign * np.abs(guess.g))]  # it predicts the guess
+        block = self.evaluate(np.array([guess.time]), alone)
+        if block.end < len(block.time):
+            return None
+        first = block.rows()[0]
+        moved = np.nanmax(np.hypot(guess.x - before[-1].x, guess.y - before[-1].y))
+        if not np.all(np.hypot(guess.x - first.x, guess.y - first.y) <= self.constants.agreement * moved):
+            return None
+        turned = np.where(guess.g * first.g < 0.0, -1.0, 1.0)  # if two centres coincided
+        self.log = [*(Row(row.time, row.x, row.y, turned * row.g) for row in before), first]
+        block = self.evaluate(centre + delta * np.arange(2.0, BEFORE + 1.0), self.log)
+        self.log = self.log + block.rows()
+        return Leap(centre, self.log) if block.end == len(block.time) else None
+
+    def _closes(self, found: Leap) -> bool:
+        """Return whether the position interpolated at the centre is assembled; it is not beyond a limit."""
+        row = found.at(found.centre)
+        error = residual(self.mechanism, (row.x + 1j * row.y)[:, None], self.inputs(np.array([found.centre]))).total[0]
+        return bool(error <= max(self.constants.closure, allowed(self.mechanism, 0.0)))
+
     def _beyond(self, path: FollowedPath, i: int, crossed: bool) -> int:
         """Fill the rows that have been passed, and return the next row; or end the motion at its limit."""
         if crossed:
@@ -280,7 +329,7 @@ class BranchFollower:
         if self.motion_curve is not None:
             gap = self.motion_curve.ahead(self.log, self.sense, target, self.turn)
         if gap is None or isinstance(gap, float):
-            crossed = self._approach(target)
+            crossed = self._approach(target) or self._leaps()
         else:
             crossed = self._approach(min(target, gap.ends[0]))
             if gap.ends[0] <= self.log[-1].time and self.enter(gap):

@@ -19,6 +19,7 @@ from gimcli.errors import UsageError
 from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.motion.assemble import Assembly
 from gimcli.motion.follow import BranchFollower, FollowedPath
+from gimcli.motion.leap import Gap
 from gimcli.motion.legs import Leg, dense, fine, legs
 from gimcli.motion.solve import follower_of, on_gap, settled
 from gimcli.positions.newton import Run
@@ -43,9 +44,7 @@ class LawFollower:
         self.follower: BranchFollower = self.follow(self.leg)
         self.place = self.leg.sense * self.leg.begin  # coordinate on the leg up to which rows are solved
         self.ended: Status | None = None  # status of all rows after this coordinate
-        self.waiting: tuple[float, ArcPassage] | None = (
-            None  # time at which the input is reachable again, and the gap there
-        )
+        self.waiting: tuple[float, Gap] | None = None  # time at which the input is reachable again, and the gap there
         self.noted: list[float] = []  # coordinates on the leg of the meetings of branches that have been recorded
         self.progress: Progress | None = None
 
@@ -86,7 +85,7 @@ class LawFollower:
         status = Status.SINGULAR if start.status is Status.OK else start.status
         return Assembly(status, start.row, start.signs, start.error, start.work, start.surplus)
 
-    def _first_gap(self, start: Assembly) -> ArcPassage | None:
+    def _first_gap(self, start: Assembly) -> Gap | None:
         """Return the gap at the start position, on the chosen branch, if it is singular."""
         gap, leg = start.gap, self.leg
         if start.status is not Status.SINGULAR and gap is None:
@@ -96,7 +95,7 @@ class LawFollower:
             gap = gap if leg.sense > 0.0 else gap.mirrored()
             if self.branch == 1 or not self._is_at(gap):
                 return gap
-            if gap.limit:
+            if isinstance(gap, ArcPassage) and gap.limit:
                 return self._other_arc(gap)
         motion_curve = self.follower.motion_curve
         if motion_curve is None or motion_curve.curve is None:
@@ -113,7 +112,7 @@ class LawFollower:
         self.branch = 1
         return gap.other_side().mirrored()
 
-    def _is_at(self, gap: ArcPassage) -> bool:
+    def _is_at(self, gap: Gap) -> bool:
         """Return whether the present position is the singular position of a gap."""
         return abs(gap.centre - self.place) <= BEYOND * max(1.0, abs(self.place))
 
@@ -212,7 +211,7 @@ class LawFollower:
         self._come_to_end(path)
         self._enter(self.legs.popleft(), follower.gap_at(leg.goal), leg.goal)
 
-    def _enter(self, leg: Leg, gap: ArcPassage | None, goal: float) -> None:
+    def _enter(self, leg: Leg, gap: Gap | None, goal: float) -> None:
         """Start the next leg, which returns from the end of the last one."""
         before, self.leg = self.follower, leg
         if gap is not None:
@@ -225,7 +224,7 @@ class LawFollower:
         row.time = self.place
         self.follower.begin(row, before.sign)
 
-    def _resume(self, place: float, gap: ArcPassage) -> None:
+    def _resume(self, place: float, gap: Gap) -> None:
         """Continue the motion on the leg from a coordinate that is in a gap."""
         self.follower, self.place, self.noted = self.follow(self.leg), place, []
         self.ended = None if self.follower.enter(gap) else Status.SINGULAR
@@ -236,19 +235,19 @@ class LawFollower:
         if gap is not None and gap.limit and self._is_at(gap):
             self._touch(path, gap, self.leg.last)
 
-    def _touch(self, path: FollowedPath, gap: ArcPassage, time: float) -> None:
+    def _touch(self, path: FollowedPath, gap: Gap, time: float) -> None:
         """Record that the law reaches a limit at a time, but does not exceed it."""
         if time not in [known for known, _ in path.touched]:
             path.touched.append((time, tuple(self.leg.inputs(np.array([gap.centre]))[:, 0].tolist())))
 
-    def _note(self, path: FollowedPath, *gaps: ArcPassage) -> None:
+    def _note(self, path: FollowedPath, *gaps: Gap) -> None:
         """Record the meetings of branches that the motion has reached, each once."""
         for gap in gaps or self.follower.bridges:
             if self._is_new(gap, self.place):
                 self.noted.append(gap.centre)
                 path.met(self.leg.time_at(gap.centre), gap, self.leg.inputs(np.array([gap.centre]))[:, 0])
 
-    def _is_new(self, gap: ArcPassage, place: float) -> bool:
+    def _is_new(self, gap: Gap, place: float) -> bool:
         """Return whether a gap is a meeting of branches, reached at a coordinate and not recorded yet."""
         near = SAME * self.leg.turn
         known = gap.limit or any(abs(gap.centre - centre) <= near for centre in self.noted)
@@ -276,7 +275,7 @@ class LawFollower:
         self._note(path, gap)
         return gap.centre
 
-    def _around(self, z: ComplexArray, place: float, along: FloatArray | None) -> ArcPassage | None:
+    def _around(self, z: ComplexArray, place: float, along: FloatArray | None) -> Gap | None:
         """Return the passage of a singular position on the chosen branch; None if there is none."""
         motion_curve, branch = self.follower.motion_curve, self.branch
         self.branch = 1
@@ -310,7 +309,7 @@ class LawFollower:
             self.waiting = self._back(limit, time)
             self.ended = None if self.waiting is not None else Status.LIMIT
 
-    def _back(self, limit: ArcPassage, time: float) -> tuple[float, ArcPassage] | None:
+    def _back(self, limit: ArcPassage, time: float) -> tuple[float, Gap] | None:
         """Return the time at which the law returns to the interval between limits that it has left, and the passage."""
         passages = [limit.mirrored()]
         turning = len(self.mechanism.actuators) == 1 and self.mechanism.actuators[0].rotary

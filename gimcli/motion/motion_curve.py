@@ -21,11 +21,12 @@ from gimcli.continuation.folds import between, fold_beside
 from gimcli.errors import GimError, UsageError
 from gimcli.mechanism import ComplexArray, FloatArray
 from gimcli.motion.assemble import Assembler, Assembly
+from gimcli.motion.leap import Gap
 from gimcli.positions.inputs import InputLine
 from gimcli.positions.position import Row
 from gimcli.status import Status
 
-LARGEST = 400
+LARGEST = 120
 """Greatest number of coordinates for which the curve is followed, because its matrices are dense."""
 
 MOST = 400
@@ -182,7 +183,7 @@ class MotionCurve:
         return found.row if found.status is Status.OK and np.all(far <= NEAR * self.mechanism.size) else None
 
 
-def direction(curve: PositionCurve, gap: ArcPassage, sense: float = 1.0) -> FloatArray:
+def direction(curve: PositionCurve, gap: Gap, sense: float = 1.0) -> FloatArray:
     """Return the direction (n + 1,) of a curve through a singular position, or towards a limit.
 
     sense: of the parameter with increasing times of the gap; 0 for several inputs that arrived along another line.

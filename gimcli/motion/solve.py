@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gimcli.continuation.arc import ArcPassage
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
 from gimcli.motion.assemble import Assembler, Assembly
 from gimcli.motion.follow import BranchFollower
+from gimcli.motion.leap import Gap
 from gimcli.motion.legs import Leg, dense, straight
 from gimcli.motion.side_by_side import machine_inputs, whole_positions
 from gimcli.positions.dispatch import choose, gim_work, plan_work
@@ -92,7 +92,7 @@ def settled(mechanism: Mechanism, found: Assembly) -> ComplexArray:
     return np.where(np.isfinite(z), z, mechanism.drawn)
 
 
-def on_gap(gap: ArcPassage, found: Assembly) -> Assembly:
+def on_gap(gap: Gap, found: Assembly) -> Assembly:
     """Return an assembly at the interpolated position of a gap."""
     row = gap.at(found.row.time)
     return Assembly(Status.OK, row, found.signs, row.error, found.work, found.surplus, gap)
