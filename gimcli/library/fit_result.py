@@ -272,6 +272,10 @@ class GoalResult(FitResult):
         """The dimensions, one row each: name and value."""
         return self.design
 
+    def picture(self) -> Content | None:
+        """Return the motion of the fitted mechanism; None if no design is feasible."""
+        return None if self._found is None else self._found.motion.trace.picture()
+
 
 def fit_picture(motion: FitMotion, task: FittedTask, table: Table) -> Content:
     """Return the poses at the targets, the curve of the point and the targets; for a function also its graph.

@@ -14,7 +14,8 @@ from gimcli.comparison.bodies import Bodies
 from gimcli.dynamics.forces import motion_forces
 from gimcli.mechanism import ANGLE, PairRow
 from gimcli.model.compile import compile_model
-from gimcli.model.schema import Model, long_form
+from gimcli.model.part import long_form
+from gimcli.model.schema import Model
 from gimcli.motion.motion import trace
 from gimcli.positions.options import Options
 from gimcli.status import Status

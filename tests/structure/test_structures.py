@@ -13,7 +13,8 @@ from gimcli.assemblies import all_configurations
 from gimcli.branching.singular_positions import survey
 from gimcli.cli import app
 from gimcli.model.compile import compile_model
-from gimcli.model.schema import Model, long_form
+from gimcli.model.part import long_form
+from gimcli.model.schema import Model
 from gimcli.motion.motion import trace
 from gimcli.motion.solve import solve
 from gimcli.positions.options import Options
