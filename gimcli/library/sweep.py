@@ -76,7 +76,7 @@ def sweep(
             ranges of the traced points and the number of solved rows.
         where: condition that kept designs satisfy; such as "range(P.y) > 40".
         goal: quantity that is least in the best designs; such as "-range(P.y)".
-        best: number of best designs that are kept; the best first (0: all designs).
+        best: number of best designs kept (0: all); the best one comes first.
         rows: keep whole columns, such as "P.x", with one row for each step of each design; by default the coordinates
             of the traced points.
         tolerance: largest accepted error of a constraint, relative to the mechanism's size; from 1e-14 to below 1.
