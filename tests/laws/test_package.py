@@ -30,7 +30,7 @@ def test_no_class_name_twice() -> None:
     assert not [name for name, count in names.items() if count > 1 or "Policy" in name]
 
 
-STATEMENTS = 48_037
+STATEMENTS = 46_317
 """Most statements of the package: 46 763 at first; each change of the structure lowers the number."""
 
 DOCUMENTED = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
@@ -46,7 +46,7 @@ def test_the_package_has_no_more_statements_than_agreed() -> None:
     assert sum(map(statements, modules().values())) <= STATEMENTS
 
 
-INNER = 555
+INNER = 551
 """Most names that tests import from inside of the package: those beside gimcli, calculus, language and quantities."""
 
 OPEN = ("gimcli.calculus", "gimcli.language", "gimcli.quantities")
