@@ -50,6 +50,8 @@ def write_dxf(content: Geometry, path: Path | str) -> None:
             for shape in content.layers[name]:
                 _add(space, shape, own)
         _show_all(drawing, content)
+        for kind in sorted(drawing.entitydb.dxf_types_in_use()):  # ezdxf lists them in the order of a set
+            drawing.classes.add_class(kind)
         with written_text(path) as handle:
             drawing.write(handle)
 

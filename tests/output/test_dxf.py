@@ -2,6 +2,8 @@
 
 import cmath
 import math
+import os
+import subprocess
 import sys
 
 import ezdxf
@@ -190,3 +192,12 @@ def test_an_unsolved_position_has_no_drawing(tmp_path):
     done = gim("solve", model, "--at", "motor=180", "-o", tmp_path / "m.dxf")
     assert done.code == 5
     assert not (tmp_path / "m.dxf").exists()
+
+
+def test_bytes_do_not_depend_on_the_order_of_sets(tmp_path):
+    """ezdxf lists the kinds of entities in the order of a set, which the seed of hashes changes."""
+    code = "import gimcli, sys; gimcli.solve('crank_rocker').save(sys.argv[1])"
+    for seed in ("0", "4"):
+        environment = {**os.environ, "PYTHONHASHSEED": seed}
+        subprocess.run([sys.executable, "-c", code, str(tmp_path / f"{seed}.dxf")], env=environment, check=True)
+    assert (tmp_path / "0.dxf").read_bytes() == (tmp_path / "4.dxf").read_bytes()
