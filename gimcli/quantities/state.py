@@ -13,13 +13,13 @@ import numpy as np
 from gimcli.calculus.numbers import nominal
 from gimcli.canonical import TURN, whole_turns
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism, PairRow
-from gimcli.motion.motion import Motion
 from gimcli.rates.member_angles import Angles, direction, in_rows
 from gimcli.structure.carried import carried_point
 
 if TYPE_CHECKING:
     from gimcli.dynamics.forces import Forces
     from gimcli.dynamics.kinematic_history import Turns
+    from gimcli.motion.motion import Motion
     from gimcli.rates.derivatives import MotionRates, TracedRates
     from gimcli.rates.path_derivatives import PathDerivatives
 

@@ -8,14 +8,16 @@ between are solved for the count.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
 from gimcli.canonical import phase
 from gimcli.mechanism import FRAME, BoolArray, ComplexArray, FloatArray, IntArray, Mechanism
-from gimcli.motion.motion import Motion
 from gimcli.positions.inputs import law_inputs, scales
+
+if TYPE_CHECKING:
+    from gimcli.motion.motion import Motion
 
 COUNTED = np.pi / 36.0
 """Largest change of an input (in rad, or relative to the size) between two rows that are used to count full turns."""
@@ -108,7 +110,7 @@ class LawAngles:
         if _is_whole(motion):
             self._dense = self._solved(_between(motion.time, _parts(self.mechanism, motion.inputs)), motion)
         else:
-            self._continue(motion if self._before is None else Motion.joined([self._before, motion]))
+            self._continue(motion if self._before is None else motion.joined([self._before, motion]))
 
     def _continue(self, ends: Motion) -> None:
         """Solve the rows between those of the next piece, if they are needed; `ends` has the row before, too."""

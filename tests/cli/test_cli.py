@@ -47,6 +47,18 @@ def test_a_trace_by_dyads_imports_only_what_it_uses(tmp_path):
     subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)
 
 
+def test_the_mobility_is_found_without_the_solution_of_motions():
+    code = (
+        f"import sys; sys.argv = ['gim', 'mobility', {str(MODELS / 'crank_rocker.yaml')!r}]\n"
+        "from gimcli.cli import main\n"
+        "try: main()\n"
+        "except SystemExit: pass\n"
+        "surplus = {'gimcli.motion', 'gimcli.continuation', 'gimcli.dynamics'} & set(sys.modules)\n"
+        "assert not surplus, surplus\n"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)
+
+
 @pytest.mark.parametrize("command", COMMANDS)
 def test_help_fits_a_terminal_and_begins_with_examples(command):
     """At most 50 lines of 80 columns; usage and examples in the first 24; groups of options have names."""
