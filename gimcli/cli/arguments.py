@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from inspect import Parameter, Signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -187,3 +188,10 @@ DRAWN = (
     )], None),
 )  # fmt: skip
 """Options of pictures: name, annotation and default."""
+
+
+def declared(function: Callable[..., None], *options: tuple[str, Any, Any]) -> Callable[..., None]:
+    """Return a function with the signature that typer reads: name, annotation and default of each option."""
+    listed = [Parameter(name, Parameter.KEYWORD_ONLY, annotation=form, default=value) for name, form, value in options]
+    function.__signature__ = Signature(listed)  # type: ignore[attr-defined]  # functions have none in their type
+    return function

@@ -5,11 +5,11 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from enum import StrEnum
-from inspect import Parameter, Signature
 from typing import Annotated, Any, cast
 
 import typer
 
+from gimcli.cli.arguments import declared
 from gimcli.manual.pages import option_rows
 
 END = r"(?<=[^.]\.) |(?<=\.) (?=[A-Z])"
@@ -22,12 +22,14 @@ def completed(name: str) -> Callable[..., None]:
     def command(**_: Any) -> None:
         """Do nothing: a shell only lists the options."""
 
-    command.__signature__ = Signature([_parameter(*row) for row in option_rows(name)])  # type: ignore[attr-defined]
-    return command
+    return declared(command, *(_parameter(*row) for row in option_rows(name)))
 
 
-def _parameter(forms: str, values: str, _: str, meaning: str) -> Parameter:
-    """Return the parameter of a row: a switch if its forms have no value, else one of the words, a text, or several."""
+def _parameter(forms: str, values: str, _: str, meaning: str) -> tuple[str, Any, Any]:
+    """Return name, annotation and default of the option of a row.
+
+    It is a switch if its forms have no value, else one of the words, a text, or several texts.
+    """
     flags, help_text = re.findall(r"`([^`, ]+)", forms), re.split(END, meaning, maxsplit=1)[0]
     words, form = re.findall(r"`(.+?)`", values), typer.Option(*flags, help=help_text)
     kind: Any = str
@@ -40,5 +42,4 @@ def _parameter(forms: str, values: str, _: str, meaning: str) -> Parameter:
         kind, usual = list[str], []
     elif " " not in forms.replace(", ", ""):
         kind, usual, form = bool, False, typer.Option("/".join(flags), help=help_text)
-    name = flags[0].strip("-").replace("-", "_")
-    return Parameter(name, Parameter.KEYWORD_ONLY, annotation=Annotated[kind, form], default=usual)
+    return flags[0].strip("-").replace("-", "_"), Annotated[kind, form], usual

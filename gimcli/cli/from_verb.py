@@ -13,7 +13,7 @@ from copy import copy
 from dataclasses import dataclass
 from enum import Enum, StrEnum
 from functools import cached_property, partial
-from inspect import Parameter, Signature, getdoc, signature, unwrap
+from inspect import getdoc, signature, unwrap
 from types import NoneType
 from typing import Annotated, Any, cast, get_args, get_origin
 
@@ -32,6 +32,7 @@ from gimcli.cli.arguments import (
     Png,
     PngFile,
     Set,
+    declared,
     pairs,
 )
 from gimcli.cli.console import note
@@ -164,13 +165,6 @@ def from_verb(
 
     command.kind = kind  # type: ignore[attr-defined]  # read by the help
     return declared(command, *COMMON, *own, *last)
-
-
-def declared(function: Callable[..., None], *options: tuple[str, Any, Any]) -> Callable[..., None]:
-    """Return a function with the signature that typer reads: name, annotation and default of each option."""
-    listed = [Parameter(name, Parameter.KEYWORD_ONLY, annotation=form, default=value) for name, form, value in options]
-    function.__signature__ = Signature(listed)  # type: ignore[attr-defined]
-    return function
 
 
 def plain(value: Any) -> Any:

@@ -10,9 +10,9 @@ from typing import Annotated, Any
 
 import typer
 
-from gimcli.cli.arguments import Assembly, assignments
+from gimcli.cli.arguments import Assembly, assignments, declared
 from gimcli.cli.console import note, printable
-from gimcli.cli.from_verb import COMMON, declared, own_options
+from gimcli.cli.from_verb import COMMON, own_options
 from gimcli.cli.measures import measures_of
 from gimcli.cli.progress import end_bars, progress_bar
 from gimcli.cli.trace import OPTIONS

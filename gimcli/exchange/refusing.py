@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
 from gimcli.errors import ModelError
 
 
-class Refusing:
+class Refusing(ABC):
     """A part of a file."""
 
+    @abstractmethod
     def refused(self, text: str) -> ModelError:
         """Return the error for this part, with its place."""
-        raise NotImplementedError
 
     def refuse(self, bad: object, text: str) -> None:
         """Raise ModelError if something is wrong with this part."""

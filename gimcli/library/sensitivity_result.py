@@ -266,7 +266,8 @@ class SensitivityResult(Result):
     def _spreads(self, k: int) -> list[tuple[str, FloatArray]]:
         """Return the spreads of a quantity by their labels."""
         first, sampled = self.spread or (), (self.sampled or ())[2:]
-        return [(label, own[k]) for label, own in (*zip(FIRST_ORDER, first), *zip(SAMPLED, sampled))]  # noqa: B905
+        both = zip(FIRST_ORDER, first, strict=False), zip(SAMPLED, sampled, strict=False)  # of those that are known
+        return [(label, own[k]) for known in both for label, own in known]
 
     # -- table and picture ------------------------------------------------------------------------
 
