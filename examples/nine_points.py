@@ -31,7 +31,8 @@ def main(folder: Path | None = None) -> None:
     assert found.error < 1e-24
     own = [found.dimensions[name] for name in lengths]
     assert min(max(abs(a - b) for a, b in zip(own, known, strict=True)) for known in LENGTHS) < 1e-9
-    print(f"{found.counts.started} starts, sum of squares {found.error:.0e}, frame, crank, coupler, follower {own}")
+    starts = found.report()["starts"]["started"]
+    print(f"{starts} starts, sum of squares {found.error:.0e}, frame, crank, coupler, follower {own}")
     if folder is not None:
         found.save(folder / "nine_points.png", title="Nine-point problem")
 

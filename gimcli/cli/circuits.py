@@ -18,7 +18,7 @@ EXAMPLES = ("gim circuits stephenson_2 -o circuits.png",)
 
 
 def _print(result: CircuitsResult) -> None:
-    print_records(result.headline(), result.curves)
+    print_records(result.headline(), result._curves)
     print_remarks(
         (result.initial is not None, "*: the circuit of the initial configuration"),
         verdict(result._found),

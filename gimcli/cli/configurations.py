@@ -37,7 +37,7 @@ def print_configurations(png: Path | None, result: ConfigurationsResult) -> None
     fit = max(1, min(COLUMNS, (room() - BESIDE) // EACH))
     shown = [n for n in mechanism.traced if n in result.places][:fit]
     names = ("number", "assembly", "residual", "radius", *(f"{name}." for name in shown))
-    print_records("", result.records, *names, most=ROWS, where="--json and -o write all")
+    print_records("", result._records, *names, most=ROWS, where="--json and -o write all")
     print_turns(mechanism)
     print_remarks(
         (result.drawn is not None, "*: the initial configuration, moved to these inputs"),

@@ -24,7 +24,7 @@ SHOWN = 40
 
 def _print(result: EquilibriumResult) -> None:
     mechanism, found = result.mechanism, result._found
-    print_records(result.headline(), result.records, most=SHOWN)
+    print_records(result.headline(), result._records, most=SHOWN)
     others = [f"{k + 1} --assembly {own}" for k, (own, other) in enumerate(result.assemblies) if other]
     where = at_inputs(mechanism, result.report()["at"])
     print_remarks(

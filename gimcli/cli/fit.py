@@ -58,10 +58,10 @@ def _print(result: FitResult) -> None:
     typer.echo(result.headline())
     if result._found is None:
         return
-    print_records("", result.design)
+    print_records("", result._design)
     if result.kind != "goal":
-        print_records("", result.records)
-    counts, what = result.counts, "goal" if result.kind == "goal" else "error"
+        print_records("", result._records)
+    counts, what = result._counts, "goal" if result.kind == "goal" else "error"
     hits = f"{counts.hits} {'fit has' if counts.hits == 1 else 'fits have'}"
     print_remarks(
         *result.checks(),

@@ -87,7 +87,7 @@ LONG = ("name", "unit", "mean", "rms", "least", "least at", "greatest", "greates
 
 def print_statistics(result: ForcesResult, full: bool) -> None:
     """Print mean, RMS and peak of every effort and reaction; or all statistics, works, and mean bearing loads."""
-    title, found = f"{result.mechanism.name}: forces", result.summary
+    title, found = f"{result.mechanism.name}: forces", result._summary
     listed = statistics(result.mechanism, found.statistics)
     print_records(title, listed, *(LONG if full else SHORT), most=None if full else SHOWN)
     _print_part(result)

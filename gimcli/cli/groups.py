@@ -14,7 +14,7 @@ EXAMPLES = ("gim groups watt_1 -o watt_1.groups.png",)
 
 
 def _print(result: GroupsResult) -> None:
-    print_records(result.headline(), result.records)
+    print_records(result.headline(), result._records)
 
 
 command = from_verb(groups, GroupsResult, _print, assembled=False)

@@ -37,7 +37,7 @@ def _run(run: Run) -> Any:
 
 def _print(result: MobilityResult) -> None:
     found, everywhere = result._found, result.start == Status.TANGENT.word
-    print_table(result.mechanism.name, ("", ""), result.records.pairs(*SHOWN))
+    print_table(result.mechanism.name, ("", ""), result._records.pairs(*SHOWN))
     print_remarks(
         (everywhere, f"The initial configuration is {Status.TANGENT.text}."),
         (
@@ -57,7 +57,7 @@ def _print(result: MobilityResult) -> None:
 
 def _print_jacobian(found: JacobianMatrix) -> None:
     """Print the matrix; a wide one as the list of what is not 0 in each row."""
-    head, rows, right = found.equations.cells()
+    head, rows, right = found._equations.cells()
     if len(right) > WIDEST:
         listed = (", ".join(f"{c}: {v}" for c, v in zip(head[1:], row[1:], strict=True) if v != "0") for row in rows)
         rows = [(row[0], text) for row, text in zip(rows, listed, strict=True)]

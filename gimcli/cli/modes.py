@@ -39,7 +39,7 @@ def _print(result: ModesResult) -> None:
     if not result.complete:
         typer.echo(result.reason)
         return
-    print_records("", result.records, *SEEN)
+    print_records("", result._records, *SEEN)
     _print_shapes(result)
     names = ", ".join(result.left_out)
     print_remarks(
@@ -49,14 +49,14 @@ def _print(result: ModesResult) -> None:
 
 
 def _print_shapes(result: ModesResult) -> None:
-    shapes = result.shapes[:SHOWN]
+    shapes = result._shapes[:SHOWN]
     head = ["shape", *(f"mode {k}" for k in range(1, len(shapes) + 1))]
     rows = [
         [labelled(name, unit), *(_participation(shape.values[k]) for shape in shapes)]
         for k, (name, unit) in enumerate(shapes[0].columns)
     ]
     print_table("", head, rows, range(1, len(head)))
-    print_more(len(result.shapes), SHOWN)
+    print_more(len(result._shapes), SHOWN)
 
 
 def _participation(value: complex) -> str:

@@ -33,7 +33,7 @@ def _print(found: ReduceResult) -> None:
     typer.echo(found.headline())
     if found.wheel:
         _print_wheel(found.wheel)
-    print_remarks((not found.complete, f"{found.overall.word}: {found.overall.plain_text}"))
+    print_remarks((not found.complete, f"{found._overall.word}: {found._overall.plain_text}"))
 
 
 def _print_extremes(found: ReduceResult) -> None:

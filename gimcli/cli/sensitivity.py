@@ -61,7 +61,7 @@ def _title(found: SensitivityResult, k: int) -> str:
 def _dimensions(found: SensitivityResult, k: int, derivatives: dict[str, Any]) -> Records:
     """Return the dimensions of a quantity, one row each, the one with the largest effect first."""
     order = np.argsort(-found.effects[k], kind="stable").tolist()
-    names, tolerated, moves = [found.dimensions[n].name for n in order], found.spread is not None, found.by_rows
+    names, tolerated, moves = [list(derivatives)[n] for n in order], found.spread is not None, found.by_rows
     own, allowed = [derivatives[name] for name in names], [found.tolerances[n] or None for n in order]
     effects = [found.effects[k, n] if found.tolerances[n] else None for n in order]
     heads = ("largest derivative", "effect (rms)") if moves else ("derivative", "effect")

@@ -22,8 +22,8 @@ EXAMPLES = ("gim sequence double_butterfly --explain",)
 def _print(found: SequenceResult, explain: bool) -> None:
     typer.echo(found.headline())
     names = ("step", "node", "about", "constraint", "rule", *(["states"] if explain else []))
-    for number, group in enumerate(found.groups, start=1):
-        print_table(f"{number}. {group.kind} {' '.join(group.nodes)}", *found.moves(group).cells(*names))
+    for number, group in enumerate(found._found, start=1):
+        print_table(f"{number}. {group.kind} {' '.join(group.nodes)}", *found._moves(group).cells(*names))
         _print_sweeps(group)
         print_remarks(*(f"   {k}. {one.reason}" for k, one in enumerate(group.steps, 1) if explain), "")
 

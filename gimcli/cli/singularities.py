@@ -18,7 +18,7 @@ EXAMPLES = ("gim singularities parallelogram -o positions.png",)
 
 def _print(result: SingularitiesResult) -> None:
     found, mechanism = result._found, result.mechanism
-    print_records(mechanism.name, result.records, "number", "kind", "at", "branches", "about", "rates")
+    print_records(mechanism.name, result._records, "number", "kind", "at", "branches", "about", "rates")
     print_remarks(
         (
             all(one.what.kind == STATIONARY for one in found.found),

@@ -72,17 +72,17 @@ def _run_all(run: Run) -> Any:
 
 def _print(method: str, found: SolveResult) -> None:
     end_bars()
-    position, residual, law = found.position, found.position.residual, found.law
+    position, residual, law = found._found, found._found.residual, found._law
     typer.echo(titled(position.mechanism, found.inputs))
     typer.echo(
         f"{position.status.word}; length error {_error(residual.lengths[0])} (eq. 1),"
         f" angle error {_error(residual.angles[0])} rad (eq. 2); {_iterations(position.sweeps, method)}"
     )
     print_remarks((found.reason, found.reason))
-    _print_known(found.records, "node", "")
-    if found.moving is None:
-        _print_known(found.members)
-    print_records("", found.quantities)
+    _print_known(found._records, "node", "")
+    if found._moving is None:
+        _print_known(found._members)
+    print_records("", found._quantities)
     if law is not None:
         rows = [(str(k), f"{a:.3e}", f"{b:.3e}") for k, (a, b) in enumerate(law.errors)]
         if len(rows) > 2 * SHOWN:
@@ -94,8 +94,8 @@ def _print(method: str, found: SolveResult) -> None:
             if math.isfinite(law.c1)
             else "too few sweeps to fit eq. (3): E = C1 exp(-C2 n)"
         )
-    if found.moving is not None:
-        _print_velocities(found, found.moving)
+    if found._moving is not None:
+        _print_velocities(found, found._moving)
 
 
 def _print_known(records: Records, *names: str) -> None:
@@ -132,8 +132,8 @@ def _print_velocities(result: SolveResult, found: Instant) -> None:
         source = source if k in mechanism.drivers else f"with {' and '.join(leaders(mechanism, k))}"
         values = f"speed {number(rate['rate'])} {v}, acceleration {number(rate['acceleration'])} {a}"
         typer.echo(f"{name}: {values} ({source})")
-    print_records("", result.records, "node", "v", "a")
-    print_records("", result.members)
+    print_records("", result._records, "node", "v", "a")
+    print_records("", result._members)
 
 
 OPTIONS = {

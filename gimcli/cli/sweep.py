@@ -56,7 +56,7 @@ def _print_interrupted(done: int, chunks: int, folder: Path | None) -> None:
 
 def _print(found: SweepResult) -> None:
     print_remarks(found.headline(), *(f"{word}: {n}" for word, n in found.counts.items() if word != Status.OK.word))
-    print_records("", found.spans)
+    print_records("", found._spans)
     if found._found.best is not None:
         head, *best = cells(found._found.best)
         print_table("best designs", head, best, range(len(head) - 1))

@@ -46,14 +46,14 @@ def _shown(found: MotionTraceResult | CircuitTraceResult) -> None:
 
 def _print(found: MotionTraceResult) -> None:
     typer.echo(found.headline())
-    for part, machine in zip(found.motion.machines, found.machines, strict=True):
+    for part, machine in zip(found._motion.machines, found.machines, strict=True):
         solved = f"{machine['name']}: {machine['solved']} of {found.rows} positions solved"
         print_remarks((len(found.machines) > 1, solved))
         _print_machine(found, part, machine)
     print_ranges(found.mechanism, found.measured)
     print_points(found.mechanism, found.points)
-    if found.motion.overall is not Status.OK:
-        print_status(found.motion)
+    if found._motion.overall is not Status.OK:
+        print_status(found._motion)
 
 
 def _print_machine(found: MotionTraceResult, motion: Motion, machine: dict[str, Any]) -> None:

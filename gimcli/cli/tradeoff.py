@@ -37,7 +37,7 @@ def _tolerances(text: str) -> list[float]:
 
 def _print(result: TradeoffResult) -> None:
     found = result._found
-    print_records(result.headline(), result.records, *SEEN)
+    print_records(result.headline(), result._records, *SEEN)
     print_remarks(
         (
             found.entries,

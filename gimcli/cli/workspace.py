@@ -35,8 +35,8 @@ def _run(run: Run) -> Any:
         arrays = run.outputs.files.of("arrays")
         run.arguments["folder"] = arrays[0].with_suffix(".parts") if arrays else None
     found = run.written()
-    if found.grid is not None:
-        found.grid.clear()
+    if found._grid is not None:
+        found._grid.clear()
     return found
 
 
@@ -65,8 +65,8 @@ def _print(result: WorkspaceResult) -> None:
 
 def _print_region(result: WorkspaceResult, report: dict[str, Any]) -> None:
     names = ("area", "bounds", "regions", "holes", "perimeter", "barriers")
-    print_table(result.headline(), ("", ""), result.facts.pairs(*names))
-    print_records("", result.records)
+    print_table(result.headline(), ("", ""), result._facts.pairs(*names))
+    print_records("", result._records)
     whole, regions = report["complete"], report["regions"]
     print_remarks(
         (not regions and whole, "the region is a single point: the mechanism can be assembled in one position only"),
@@ -76,7 +76,7 @@ def _print_region(result: WorkspaceResult, report: dict[str, Any]) -> None:
 
 
 def _print_paths(result: WorkspaceResult, report: dict[str, Any]) -> None:
-    print_records(result.headline(), result.records, "path", "x", "y", "length", "inputs")
+    print_records(result.headline(), result._records, "path", "x", "y", "length", "inputs")
     every, whole = report["all"], report["complete"]
     print_remarks(
         (any(path["drawn"] for path in report["paths"]), "*: the path of the initial configuration"),

@@ -72,18 +72,17 @@ class CheckResult(Result):
     def __init__(self, mechanism: Mechanism, progress: Phases = no_phases, whole: bool = True) -> None:
         """Find everything; `whole`: it is the whole file, whose own warnings are in the report."""
         self.mechanism, self.error, self.whole = mechanism, "", whole  # error: why there is no motion
-        self.position = self._position()
-        self.kind = self._kind()
+        self._found = self._position()
+        self._kind = self._type()
         progress("following the circuit")
-        self.circuit = self._circuit()
-        self.limits = self._limits()
+        self._circuit = self._followed()
         progress("searching extremes of the motion")
-        self.summary = self._summary()
+        self._summary = self._extremes()
 
     @property
     def type(self) -> str:
         """The type of the mechanism, such as "four-bar linkage: crank-rocker" or "Watt II six-bar"."""
-        return self.kind.name
+        return self._kind.name
 
     @property
     def warnings(self) -> list[dict[str, str]]:
@@ -98,7 +97,7 @@ class CheckResult(Result):
     @property
     def complete(self) -> bool:
         """Whether the mechanism is assembled."""
-        return self.position is None or self.position.status.value == 0
+        return self._found is None or self._found.status.value == 0
 
     def headline(self) -> str:
         """Return the result in one line."""
@@ -121,8 +120,8 @@ class CheckResult(Result):
         """Return the page: the report, and the motion along the laws if there is one."""
         from gimcli.library.check_views import check_page
 
-        motion = self.summary.motion if self.summary else None
-        z = self.position.z if self.position is not None and not self.error else assembled(self.mechanism)
+        motion = self._summary.motion if self._summary else None
+        z = self._found.z if self._found is not None and not self.error else assembled(self.mechanism)
         note = OTHER_INPUTS if self.error and z is not None else ""
         return check_page(self.mechanism, motion, z, self.sections(), self.warnings, note)
 
@@ -147,11 +146,11 @@ class CheckResult(Result):
             self.error = f"{position.status.word}: {reason(mechanism, position.status, position.inputs)}"
         return position
 
-    def _kind(self) -> MechanismType:
-        z = self.position.z if self.position is not None and not self.error else assembled(self.mechanism)
+    def _type(self) -> MechanismType:
+        z = self._found.z if self._found is not None and not self.error else assembled(self.mechanism)
         return mechanism_type(self.mechanism, self.mechanism.drawn if z is None else z)
 
-    def _circuit(self) -> Circuit | None:
+    def _followed(self) -> Circuit | None:
         """Return the circuit of the start of the laws; None if it is not known."""
         from gimcli.branching.singular_positions import drawn_circuit
 
@@ -162,18 +161,19 @@ class CheckResult(Result):
         except GimError:
             return None
 
+    @cached_property
     def _limits(self) -> list[Any]:
         from gimcli.branching.singularities import limits
 
-        return limits(self.circuit) if self.circuit is not None else []
+        return limits(self._circuit) if self._circuit is not None else []
 
-    def _summary(self) -> MotionSummary | None:
+    def _extremes(self) -> MotionSummary | None:
         from gimcli.quantities.motion_summary import motion_summary
 
         if self.error or not self.mechanism.actuators:
             return None
-        curve = self.circuit.curve if self.circuit is not None else None
-        ends = [(curve.nodes(one.p), curve.inputs(float(one.p[-1]))) for one in self.limits if curve is not None]
+        curve = self._circuit.curve if self._circuit is not None else None
+        ends = [(curve.nodes(one.p), curve.inputs(float(one.p[-1]))) for one in self._limits if curve is not None]
         try:
             with explained(self.mechanism):
                 return motion_summary(self.mechanism, TOLERANCE, ends)
@@ -185,7 +185,7 @@ class CheckResult(Result):
 
     @cached_property
     def _report(self) -> dict[str, Any]:
-        summary = self.summary
+        summary = self._summary
         report: dict[str, Any] = {
             **self._structure(), "duration": self.mechanism.duration, "inputs": self._inputs(),
             "solved": summary.motion.solved if summary else 0, "rows": len(summary.motion.time) if summary else 0,
@@ -195,13 +195,13 @@ class CheckResult(Result):
             "drawing": self._drawing(),
         }  # fmt: skip
         report["warnings"] = motion_warnings(self.mechanism, report, self.error)
-        report["status"] = "not driven" if self.position is None else self.position.status.word
+        report["status"] = "not driven" if self._found is None else self._found.status.word
         if self.whole:
             report["warnings"] += file_warnings(self.mechanism, self.error)
         return report
 
     def _structure(self) -> dict[str, Any]:
-        chain, formation = self.kind.chain, self.kind.formation
+        chain, formation = self._kind.chain, self._kind.formation
         try:
             found = mobility(self.mechanism).report()
         except StructureError:
@@ -209,10 +209,10 @@ class CheckResult(Result):
         groups = [] if formation is None else formation.groups
         return {
             "type": self.type, "links": len(chain.links), "pairs": chain.pairs, "couplings": list(chain.couplings),
-            "multiple_joints": list(self.kind.named.multiple), "formula": chain.formula, "gruebler": chain.gruebler,
+            "multiple_joints": list(self._kind.named.multiple), "formula": chain.formula, "gruebler": chain.gruebler,
             "mobility": found["mobility"], "redundant": found["redundant"], "undriven": found["undriven"],
             "overdriven": found["overdriven"], "start": found["start"],
-            "loops": [self._loop(loop) for loop in self.kind.loops],
+            "loops": [self._loop(loop) for loop in self._kind.loops],
             "groups": [
                 {"kind": described(g), "class": class_of(g), "links": [formation.links[k] for k in g.links]}
                 for g in groups
@@ -223,7 +223,7 @@ class CheckResult(Result):
     def _loop(self, found: LoopType) -> dict[str, Any]:
         bar, scale = found.four_bar, self.mechanism.scale
         return {
-            "type": found.name, "kind": found.kind, "links": [self.kind.chain.links[k] for k in found.loop.links],
+            "type": found.name, "kind": found.kind, "links": [self._kind.chain.links[k] for k in found.loop.links],
             "pairs": found.loop.kinds, "dimensions": {name: v * scale for name, v in found.dimensions.items()},
             "code": bar.code if bar else None, "grashof": bar.grashof if bar else None,
             "margin": bar.excess * scale if bar else None, "near_change_point": bar.near_change_point if bar else None,
@@ -233,8 +233,8 @@ class CheckResult(Result):
         mechanism = self.mechanism
         reach = self._reach()
         laws = law_inputs(mechanism)(np.linspace(0.0, 1.0, 1001)) if mechanism.actuators else np.zeros((0, 1))
-        limit = self.summary.motion.limit if self.summary else None
-        turning = self.circuit is not None and self.circuit.turning
+        limit = self._summary.motion.limit if self._summary else None
+        turning = self._circuit is not None and self._circuit.turning
         found = []
         for k, actuator in enumerate(mechanism.actuators):
             values = mechanism.value_to_file(k, laws[k])
@@ -257,10 +257,10 @@ class CheckResult(Result):
         """Return the interval of every input on the circuit; empty if the circuit is not known."""
         from gimcli.branching.singularities import interval
 
-        circuit = self.circuit
+        circuit = self._circuit
         if circuit is None:
             return {}
-        ends = interval(circuit, self.limits)
+        ends = interval(circuit, self._limits)
         return interval_of(*(in_file_units(self.mechanism, circuit.curve.inputs(q)) for q in ends))
 
     def _at(self, time: float) -> dict[str, float]:
@@ -293,7 +293,7 @@ class CheckResult(Result):
                 "worst": float(angle_to_file(mechanism, np.array([one.angle]))[0]), "unit": mechanism.angle_unit,
                 "at": self._at(one.time), "time": one.time * mechanism.duration,
             }
-            for one in (self.summary.angles if self.summary else ())
+            for one in (self._summary.angles if self._summary else ())
         ]  # fmt: skip
 
     def _peak(self, one: Peak) -> dict[str, Any]:
@@ -307,11 +307,11 @@ class CheckResult(Result):
 
     def _drawing(self) -> dict[str, Any] | None:
         """Return how far the assembled position is from the initial coordinates; None if there is none."""
-        if self.position is None or self.error:
+        if self._found is None or self.error:
             return None
         mechanism = self.mechanism
-        found = initial_coordinates(mechanism, self.position.z)
-        away = (np.abs(self.position.z - mechanism.drawn) * mechanism.scale).tolist()
+        found = initial_coordinates(mechanism, self._found.z)
+        away = (np.abs(self._found.z - mechanism.drawn) * mechanism.scale).tolist()
         return {
             "node": mechanism.nodes[found.farthest], "distance": away[found.farthest],
             "relative": float(np.max(found.distance)) / mechanism.size,

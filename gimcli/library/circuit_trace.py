@@ -108,7 +108,7 @@ class CircuitTraceResult(TraceResult):
     """Rows along whole circuits, one circuit after another; `circuits` describes each."""
 
     def __init__(self, found: CircuitTrace, table: Table | None) -> None:
-        self.mechanism, self._found, self.motions, self._table = found.mechanism, found, found.motions, table
+        self.mechanism, self._found, self._motions, self._table = found.mechanism, found, found.motions, table
 
     @cached_property
     def circuits(self) -> list[dict[str, Any]]:
@@ -147,13 +147,13 @@ class CircuitTraceResult(TraceResult):
             "steps": self._found.steps, "solved": self.solved, "residual": self.worst, "reachable": self.reachable,
             "events": self.events,
             "circuits": [{k: v for k, v in one.items() if k != "events"} for one in circuits],
-            "status": next((m.overall.word for m in self.motions if not m.good.all()), "ok"),
+            "status": next((m.overall.word for m in self._motions if not m.good.all()), "ok"),
             **{key: circuits[0][key] for key in ("points", "measures") if len(circuits) == 1 and key in circuits[0]},
         }  # fmt: skip
 
-    def turns(self, member: int) -> FloatArray:
+    def _turns(self, member: int) -> FloatArray:
         """Return the directions of a member (rows,) in the file's angle unit, full turns counted along each circuit."""
-        return np.concatenate([self._found.angles(motion, member) for motion in self.motions])
+        return np.concatenate([self._found.angles(motion, member) for motion in self._motions])
 
     def picture(self) -> Content | None:
         """Return positions on the first circuit, and the curves, areas and graphs of all circuits."""
@@ -164,14 +164,14 @@ class CircuitTraceResult(TraceResult):
         paths = {name + tail: path for tail, motion, _ in self._each for name, path in traced_paths(motion).items()}
         more = {n + tail: curve for tail, motion, own in self._each for n, curve in own.record.curves(motion).items()}
         outlines = [outline for _, motion, own in self._each for outline in own.record.outlines(motion)]
-        poses, title = self.poses(self.motions[0]), f"{mechanism.name}: circuit"
+        poses, title = self._poses(self._motions[0]), f"{mechanism.name}: circuit"
         return with_panels(motion_picture(mechanism, poses, paths, title, more, outlines), self.graphs())
 
     def geometry(self) -> Geometry:
         """Return a position on the first circuit, and the curves of all circuits, in true size."""
         from gimcli.output.geometry import motion_geometry
 
-        return motion_geometry(self.mechanism, self.poses(self.motions[0])[0], self.table())
+        return motion_geometry(self.mechanism, self._poses(self._motions[0])[0], self.table())
 
     def graphs(self) -> list[CurveGraph]:
         """Return the graphs of `plot` as data, those of each circuit in turn."""
@@ -188,14 +188,14 @@ class CircuitTraceResult(TraceResult):
     @property
     def _each(self) -> list[tuple[str, Motion, Extras]]:
         """The end of the names, the rows, and the measures and graphs of each circuit."""
-        tails = [f", branch {number}" * (len(self.motions) > 1) for number in self._found.numbers]
-        return list(zip(tails, self.motions, self._found.extras, strict=True))
+        tails = [f", branch {number}" * (len(self._motions) > 1) for number in self._found.numbers]
+        return list(zip(tails, self._motions, self._found.extras, strict=True))
 
     def animation(self) -> Animation:
         """Return the circuits with their events and columns."""
         from gimcli.library.circuit_animation import circuit_trace_animation
 
-        return circuit_trace_animation(self.motions, self.circuits, self._found.extras)
+        return circuit_trace_animation(self._motions, self.circuits, self._found.extras)
 
 
 def _of_circuit(mechanism: Mechanism, number: int, circuit: Circuit, found: list[Any]) -> dict[str, Any]:

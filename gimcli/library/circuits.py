@@ -96,7 +96,7 @@ class CircuitsResult(Result):
         return next((k for k, _ in self._found.places[drawn]), None) if drawn is not None else None
 
     @cached_property
-    def curves(self) -> Records:
+    def _curves(self) -> Records:
         """The curves of the circuits, one row each."""
         found, strands, labels = self._found, self._found.strands, self._labels
         ways, spans = [s.circuit for s in strands], [span(found, s) for s in strands]
@@ -145,7 +145,7 @@ class CircuitsResult(Result):
         return {
             "circuits": found.count, "status": self.outcome, "complete": found.complete, "samples": len(found.sampled),
             "spacing": spacing(found)[0], "lost": found.lost,
-            "curves": self.curves.report(), "at": inputs_at(found, found.curve.begin()), "configurations": listed,
+            "curves": self._curves.report(), "at": inputs_at(found, found.curve.begin()), "configurations": listed,
         }  # fmt: skip
 
     def table(self) -> Table:

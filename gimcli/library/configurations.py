@@ -118,7 +118,7 @@ class ConfigurationsResult(Placed):
         return f"{titled(self.mechanism, self.inputs)}: {verdict(self._found)}"
 
     @cached_property
-    def records(self) -> Records:
+    def _records(self) -> Records:
         """The configurations, one row each."""
         found, mechanism, numbers = self._found, self.mechanism, range(len(self._found))
         unit, size = mechanism.length_unit, mechanism.size * mechanism.scale
@@ -145,7 +145,7 @@ class ConfigurationsResult(Placed):
             "status": self.outcome,
             "complete": found.complete,
             "bound": found.bound,
-            "configurations": self.records.report(),
+            "configurations": self._records.report(),
             "level": found.level,
             "verdict": verdict(found),
             "unaccounted": found.missing,

@@ -127,6 +127,6 @@ def _start(mechanism: Mechanism) -> ComplexArray:
         found = solve(mechanism)
     except StructureError:
         return mechanism.drawn
-    if found.position.status.value or not np.all(np.isfinite(found.position.z)):
+    if found._found.status.value or not np.all(np.isfinite(found._found.z)):
         raise UnassembledError(f"{titled(mechanism, found.inputs)}: no position to convert: {found.reason}")
-    return np.asarray(found.position.z)
+    return np.asarray(found._found.z)

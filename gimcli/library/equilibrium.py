@@ -117,7 +117,7 @@ class EquilibriumResult(Result):
 
     def __init__(self, mechanism: Mechanism, found: Equilibria, time: float, extras: Extras) -> None:
         self.mechanism, self._found, self.time, self.limited = mechanism, found, time, found.limited
-        self.measured = extras.beside(self.state, ()) if self.state and extras.wanted else []
+        self._measured = extras.beside(self._state, ()) if self._state and extras.wanted else []
 
     # -- what was found -------------------------------------------------------------------------------
 
@@ -150,7 +150,7 @@ class EquilibriumResult(Result):
         return [assembly_of(self.mechanism, one.z, one.inputs) for one in self._found.found]
 
     @cached_property
-    def state(self) -> SeparateState | None:
+    def _state(self) -> SeparateState | None:
         """The equilibria at rest, of which any quantity may be asked by its name; None without any."""
         each = self._found.found
         if not each:
@@ -178,7 +178,7 @@ class EquilibriumResult(Result):
     @property
     def equilibria(self) -> list[dict[str, Any]]:
         """The equilibria: inputs, potential, stability, stiffness, pushes over the next one, coordinates of nodes."""
-        return self.records.report()
+        return self._records.report()
 
     def _inputs(self, values: FloatArray) -> dict[str, float]:
         """Return inputs (actuators,) in the file's units."""
@@ -218,7 +218,7 @@ class EquilibriumResult(Result):
         }  # fmt: skip
 
     @cached_property
-    def records(self) -> Records:
+    def _records(self) -> Records:
         """The equilibria, one row each: inputs, potential, stability, stiffness, pushes, coordinates."""
         found, mechanism = self._found.found, self.mechanism
         energy, single = greatest(one.potential for one in found), len(self._found.released) == 1
@@ -234,7 +234,7 @@ class EquilibriumResult(Result):
             *(self._of_one_input(energy) if single else ()),
             *(
                 RowField(c.name, c.values.tolist(), float, c.unit, head=c.name, size=greatest(c.values.tolist()))
-                for c in self.measured
+                for c in self._measured
             ),
             RowField("residual", [one.residual for one in found], float),
             RowField("status", [one.status.word for one in found], str),

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,7 +52,8 @@ class FitResult(Result):
         self.status, self.undetermined, self.goal = counts.ended, undetermined, goal
         self.on_bounds = () if stand is None else tuple(n for n, on in zip(names, stand, strict=True) if on)
         self.reason = reason  # why no design is feasible
-        self.nominal, self.names, self._found, self.counts, self._task = nominal, names, found, counts, task
+        self.nominal, self.names, self._found, self._counts = nominal, names, found, counts
+        self._task = cast(FittedTask, task)  # a goal has none
         self.mechanism = nominal if found is None else found.mechanism
 
     @property
@@ -78,25 +79,19 @@ class FitResult(Result):
     @property
     def rms(self) -> float:
         """The root of the mean over the targets (of pairs: over all places) of the squared differences."""
-        return math.sqrt(self.error / (len(self.task.targets.values) * max(1, self.task.points.shape[1])))
-
-    @property
-    def task(self) -> FittedTask:
-        """The targets."""
-        assert self._task is not None
-        return self._task
+        return math.sqrt(self.error / (len(self._task.targets.values) * max(1, self._task.points.shape[1])))
 
     @property
     def _unit(self) -> float:
         """The file's unit of angle per rad, if the output of a function is an angle; otherwise 1."""
-        angle = self.task.kind == "function" and self.task.components[0].quantity.circular
+        angle = self._task.kind == "function" and self._task.components[0].quantity.circular
         return math.degrees(1.0) if angle and self._degrees else 1.0
 
     def headline(self) -> str:
         """Return the result in one line."""
         if self._found is None:
             return (
-                f"{self.nominal.name}: no feasible design was found from {self.counts.drawn} random designs:"
+                f"{self.nominal.name}: no feasible design was found from {self._counts.drawn} random designs:"
                 f" {self.reason or 'none satisfies the conditions'}; widen the bounds, use more starts, or relax the"
                 " conditions"
             )
@@ -107,7 +102,7 @@ class FitResult(Result):
 
     def report(self) -> dict[str, Any]:
         """Return the report that --json prints."""
-        counts = {"drawn": self.counts.drawn, "started": self.counts.started, "hits": self.counts.hits}
+        counts = {"drawn": self._counts.drawn, "started": self._counts.started, "hits": self._counts.hits}
         report: dict[str, Any] = {"feasible": self.feasible, "kind": self.kind, "status": self.status, "starts": counts}
         if self._found is None:
             return report | {"reason": self.headline()}
@@ -120,7 +115,7 @@ class FitResult(Result):
     @property
     def kind(self) -> str:
         """What is fitted: "path", "poses", "function" or "goal"."""
-        return self.task.kind
+        return self._task.kind
 
     def _values(self) -> dict[str, Any]:
         return {
@@ -131,7 +126,7 @@ class FitResult(Result):
     @property
     def sense(self) -> str:
         """Whether the input increases or decreases from target to target; "" with given inputs."""
-        if self._found is None or self.task.targets.unknown == 0 or not self.task.targets.in_order:
+        if self._found is None or self._task.targets.unknown == 0 or not self._task.targets.in_order:
             return ""
         return "increasing" if self._found.inputs[-1] > self._found.inputs[0] else "decreasing"
 
@@ -139,8 +134,8 @@ class FitResult(Result):
     def _inputs(self) -> FloatArray:
         """The inputs (targets,) in the file's unit; unknown ones of a turning input are in its first turn."""
         assert self._found is not None
-        limits, inputs = self.task.targets.range, self._found.inputs
-        if limits.turning and self.task.targets.timing != GIVEN:
+        limits, inputs = self._task.targets.range, self._found.inputs
+        if limits.turning and self._task.targets.timing != GIVEN:
             inputs = limits.low + (inputs - limits.low) % (limits.high - limits.low)
         return np.asarray(self.nominal.value_to_file(0, inputs))
 
@@ -148,24 +143,24 @@ class FitResult(Result):
     def _distances(self) -> FloatArray:
         """The root of the squared differences (targets,) of each target."""
         assert self._found is not None
-        residual, points = self.task.targets.residuals(self._found.motion.values), self.task.points
+        residual, points = self._task.targets.residuals(self._found.motion.values), self._task.points
         centres = np.sum(points, axis=1, keepdims=True) / max(1, points.shape[1])
         apart = np.sum((points - centres) ** 2, axis=(1, 2))  # of pairs: their least possible error
         return np.asarray(np.sqrt(np.sum(residual**2, axis=1) + apart) * self._unit)
 
     @cached_property
-    def state(self) -> State | None:
+    def _state(self) -> State | None:
         """The positions at the targets, of which any quantity may be asked by its name; None if there are none."""
         from gimcli.library.solved_positions import positions_state
 
         if self._found is None:
             return None
         own, count = self._found.motion, len(self._found.inputs)
-        z = Motion.joined(list(own.trace.motions)).z[:, own.places]
+        z = Motion.joined(list(own.trace._motions)).z[:, own.places]
         return positions_state(self.mechanism, self._found.inputs[None], z, np.zeros(count), [0] * count)
 
     @cached_property
-    def design(self) -> Records:
+    def _design(self) -> Records:
         """The fitted dimensions, one row each."""
         values = list(self.dimensions.values())
         return Records(
@@ -174,13 +169,15 @@ class FitResult(Result):
         )
 
     @cached_property
-    def records(self) -> Records:
+    def _records(self) -> Records:
         """The targets, one row each: input, values, those of the motion, and their distance."""
         if self._found is None:
             return Records()
-        actuator, own = self.nominal.actuators[0], {"target.": self.task.targets.values, "": self._found.motion.values}
-        heads = [one.head for one in self.task.components]
-        turned = [math.degrees(1.0) if one.quantity.circular and self._degrees else 1.0 for one in self.task.components]
+        actuator, own = self.nominal.actuators[0], {"target.": self._task.targets.values, "": self._found.motion.values}
+        heads = [one.head for one in self._task.components]
+        turned = [
+            math.degrees(1.0) if one.quantity.circular and self._degrees else 1.0 for one in self._task.components
+        ]
         columns = [
             (actuator.name, self._inputs, self.nominal.unit_of(actuator)),
             *(
@@ -226,7 +223,7 @@ class FitResult(Result):
 
     def picture(self) -> Content | None:
         """Return the mechanism, the curve of its point and the targets; for a function its graph too."""
-        return None if self._found is None else fit_picture(self._found.motion, self.task, self.table())
+        return None if self._found is None else fit_picture(self._found.motion, self._task, self.table())
 
     def animation(self) -> Animation | None:
         """Return the motion of the fitted mechanism; None if no design is feasible."""
@@ -247,16 +244,16 @@ class FitResult(Result):
 class GoalResult(FitResult):
     """A mechanism with the least goal: `mechanism`, `dimensions`, `error` (the goal); one row for each dimension."""
 
-    kind = "goal"
+    kind, sense, rms = "goal", "", math.nan
 
     @property
     def _unit(self) -> float:
         return 1.0
 
     @cached_property
-    def state(self) -> State | None:
+    def _state(self) -> State | None:
         """The motion along the law, of which any quantity may be asked by its name; None if there is none."""
-        return None if self._found is None else self._found.motion.trace.state
+        return None if self._found is None else self._found.motion.trace._state
 
     def _outcome(self) -> str:
         return f"{self.goal} is {self.error:.9g}"
@@ -268,9 +265,9 @@ class GoalResult(FitResult):
         return "the traced motion passes over the whole law of the input"
 
     @property
-    def records(self) -> Records:
+    def _records(self) -> Records:
         """The dimensions, one row each: name and value."""
-        return self.design
+        return self._design
 
     def picture(self) -> Content | None:
         """Return the motion of the fitted mechanism; None if no design is feasible."""
@@ -285,7 +282,7 @@ def fit_picture(motion: FitMotion, task: FittedTask, table: Table) -> Content:
     from gimcli.output.drawing import motion_picture
     from gimcli.output.panels import with_panels
 
-    mechanism, z = motion.trace.mechanism, motion.trace.motion.z
+    mechanism, z = motion.trace.mechanism, motion.trace._motion.z
     poses = mechanism.to_file(z[:, motion.places].T)
     if task.kind == "function":
         picture = motion_picture(mechanism, poses, {}, mechanism.name)

@@ -181,24 +181,24 @@ class ForcesResult(RowsResult):
         self._pieces, self._angles = along.pieces, along.angles
 
     @cached_property
-    def summary(self) -> ForceSummary:
+    def _summary(self) -> ForceSummary:
         """Statistics, work and mean bearing loads; extremes are refined between the rows."""
         return self._rows.summary(self._amounts_at, self._inputs_at)
 
     @property
     def statistics(self) -> dict[str, Statistic]:
         """Mean, RMS, least and greatest value of every effort, reaction and moment by name."""
-        return self.summary.statistics
+        return self._summary.statistics
 
     @property
     def work(self) -> dict[str, Work]:
         """Positive and negative work [J] of every actuator and of every kind of force."""
-        return self.summary.work
+        return self._summary.work
 
     @property
     def bearings(self) -> dict[str, BearingLoad]:
         """Mean load [N] and speed [rev/min] of every pin, by the name of its reaction."""
-        return self.summary.bearings
+        return self._summary.bearings
 
     def _amounts_at(self, times: FloatArray) -> dict[str, ForceAmount]:
         """Return efforts and reactions at increasing normalised times."""
@@ -219,7 +219,7 @@ class ForcesResult(RowsResult):
         return np.array([self.mechanism.value_to_file(k, row) for k, row in enumerate(inputs)]).reshape(inputs.shape)
 
     @cached_property
-    def state(self) -> State | None:
+    def _state(self) -> State | None:
         """The rows of the motion, of which any quantity may be asked by its name; None if they are not kept."""
         return MotionState(Motion.joined(self._pieces), self._angles()) if self._pieces else None
 
@@ -250,7 +250,7 @@ class ForcesResult(RowsResult):
             "steps": self.steps, "solved": found.determined, "residual": found.summary.residual,
             "reachable": reachable(motion), "events": self.events,
             "status": motion.overall.word if whole else found.failure[0],
-            "energy_drift": balance.drift, "power_error": balance.error, **summary_report(mechanism, self.summary),
+            "energy_drift": balance.drift, "power_error": balance.error, **summary_report(mechanism, self._summary),
             "left_out": balance.left_out, "open": found.open,
             "left_out_at": [mechanism.inputs_to_file(inputs) for inputs in balance.left_out_at],
             **({} if found.friction is None else {"friction": found.friction.report()}), **self.measured,

@@ -57,7 +57,7 @@ class GroupsResult(Result):
         return as_json(self.mechanism, self._found)
 
     @cached_property
-    def records(self) -> Records:
+    def _records(self) -> Records:
         """The groups, one row each."""
         own, every, mechanism = self._found, self._found.groups, self.mechanism
         surplus = [f", {one.surplus} redundant" if one.surplus else "" for one in every]

@@ -78,17 +78,17 @@ class HoldingResult(Result):
     KIND = "holding"
 
     def __init__(self, position: Position, time: float) -> None:
-        self.mechanism, self.position, self.time = position.mechanism, position, time
+        self.mechanism, self._found, self.time = position.mechanism, position, time
 
     @cached_property
     def _forces(self) -> Forces:
         """The efforts and reactions; NaN where they are not determined."""
-        return self.state.forces
+        return self._state.forces
 
     @cached_property
-    def state(self) -> SeparateState:
+    def _state(self) -> SeparateState:
         """The position at rest, of which any quantity may be asked by its name."""
-        position, mechanism = self.position, self.mechanism
+        position, mechanism = self._found, self.mechanism
         z = np.where(position.status.value, complex(math.nan, math.nan), position.z)[:, None]
         time, codes = np.array([self.time / mechanism.duration]), [int(position.status)]
         inputs, residual = position.inputs[:, None], position.residual.total
@@ -97,11 +97,11 @@ class HoldingResult(Result):
     @cached_property
     def inputs(self) -> dict[str, float]:
         """The inputs in the file's units."""
-        return in_file_units(self.mechanism, self.position.inputs)
+        return in_file_units(self.mechanism, self._found.inputs)
 
     @cached_property
     def _table(self) -> Table:
-        table = force_table(self.state.motion, self._forces)
+        table = force_table(self._state.motion, self._forces)
         left_out = [*LEFT_OUT, *(f"{a.name}.hold.{end}" for a in self.mechanism.actuators for end in LIMITS)]
         return Table(tuple(c for c in table.columns if c.name not in left_out and not c.name.startswith("power.")))
 
@@ -124,11 +124,11 @@ class HoldingResult(Result):
         """Why there are no forces; "" if they are determined."""
         if self.complete:
             return ""
-        if self.position.status is Status.OK:
+        if self._found.status is Status.OK:
             return UNDETERMINED
         from gimcli.motion.unassembled import reason
 
-        return f"{self.status}: {reason(self.mechanism, self.position.status, self.position.inputs)}"
+        return f"{self.status}: {reason(self.mechanism, self._found.status, self._found.inputs)}"
 
     @property
     def open(self) -> list[str]:
@@ -171,9 +171,9 @@ class HoldingResult(Result):
         from gimcli.output.vectors import Arrows
 
         mechanism = self.mechanism
-        if self.position.status.value:
+        if self._found.status.value:
             return None
-        found = places(mechanism, self.position.z[:, None], lambda z: complex(z[0]))
+        found = places(mechanism, self._found.z[:, None], lambda z: complex(z[0]))
         points = {point.name: found[point.name] for point in mechanism.points}
         vectors = {
             name: (found[node], value)
@@ -182,7 +182,7 @@ class HoldingResult(Result):
         }
         title = f"{titled(mechanism, self.inputs)}: forces at rest"
         arrows = [Arrows("force", "N", vectors)] if vectors else []
-        return position_picture(mechanism, mechanism.to_file(self.position.z), title, points, arrows)
+        return position_picture(mechanism, mechanism.to_file(self._found.z), title, points, arrows)
 
     def _node(self, reaction: str) -> str:
         """Return the node of a pin force; "" for the shaking force."""

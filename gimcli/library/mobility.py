@@ -102,7 +102,7 @@ class MobilityResult(Result):
         return f"{self.mechanism.name}: mobility {found.mobility}, Grübler's count {found.gruebler}, rank {found.rank}"
 
     @cached_property
-    def records(self) -> Records:
+    def _records(self) -> Records:
         """What is known of the mechanism, as a single row."""
         found, branches = self._found, self._found.branches
         choices = list(zip(found.redundant, found.alternatives, strict=True))
@@ -130,15 +130,15 @@ class MobilityResult(Result):
 
     def report(self) -> dict[str, Any]:
         """Return the report that --json prints; of several independent machines also that of each."""
-        shown = {"jacobian": self.jacobian.records.entry()} if self.shows_jacobian else {}
+        shown = {"jacobian": self.jacobian._records.entry()} if self.shows_jacobian else {}
         parts = [{"name": name, **one.report()} for name, one in self.each.items()]
-        return self.records.entry() | shown | ({"machines": parts} if len(parts) > 1 else {})
+        return self._records.entry() | shown | ({"machines": parts} if len(parts) > 1 else {})
 
     def table(self) -> Table:
         """Return the quantities and their values as text, or the Jacobian if it is shown."""
         if self.shows_jacobian:
-            return self.jacobian.equations.table()
-        columns = zip(("quantity", "value"), zip(*self.records.pairs(*SHOWN), strict=True), strict=True)
+            return self.jacobian._equations.table()
+        columns = zip(("quantity", "value"), zip(*self._records.pairs(*SHOWN), strict=True), strict=True)
         return Table(tuple(Column(name, np.array(texts)) for name, texts in columns))
 
 
@@ -193,7 +193,7 @@ class JacobianMatrix:
         return {self.rows[k]: [self.rows[j] for j in others] for k, others in dependent(self.scaled).items()}
 
     @property
-    def records(self) -> Records:
+    def _records(self) -> Records:
         """The matrix and its ranks, as a single row."""
         return Records(
             fact("coordinates", self.coordinates),
@@ -208,7 +208,7 @@ class JacobianMatrix:
         )
 
     @property
-    def equations(self) -> Records:
+    def _equations(self) -> Records:
         """The equations, one row each, with their derivatives."""
         return Records(
             RowField("equation", self.rows, str, head="equation"),

@@ -143,7 +143,7 @@ def remaining(found: Linearised) -> str:
 
 
 class ModesResult(Result):
-    """The natural modes of a position, one row each: `modes` are the modes as objects, `shapes` their shapes.
+    """The natural modes of a position, one row each; `modes` are the modes as objects.
 
     `report()` also has the matrices M, K and C. Everything is in SI units, by rad or m; inputs are in the file's units.
     """
@@ -155,22 +155,22 @@ class ModesResult(Result):
         found: Linearised | None, time: float,
     ) -> None:  # fmt: skip
         self.mechanism, self._numbers, self._inputs, self._found = mechanism, released, values, found
-        self.code, self.time = status, time
+        self._code, self.time = status, time
         solved = found if found is not None and status is Status.OK else None
         self.modes: tuple[Mode, ...] = natural_modes(solved) if solved is not None else ()
-        self.shapes: tuple[ModeShape, ...] = tuple(mode_shape(solved, m) for m in self.modes) if solved else ()
+        self._shapes: tuple[ModeShape, ...] = tuple(mode_shape(solved, m) for m in self.modes) if solved else ()
 
     # -- what was found -------------------------------------------------------------------------------
 
     @cached_property
     def status(self) -> str:
         """The status word; "ok" if the modes were found."""
-        return self.code.word
+        return self._code.word
 
     @property
     def complete(self) -> bool:
         """Whether the modes were found."""
-        return self.code is Status.OK
+        return self._code is Status.OK
 
     @cached_property
     def inputs(self) -> dict[str, float]:
@@ -214,9 +214,9 @@ class ModesResult(Result):
         if self._found is None:
             from gimcli.motion.unassembled import reason
 
-            return reason(self.mechanism, self.code, self._inputs)
+            return reason(self.mechanism, self._code, self._inputs)
         rest = remaining(self._found) or "the steps became too short"
-        if self.code is Status.LIMIT:
+        if self._code is Status.LIMIT:
             cure = "give the position there with --at, or release another input"
             return f"the forces push a released input to its limit: {rest}; {cure}"
         return f"no equilibrium was reached: {rest}; start from another position, or check the loads"
@@ -233,9 +233,9 @@ class ModesResult(Result):
     # -- tables ---------------------------------------------------------------------------------------
 
     @cached_property
-    def records(self) -> Records:
+    def _records(self) -> Records:
         """The modes, one row each: frequencies, damping, modal mass and stiffness, and the shape."""
-        found, shapes, numbers = self.modes, self.shapes, range(1, len(self.modes) + 1)
+        found, shapes, numbers = self.modes, self._shapes, range(1, len(self.modes) + 1)
         units = [("kg m^2", "N m/rad") if self.turns(k - 1) else ("kg", "N/m") for k in numbers]
         masses = [f"{number(m.mass)} {unit}" for m, (unit, _) in zip(found, units, strict=True)]
         stiff = [f"{number(found[k].stiffness, self.rough(k))} {unit}" for k, (_, unit) in enumerate(units)]
@@ -260,9 +260,9 @@ class ModesResult(Result):
 
     def _shape_fields(self) -> Iterator[RowField]:
         """Yield the participations: real parts, and imaginary parts if a shape has phases."""
-        phases = any(shape.has_phases for shape in self.shapes)
-        for k, (name, unit) in enumerate(self.shapes[0].columns if self.shapes else ()):
-            values = np.array([shape.values[k] for shape in self.shapes])
+        phases = any(shape.has_phases for shape in self._shapes)
+        for k, (name, unit) in enumerate(self._shapes[0].columns if self._shapes else ()):
+            values = np.array([shape.values[k] for shape in self._shapes])
             yield RowField(name, values.real.copy(), float, unit, key=False)
             if phases:
                 yield RowField(f"{name}.imaginary", values.imag.copy(), float, unit, key=False)
@@ -272,7 +272,7 @@ class ModesResult(Result):
         found = self._found
         return {
             "status": self.status, "inputs": self.inputs, "released": list(self.released), "time": self.time,
-            "unbalance": self.unbalance, "modes": self.records.report(), "left_out": list(self.left_out),
+            "unbalance": self.unbalance, "modes": self._records.report(), "left_out": list(self.left_out),
             **({} if found is None else {
                 "coordinates": list(found.names), "effort": found.effort.tolist(), "potential": found.potential,
                 "M": found.mass.tolist(), "K": found.stiffness.tolist(), "C": found.damping.tolist(),

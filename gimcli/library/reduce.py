@@ -97,7 +97,7 @@ class ReduceResult(RowsResult):
         return self._found.solved == len(self._found.q)
 
     @property
-    def overall(self) -> Status:
+    def _overall(self) -> Status:
         """OK, or the status of the first row that is not solved."""
         bad = self._found.codes[self._found.codes != Status.OK]
         return Status(int(bad[0])) if not self.complete else Status.OK
@@ -111,7 +111,7 @@ class ReduceResult(RowsResult):
         found, table = self._found, self.table()
         report = {
             "input": self.mechanism.actuators[found.actuator].name, "steps": len(found.q) - 1,
-            "solved": found.solved, "status": self.overall.word,
+            "solved": found.solved, "status": self._overall.word,
             **{n: table.floats(n).tolist() for n in table.names if n != "status"},
         }  # fmt: skip
         return {**report, "flywheel": asdict(self.wheel)} if self.wheel else report

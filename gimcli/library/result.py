@@ -98,13 +98,13 @@ class Result(Columns):
         """Return the report that the command prints with --json, without the names of files."""
 
     @cached_property
-    def records(self) -> Records:
+    def _records(self) -> Records:
         """The rows of the result; a result without such a list has a table of its own."""
-        raise AttributeError("records")
+        raise AttributeError("_records")
 
     def table(self) -> Table:
         """Return the columns with their units."""
-        return self.records.table()
+        return self._records.table()
 
     def picture(self) -> Content | None:
         """Return the picture, for `save`; None if there is nothing to draw."""
@@ -217,7 +217,7 @@ class Result(Columns):
         return {path: found[kind] for path, kind in kinds.items()}
 
     @cached_property
-    def state(self) -> State | None:
+    def _state(self) -> State | None:
         """The state of which any quantity may be asked by its name; None if there is none."""
         return None
 
@@ -239,7 +239,7 @@ class Result(Columns):
         table = self.table()
         if name in table.names:
             return table[name]
-        state = self.state
+        state = self._state
         if state is None:
             raise unknown(name, table.names)
         from gimcli.quantities.catalogue import catalogue

@@ -59,8 +59,8 @@ class SensitivityResult(Result):
         reduced: Sequence[MotionNumber], dimensions: Sequence[Dimension], rows: QuantitySlopes,
         tolerances: FloatArray, distribution: str,
     ) -> None:  # fmt: skip
-        self.mechanism, self.motion, self.whole = mechanism, motion, whole
-        self.quantities, self.reduced, self.dimensions = tuple(quantities), tuple(reduced), tuple(dimensions)
+        self.mechanism, self._motion, self.whole = mechanism, motion, whole
+        self._quantities, self._reduced, self._dimensions = tuple(quantities), tuple(reduced), tuple(dimensions)
         self.tolerances, self.distribution = tolerances, distribution
         self.sampled: SampledSpread | None = None
         self.seed = 0
@@ -72,14 +72,14 @@ class SensitivityResult(Result):
 
     def _reduce(self, rows: QuantitySlopes) -> None:
         """Replace the rows by numbers of the whole motion, of its solved rows."""
-        solved = self.motion.good
+        solved = self._motion.good
         if solved.any():
             own = QuantitySlopes(rows.values[:, solved], rows.slopes[..., solved], rows.good[solved])
-            parts = [one.with_slopes(self.quantities, own) for one in self.reduced]
+            parts = [one.with_slopes(self._quantities, own) for one in self._reduced]
             self._values = np.array([[value] for value, _ in parts])
             self._slopes = np.stack([slopes for _, slopes in parts])[..., None]
         else:
-            shape = len(self.reduced), len(self.dimensions), 1
+            shape = len(self._reduced), len(self._dimensions), 1
             self._values, self._slopes = np.full(shape[::2], np.nan), np.full(shape, np.nan)
         numbers = np.concatenate([self._values[:, None], self._slopes], axis=1)
         self.good = np.asarray(np.isfinite(numbers).all(axis=(0, 1)))
@@ -89,17 +89,17 @@ class SensitivityResult(Result):
     @property
     def by_rows(self) -> bool:
         """Whether there is one value for each row of a motion."""
-        return self.whole and not self.reduced
+        return self.whole and not self._reduced
 
     @property
     def names(self) -> list[str]:
         """Names of the quantities."""
-        return [one.name for one in (self.reduced or [item.head for item in self.quantities])]
+        return [one.name for one in (self._reduced or [item.head for item in self._quantities])]
 
     @property
     def units(self) -> list[str]:
         """Units of the quantities."""
-        return [one.unit for one in (self.reduced or [item.head for item in self.quantities])]
+        return [one.unit for one in (self._reduced or [item.head for item in self._quantities])]
 
     def unit_of(self, dimension: Dimension) -> str:
         """Return the unit of a dimension; "" if it has none."""
@@ -121,7 +121,7 @@ class SensitivityResult(Result):
     @cached_property
     def derivatives(self) -> dict[str, dict[str, Any]]:
         """The derivatives by quantity and dimension."""
-        names = [one.name for one in self.dimensions]
+        names = [one.name for one in self._dimensions]
         return {
             name: {by: self._shaped(row) for by, row in zip(names, rows, strict=True)}
             for name, rows in zip(self.names, self._slopes, strict=True)
@@ -140,8 +140,8 @@ class SensitivityResult(Result):
     @property
     def codes(self) -> Any:
         """The status of each row: singular where there is a position but no derivative."""
-        bad = self.motion.good & ~self.good if not self.reduced else np.zeros_like(self.motion.good)
-        return np.where(bad, int(Status.SINGULAR), self.motion.codes)
+        bad = self._motion.good & ~self.good if not self._reduced else np.zeros_like(self._motion.good)
+        return np.where(bad, int(Status.SINGULAR), self._motion.codes)
 
     @cached_property
     def status(self) -> Any:
@@ -153,7 +153,7 @@ class SensitivityResult(Result):
     def reason(self) -> str:
         """Why derivatives are missing; "" if none are."""
         codes = self.codes[self.codes != Status.OK]
-        if self.reduced and not len(codes) and not self.good.all():
+        if self._reduced and not len(codes) and not self.good.all():
             undefined = [name for name, row in zip(self.names, self._values, strict=True) if not np.isfinite(row[0])]
             return f"'{undefined[0]}' is not defined at these dimensions" if undefined else f"a row: {DEAD_POINT}"
         if not len(codes):
@@ -170,7 +170,7 @@ class SensitivityResult(Result):
     @cached_property
     def effects(self) -> FloatArray:
         """Root-mean-square effect (quantities, dimensions): of the tolerances if there are any, else the derivative."""
-        weight = self.tolerances if self.spread is not None else np.ones(len(self.dimensions))
+        weight = self.tolerances if self.spread is not None else np.ones(len(self._dimensions))
         slopes = self._slopes[..., self.good]
         if not slopes.shape[2]:
             return np.full(slopes.shape[:2], np.nan)
@@ -179,7 +179,7 @@ class SensitivityResult(Result):
     @cached_property
     def most(self) -> dict[str, LargestEffect]:
         """The dimension with the largest effect on each quantity; without tolerances, of lengths and parameters."""
-        if not self.good.any() or not self.dimensions:
+        if not self.good.any() or not self._dimensions:
             return {}
         return {name: self._largest(k) for k, name in enumerate(self.names)}
 
@@ -187,10 +187,10 @@ class SensitivityResult(Result):
         effects, name = self.effects[k], self.names[k]
         if self.spread is None:
             inputs = {a.name for a in self.mechanism.actuators}
-            sizes = np.array([one.unit != "angle" and one.name not in inputs for one in self.dimensions])
+            sizes = np.array([one.unit != "angle" and one.name not in inputs for one in self._dimensions])
             effects = np.where(sizes, effects, -1.0) if sizes.any() else effects
         first = first_greatest(effects)
-        one, average = self.dimensions[first], " (root mean square over the motion)" if self.by_rows else ""
+        one, average = self._dimensions[first], " (root mean square over the motion)" if self.by_rows else ""
         if effects[first] <= 0.0:
             return LargestEffect(one.name, float("nan"), f"{name}: no dimension has an effect")
         unit = self.slope_unit(k, one)
@@ -209,11 +209,11 @@ class SensitivityResult(Result):
     @cached_property
     def inputs(self) -> dict[str, Any]:
         """The inputs of the rows (rows,), or those of the position, by name in the file's units."""
-        return super().inputs if self.whole else self.mechanism.inputs_to_file(self.motion.inputs[:, 0])
+        return super().inputs if self.whole else self.mechanism.inputs_to_file(self._motion.inputs[:, 0])
 
     def headline(self) -> str:
         """Return the result in one line."""
-        where = f"{self.mechanism.name}, motion in {len(self.motion.time) - 1} steps" if self.whole else ""
+        where = f"{self.mechanism.name}, motion in {len(self._motion.time) - 1} steps" if self.whole else ""
         word = f": {self.status}" if not self.by_rows else ""
         return f"{where or titled(self.mechanism, self.inputs)}: derivatives of {', '.join(self.names)}{word}"
 
@@ -223,12 +223,12 @@ class SensitivityResult(Result):
         """Return the report that --json prints."""
         given = {
             one.name: {"value": one.value, "unit": self.unit_of(one), "tolerance": float(allowed) or None}
-            for one, allowed in zip(self.dimensions, self.tolerances, strict=True)
+            for one, allowed in zip(self._dimensions, self.tolerances, strict=True)
         }
         texts = {"reason": self.reason, "fixed": list(self.fixed), "tolerances_left_out": list(self.left_out)}
         report = {
             "status": self._words(), "dimensions": given,
-            **({"steps": len(self.motion.time) - 1} if self.whole else {"inputs": self.inputs}),
+            **({"steps": len(self._motion.time) - 1} if self.whole else {"inputs": self.inputs}),
             **{key: value for key, value in texts.items() if value},
             "quantities": {name: self._quantity_report(k, name) for k, name in enumerate(self.names)},
         }  # fmt: skip
@@ -249,7 +249,7 @@ class SensitivityResult(Result):
             "unit": self.units[k], **self._extreme(self._values[k]),
             "derivatives": {
                 one.name: {"unit": self.slope_unit(k, one), **self._extreme(self._slopes[k, n])}
-                for n, one in enumerate(self.dimensions)
+                for n, one in enumerate(self._dimensions)
             },
             **({"largest_effect": self.most[name]._asdict()} if name in self.most else {}),
             **{label: self._extreme(rows) for label, rows in self._spreads(k)},
@@ -260,7 +260,7 @@ class SensitivityResult(Result):
         if not np.isfinite(rows).any():
             return {"value": None}
         row = first_greatest(np.abs(rows))
-        where = {"at": self.mechanism.inputs_to_file(self.motion.inputs[:, row])} if self.by_rows else {}
+        where = {"at": self.mechanism.inputs_to_file(self._motion.inputs[:, row])} if self.by_rows else {}
         return {"value": float(rows[row]), **where}
 
     def _spreads(self, k: int) -> list[tuple[str, FloatArray]]:
@@ -280,24 +280,24 @@ class SensitivityResult(Result):
         return self._rows_table() if self.by_rows else self._list_table()
 
     def _rows_table(self) -> Table:
-        columns = first_columns(self.motion, 0)
+        columns = first_columns(self._motion, 0)
         for k, (name, unit) in enumerate(zip(self.names, self.units, strict=True)):
             columns.append(Column(name, self._values[k], unit))
-            for n, one in enumerate(self.dimensions):
+            for n, one in enumerate(self._dimensions):
                 columns.append(Column(f"{name}/{one.name}", self._slopes[k, n], self.slope_unit(k, one)))
             columns += [Column(f"{name}.{label}", rows, unit) for label, rows in self._spreads(k)]
         return Table((*columns, status_column(self.codes)))
 
     def _list_table(self) -> Table:
-        pairs = [(k, n) for k in range(len(self.names)) for n in range(len(self.dimensions))]
+        pairs = [(k, n) for k in range(len(self.names)) for n in range(len(self._dimensions))]
         slopes, spread = np.array([self._slopes[k, n, 0] for k, n in pairs]), self.spread is not None
         allowed = np.array([self.tolerances[n] for _, n in pairs])
         shares = [self.effects[k, n] ** 2 / np.sum(self.effects[k] ** 2) for k, n in pairs] if spread else []
         return Records(
             RowField("quantity", [self.names[k] for k, _ in pairs], str),
-            RowField("dimension", [self.dimensions[n].name for _, n in pairs], str),
+            RowField("dimension", [self._dimensions[n].name for _, n in pairs], str),
             RowField("derivative", slopes, float),
-            RowField("unit", [self.slope_unit(k, self.dimensions[n]) for k, n in pairs], str),
+            RowField("unit", [self.slope_unit(k, self._dimensions[n]) for k, n in pairs], str),
             RowField("tolerance", allowed, float if spread else None),
             RowField("effect", np.abs(slopes) * allowed, float if spread else None),
             RowField("share", shares, float if spread else None),
@@ -308,19 +308,19 @@ class SensitivityResult(Result):
         """Return bars at a position, or graphs over the motion; None if there is nothing to draw."""
         from gimcli.output.sensitivity import Band, bar_chart, sensitivity_graphs
 
-        if not self.good.any() or not self.dimensions:
+        if not self.good.any() or not self._dimensions:
             return None
         title = f"{self.mechanism.name}: effect of the dimensions"
         if not self.by_rows:
             return bar_chart(title, self._bars())
-        across = first_columns(self.motion, 0)[1:]
+        across = first_columns(self._motion, 0)[1:]
         moving = [column for column in across[1:] if np.ptp(column.values) > 0.0]
         abscissa = moving[0] if len(moving) == 1 else across[0]
         bands = []
         for k, name in enumerate(self.names):
-            units = [self.slope_unit(k, one) for one in self.dimensions]
+            units = [self.slope_unit(k, one) for one in self._dimensions]
             order = np.argsort(-self.effects[k], kind="stable")
-            slopes = {self.dimensions[n].name: (units[n], self._slopes[k, n]) for n in order.tolist()}
+            slopes = {self._dimensions[n].name: (units[n], self._slopes[k, n]) for n in order.tolist()}
             spreads = {label: rows for label, rows in self._spreads(k) if label in ("worst", "rss", "sampled_sd")}
             bands.append(Band(name, self.units[k], self._values[k], slopes, spreads))
         return sensitivity_graphs(title, abscissa, bands)
@@ -334,10 +334,10 @@ class SensitivityResult(Result):
         for k, name in enumerate(self.names):
             own, values = self.units[k], self._slopes[k, :, 0] * (self.tolerances if tolerated else 1.0)
             order = [n for n in np.argsort(-np.abs(values), kind="stable").tolist() if values[n] != 0.0]
-            units = [own if tolerated else self.slope_unit(k, one) for one in self.dimensions]
+            units = [own if tolerated else self.slope_unit(k, one) for one in self._dimensions]
             if order:
                 found[labelled(f"{name}, {what}", own if tolerated else "")] = [
-                    BarLine(self.dimensions[n].name, float(values[n]), _with_unit(values[n], units[n]), units[n])
+                    BarLine(self._dimensions[n].name, float(values[n]), _with_unit(values[n], units[n]), units[n])
                     for n in order
                 ]
         return found

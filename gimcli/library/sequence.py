@@ -64,16 +64,16 @@ class SequenceResult(Result):
     def __init__(
         self, mechanism: Mechanism, groups: list[SequenceGroupReport], z: ComplexArray, status: Status
     ) -> None:
-        self.mechanism, self.groups, self.z = mechanism, groups, z
+        self.mechanism, self._found, self._z = mechanism, groups, z
         self.status = status.word
 
     def headline(self) -> str:
         """Return the result in one line."""
-        moves = sum((s.rule, s.kind) != ("input", "RA") for g in self.groups for s in g.steps)  # without placed arms
-        counts = [f"{n} {word}{'s' * (n != 1)}" for n, word in ((len(self.groups), "group"), (moves, "move"))]
+        moves = sum((s.rule, s.kind) != ("input", "RA") for g in self._found for s in g.steps)  # without placed arms
+        counts = [f"{n} {word}{'s' * (n != 1)}" for n, word in ((len(self._found), "group"), (moves, "move"))]
         return f"{self.mechanism.name}: {', '.join(counts)} per sweep"
 
-    def moves(self, *groups: SequenceGroupReport) -> Records:
+    def _moves(self, *groups: SequenceGroupReport) -> Records:
         """Return the moves of groups in the order of solution, one row each."""
         each = [(k, n, one) for k, group in enumerate(groups, 1) for n, one in enumerate(group.steps, 1)]
         return Records(
@@ -92,24 +92,24 @@ class SequenceResult(Result):
         """Return the report that --json prints."""
         groups = [
             {
-                "kind": one.kind, "nodes": list(one.nodes), "steps": self.moves(one).report(), "radius": one.radius,
+                "kind": one.kind, "nodes": list(one.nodes), "steps": self._moves(one).report(), "radius": one.radius,
                 "predicted_sweeps": one.predicted_sweeps, "observed_sweeps": one.observed_sweeps,
                 "candidates": one.candidates, "incomplete": one.incomplete,
             }
-            for one in self.groups
+            for one in self._found
         ]  # fmt: skip
         return {"groups": groups}
 
     def table(self) -> Table:
         """Return one row for each move: group, moved node, nodes of the constraint, constraint, kind and rule."""
-        return self.moves(*self.groups).table("group", "node", "about", "constraint", "kind", "rule")
+        return self._moves(*self._found).table("group", "node", "about", "constraint", "kind", "rule")
 
     def picture(self) -> Content:
         """Return the position with numbered moves, coloured by group, and the table of the moves."""
         from gimcli.output.sequence import DrawnMove, MoveGroup, sequence_sheet
 
         mechanism, groups, first = self.mechanism, list[MoveGroup](), 1
-        for group in (group for group in self.groups if group.steps):
+        for group in (group for group in self._found if group.steps):
             last = first + len(group.steps) - 1
             moves = tuple(
                 DrawnMove(s.number, s.about_numbers, f"{s.node} about {', '.join(s.about)}: {s.constraint}")
@@ -119,4 +119,4 @@ class SequenceResult(Result):
             name = f"{group.kind} {' '.join(group.nodes)}" if group.kind == "dyad" else f"{group.kind} group"
             groups.append(MoveGroup(f"{name}: {count}", moves))
             first = last + 1
-        return sequence_sheet(mechanism, mechanism.to_file(self.z), groups, f"{mechanism.name}: sequence")
+        return sequence_sheet(mechanism, mechanism.to_file(self._z), groups, f"{mechanism.name}: sequence")

@@ -210,11 +210,11 @@ class SimulateResult(Placed, RowsResult):
     KIND = "simulation"
 
     def __init__(self, found: Simulation, times: FloatArray, forces: Forces | None, extras: Extras) -> None:
-        self.mechanism, self._found, self.times, self.forces = found.mechanism, found, times, forces
+        self.mechanism, self._found, self.times, self._forces = found.mechanism, found, times, forces
         self._extras = extras
         self._table = table = simulation_table(found, times, forces)
         if extras.record.measures:
-            self._table = Table((*table.columns, *self._padded(extras.measured(self.state, table.names))))
+            self._table = Table((*table.columns, *self._padded(extras.measured(self._state, table.names))))
 
     @property
     def complete(self) -> bool:
@@ -266,7 +266,7 @@ class SimulateResult(Placed, RowsResult):
         return [Column(c.name, np.pad(c.values, missing, constant_values=np.nan), c.unit) for c in columns]
 
     @cached_property
-    def state(self) -> MotionState:
+    def _state(self) -> MotionState:
         """The rows that were reached, of which any quantity may be asked by its name."""
         found, own, course = self._found, self.mechanism, self._found.course()
         turned = [turning(own, course, k) for k in range(FRAME + 1, len(own.members))]
@@ -278,7 +278,7 @@ class SimulateResult(Placed, RowsResult):
         )
         return MotionState(
             motion, lambda _, member: self.angle[own.members[member].name][: len(found.time)],
-            forces=lambda: self.forces or find_reactions(found), given=found.inputs, rates=rates,
+            forces=lambda: self._forces or find_reactions(found), given=found.inputs, rates=rates,
         )  # fmt: skip
 
     def _asked(self, columns: list[NDArray[Any]]) -> Any:
@@ -288,12 +288,12 @@ class SimulateResult(Placed, RowsResult):
     @property
     def measured(self) -> dict[str, Any]:
         """Ranges of the measures, and their results for the whole motion."""
-        return self._extras.report(self.state.motion, self.state)
+        return self._extras.report(self._state.motion, self._state)
 
     @property
     def open(self) -> list[str]:
         """The reactions that are not determined, because of redundant constraints."""
-        return open_reactions(self.forces) if self.forces else []
+        return open_reactions(self._forces) if self._forces else []
 
     def headline(self) -> str:
         """Return the result in one line."""
@@ -344,7 +344,7 @@ class SimulateResult(Placed, RowsResult):
     def _shown(self) -> Table:
         """The table with the columns of the graphs."""
         table = self.table()
-        beside = self._padded(self._extras.beside(self.state, table.names)) if self._extras.plans else []
+        beside = self._padded(self._extras.beside(self._state, table.names)) if self._extras.plans else []
         return self._extras.with_expressions(Table((*table.columns, *beside)))
 
     def _usual_graphs(self) -> list[CurveGraph]:

@@ -80,7 +80,7 @@ class SingularitiesResult(Result):
     @property
     def events(self) -> list[dict[str, Any]]:
         """The singular positions: kind, inputs, branches, tangents, coordinates of the nodes."""
-        return self.records.report()
+        return self._records.report()
 
     def _inputs(self, one: Found) -> dict[str, float]:
         """Return the inputs at a singular position in the file's units."""
@@ -104,7 +104,7 @@ class SingularitiesResult(Result):
         return f"{self.mechanism.name}: {text or 'no singular position'}"
 
     @cached_property
-    def records(self) -> Records:
+    def _records(self) -> Records:
         """The singular positions, one row each."""
         found, curve = self._found.found, self._found.curve
         kinds = [f"{one.what.kind}{' (' + one.what.end + ')' if one.what.end else ''}" for one in found]
@@ -129,11 +129,11 @@ class SingularitiesResult(Result):
             {"branch": k + 1, "closed": c.closed, "ended": c.ended, "turns": abs(c.turns), "interval": self.interval(r)}
             for k, (c, r) in enumerate(zip(self._found.branches.circuits, self._found.reach, strict=True))
         ]
-        return {"circuits": circuits, "singularities": self.records.report(), "complete": self._found.complete}
+        return {"circuits": circuits, "singularities": self._records.report(), "complete": self._found.complete}
 
     def table(self) -> Table:
         """Return one row for each singular position: kind, inputs, coordinates of the nodes, members, branches."""
-        return self.records.table("kind", "at", "nodes", "about", "branches")
+        return self._records.table("kind", "at", "nodes", "about", "branches")
 
     def picture(self) -> Content:
         """Return the numbered positions and the curves of the traced points."""

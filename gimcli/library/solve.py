@@ -114,35 +114,35 @@ class SolveResult(Result):
     KIND = "solve"
 
     def __init__(self, position: Position, law: ErrorLaw | None, moving: Instant | None, extras: Extras | None) -> None:
-        self.mechanism, self.position, self.law, self.moving = position.mechanism, position, law, moving
-        self._measured = extras.beside(self.state, ()) if extras is not None and extras.wanted else []
+        self.mechanism, self._found, self._law, self._moving = position.mechanism, position, law, moving
+        self._measured = extras.beside(self._state, ()) if extras is not None and extras.wanted else []
 
     @property
     def answered(self) -> bool:
         """Whether the position was found, and its velocities if they were requested."""
-        return self.position.status.solved and not (self.moving is not None and self.moving.singular)
+        return self._found.status.solved and not (self._moving is not None and self._moving.singular)
 
     @cached_property
     def status(self) -> str:
         """The status word; "ok" if the position is solved."""
-        return self.position.status.word
+        return self._found.status.word
 
     @property
     def residual(self) -> float:
         """The largest error of a constraint, relative to the mechanism's size."""
-        return float(self.position.residual.total[0])
+        return float(self._found.residual.total[0])
 
     @cached_property
     def inputs(self) -> dict[str, float]:
         """The inputs in the file's units."""
-        return in_file_units(self.mechanism, self.position.inputs)
+        return in_file_units(self.mechanism, self._found.inputs)
 
     @cached_property
     def reason(self) -> str:
         """Why the position is not solved, with numbers where it cannot be assembled, or is tangent; else ""."""
         from gimcli.motion.unassembled import reason
 
-        found, options = self.position, self.position.options
+        found, options = self._found, self._found.options
         tried = ("random",) if options is not None and options.seed is not None else ()
         return reason(self.mechanism, found.status, found.inputs, tried, options) if found.status.value else ""
 
@@ -161,15 +161,15 @@ class SolveResult(Result):
 
     @property
     def _z(self) -> Any:
-        z = self.position.z if self.position.status.solved else self.position.known
+        z = self._found.z if self._found.status.solved else self._found.known
         return np.full((len(self.mechanism.nodes), 1), complex(np.nan, np.nan)) if z is None else z[:, None]
 
     @cached_property
-    def state(self) -> SeparateState:
+    def _state(self) -> SeparateState:
         """The position, of which any quantity may be asked by its name, at the rates of the laws there."""
         from gimcli.library.solved_positions import positions_state
 
-        own = self.position
+        own = self._found
         return positions_state(self.mechanism, own.inputs[:, None], self._z, own.residual.total, [int(own.status)])
 
     def _asked(self, columns: list[NDArray[Any]]) -> Any:
@@ -187,7 +187,7 @@ class SolveResult(Result):
         return {point.name: self.places[point.name] for point in self.mechanism.points}
 
     @cached_property
-    def records(self) -> Records:
+    def _records(self) -> Records:
         """The nodes, then the points, one row each: coordinates, velocities and accelerations if asked for."""
         own, names, z = self.mechanism, list(self.places), list(self.places.values())
         return Records(
@@ -195,16 +195,16 @@ class SolveResult(Result):
             VectorField("", z, own.length_unit, size=own.size * own.scale),
             RowField("status", [self.status] * len(names), str),
             *(
-                VectorField(letter, [self.moving.of_points(order)[name] for name in names],
+                VectorField(letter, [self._moving.of_points(order)[name] for name in names],
                             per_second(own.length_unit, order), amount)
-                for order, letter, amount in ((1, "v", "speed"), (2, "a", "acceleration")) if self.moving is not None
+                for order, letter, amount in ((1, "v", "speed"), (2, "a", "acceleration")) if self._moving is not None
             ),
         )  # fmt: skip
 
     @cached_property
-    def members(self) -> Records:
+    def _members(self) -> Records:
         """The moving members, one row each: direction, angular velocity and acceleration if asked for."""
-        unit, moving = self.mechanism.angle_unit, self.moving
+        unit, moving = self.mechanism.angle_unit, self._moving
         rates = {} if moving is None else {1: moving.of_members(1), 2: moving.of_members(2)}
         return Records(
             RowField("member", list(self.angle), head="member"),
@@ -217,7 +217,7 @@ class SolveResult(Result):
         )  # fmt: skip
 
     @cached_property
-    def quantities(self) -> Records:
+    def _quantities(self) -> Records:
         """The quantities that were asked for, one row each."""
         own = self._measured
         return Records(
@@ -232,7 +232,7 @@ class SolveResult(Result):
 
     def report(self) -> dict[str, Any]:
         """Return the report that --json prints."""
-        position, law, moving = self.position, self.law, self.moving
+        position, law, moving = self._found, self._law, self._moving
         return {
             "status": position.status.word,
             "residual": self.residual,
@@ -242,7 +242,7 @@ class SolveResult(Result):
             "angles": {name: a for name, a in self.angle.items() if not math.isnan(a)},
             "inputs": self.inputs,
             **({"worst": position.worst, "reason": self.reason} if position.status.value else {}),
-            **({"measures": self.quantities.by("name")} if self._measured else {}),
+            **({"measures": self._quantities.by("name")} if self._measured else {}),
             **({} if law is None else {
                 "history": law.errors.tolist(), "C1": law.c1, "C2": law.c2, "rate": law.rate, "radius": law.radius,
             }),
@@ -254,20 +254,20 @@ class SolveResult(Result):
 
         `vx`, `vy` [length/s] and `ax`, `ay` [length/s^2] are NaN where the equations do not determine them.
         """
-        return self.records.table()
+        return self._records.table()
 
     def model(self) -> ModelText | None:
         """Return the text of the model file with the coordinates of this position; None if it is not solved.
 
         Raises UsageError if the mechanism was not read from a file, or if other coordinates would change a dimension.
         """
-        return self._model if self.position.status.solved else None
+        return self._model if self._found.status.solved else None
 
     @cached_property
     def _model(self) -> ModelText:
         from gimcli.library.model_text import model_text
 
-        text = model_text(self.mechanism, self.position.z)
+        text = model_text(self.mechanism, self._found.z)
         if self.residual > EXACT:
             raise UsageError(
                 f"the position has a length error of {self.residual:.1e} of the size; a model file with solved"
@@ -279,12 +279,12 @@ class SolveResult(Result):
         """Return the drawing of the position, or the graph of the errors; None if there is nothing to draw."""
         from gimcli.output.drawing import history_picture, position_picture
 
-        if self.law is not None:
-            errors, fit = self.law.errors.max(axis=1), (self.law.c1, self.law.c2)
-            return history_picture(errors, fit, f"{self.mechanism.name}: error per sweep", self.law.radius, 0)
-        if not self.position.status.solved:
+        if self._law is not None:
+            errors, fit = self._law.errors.max(axis=1), (self._law.c1, self._law.c2)
+            return history_picture(errors, fit, f"{self.mechanism.name}: error per sweep", self._law.radius, 0)
+        if not self._found.status.solved:
             return None
-        moving, z = self.moving, self.mechanism.to_file(self.position.z)
+        moving, z = self._moving, self.mechanism.to_file(self._found.z)
         arrows = velocity_arrows(moving, self.places) if moving is not None and not moving.singular else []
         return position_picture(self.mechanism, z, self.mechanism.name, self._points, arrows)
 
@@ -292,19 +292,19 @@ class SolveResult(Result):
         """Return the position in true size; None if it is not solved."""
         from gimcli.output.geometry import Geometry
 
-        if not self.position.status.solved:
+        if not self._found.status.solved:
             return None
         found = Geometry(self.mechanism.length_unit)
-        found.add_mechanism(self.mechanism, self.mechanism.to_file(self.position.z), self._points)
+        found.add_mechanism(self.mechanism, self.mechanism.to_file(self._found.z), self._points)
         return found
 
     def animation(self) -> Animation | None:
         """Return the position as a clip of one row; None if it is not solved."""
         from gimcli.library.motion_animation import position_animation
 
-        if not self.position.status.solved:
+        if not self._found.status.solved:
             return None
-        return position_animation(self.mechanism, self.position.z, self.inputs, self.places, self.moving)
+        return position_animation(self.mechanism, self._found.z, self.inputs, self.places, self._moving)
 
 
 def velocities_report(found: Instant) -> dict[str, Any]:

@@ -82,7 +82,7 @@ class SolvedPositions(Placed, RowsResult):
         self._table = None
 
     @cached_property
-    def state(self) -> SeparateState:
+    def _state(self) -> SeparateState:
         """The positions, of which any quantity may be asked by its name, at the rates of the laws there."""
         found = self._found
         return positions_state(self.mechanism, self._inputs, self._z, found.residual[:, 0], found.codes[:, 0])
@@ -98,7 +98,7 @@ class SolvedPositions(Placed, RowsResult):
 
     def table(self) -> Table:
         """Return one row for each position: inputs, coordinates of nodes and points, directions, residual, status."""
-        own, state = self.mechanism, self.state
+        own, state = self.mechanism, self._state
         names = [*own.nodes, *(p.name for p in own.points)]
         asked = [PointVector(own, name, 0) for name in names]
         members = [MemberTurning(own, k, 0) for k in range(FRAME + 1, len(own.members))]

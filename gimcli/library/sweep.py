@@ -242,10 +242,10 @@ class SweepResult(RowsResult):
     @property
     def ranges(self) -> dict[str, dict[str, Any]]:
         """For each dimension and quantity: the least and greatest value of the kept designs, its unit."""
-        return self.spans.by("name")
+        return self._spans.by("name")
 
     @cached_property
-    def spans(self) -> Records:
+    def _spans(self) -> Records:
         """The ranges of the dimensions and quantities, one row each."""
         names, units = list(self._found.ranges), [self._found.unit(name) for name in self._found.ranges]
         low, high, empty = map(list, zip(*self._found.ranges.values(), strict=True))

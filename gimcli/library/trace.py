@@ -177,38 +177,37 @@ class MotionTraceResult(TraceResult):
     """Rows of a motion along the actuators' laws."""
 
     def __init__(self, found: MotionTrace, table: Table | None) -> None:
-        self.mechanism, self._found, self.summary, self._table = found.mechanism, found, found.summary, table
-        self.motions = found.kept
+        self.mechanism, self._found, self._motions, self._table = found.mechanism, found, found.kept, table
 
     @cached_property
-    def motion(self) -> Motion:
+    def _motion(self) -> Motion:
         """The rows that are drawn, and all events."""
-        return self.summary.motion
+        return self._found.summary.motion
 
     @property
     def rows(self) -> int:
         """The number of rows."""
-        return self.summary.rows
+        return self._found.summary.rows
 
     @property
     def solved(self) -> int:
         """The number of rows that are "ok"."""
-        return self.summary.solved
+        return self._found.summary.solved
 
     @property
     def worst(self) -> float:
         """The largest residual of all rows, relative to the mechanism's size."""
-        return self.summary.residual
+        return self._found.summary.residual
 
     @cached_property
     def reachable(self) -> dict[str, list[list[float]]]:
         """The intervals of every input's law that the motion reached, in the file's unit."""
-        return reachable(self.motion)
+        return reachable(self._motion)
 
     @cached_property
     def events(self) -> list[dict[str, Any]]:
         """Change points that were passed, exchanges of the sequence, and limits with the interval of the input."""
-        return [event for part in self.motion.machines for event in self._events(part)]
+        return [event for part in self._motion.machines for event in self._events(part)]
 
     def _events(self, part: Motion) -> list[dict[str, Any]]:
         """Return the events of a machine, named if there are several."""
@@ -220,14 +219,14 @@ class MotionTraceResult(TraceResult):
             interval = circuit_ranges(part)
             for event in limits:
                 event["interval"] = interval
-        name = {"machine": part.mechanism.as_machine.name} if self.motion.parts else {}
+        name = {"machine": part.mechanism.as_machine.name} if self._motion.parts else {}
         return [{**event, **name} for event in found]
 
     @property
     def machines(self) -> list[dict[str, Any]]:
         """Name, number of solved rows, reachable intervals and events of each independent machine of the file."""
         found = []
-        for part, solved in zip(self.motion.machines, self.summary.each, strict=True):
+        for part, solved in zip(self._motion.machines, self._found.summary.each, strict=True):
             name = part.mechanism.as_machine.name
             own = [event for event in self.events if event.get("machine", name) == name]
             found.append({"name": name, "solved": solved, "reachable": reachable(part), "events": own})
@@ -236,12 +235,12 @@ class MotionTraceResult(TraceResult):
     @cached_property
     def measured(self) -> dict[str, Any]:
         """Ranges of the measures, and their results for the whole motion."""
-        return self._found.extras.report(self.motion)
+        return self._found.extras.report(self._motion)
 
     @cached_property
     def points(self) -> dict[str, dict[str, Any]]:
         """For each traced point the ranges "x" and "y" of its coordinates, and its "curve" (see `TraceResult`)."""
-        return self._found.ranges.report(self.motion)
+        return self._found.ranges.report(self._motion)
 
     def headline(self) -> str:
         """Return the result in one line."""
@@ -254,18 +253,18 @@ class MotionTraceResult(TraceResult):
         if not self.complete:
             from gimcli.motion.unassembled import motion_reason
 
-            why = {"reason": motion_reason(self.motion)}
+            why = {"reason": motion_reason(self._motion)}
         return {
             "steps": self._found.steps, "solved": self.solved, "residual": self.worst, "reachable": self.reachable,
-            "events": self.events, "status": self.motion.overall.word, **why, "machines": self.machines,
+            "events": self.events, "status": self._motion.overall.word, **why, "machines": self.machines,
             "points": self.points,
             **self.measured,
         }  # fmt: skip
 
-    def turns(self, member: int) -> FloatArray:
+    def _turns(self, member: int) -> FloatArray:
         """Return the directions of a member (rows,) in the file's angle unit, full turns counted."""
         angles = self._found.counted()
-        return np.concatenate([angles(motion, member) for motion in self.motions])
+        return np.concatenate([angles(motion, member) for motion in self._motions])
 
     def picture(self) -> Content | None:
         """Return some positions, the curves of the traced points and the graphs; None if no row is solved."""
@@ -274,9 +273,9 @@ class MotionTraceResult(TraceResult):
 
         if not self.solved:
             return None
-        motion, mechanism, extras = self.summary.motion, self.mechanism, self._found.extras
+        motion, mechanism, extras = self._motion, self.mechanism, self._found.extras
         curves, outlines = extras.record.curves(motion), extras.record.outlines(motion)
-        poses, paths = self.poses(motion), traced_paths(motion)
+        poses, paths = self._poses(motion), traced_paths(motion)
         picture = motion_picture(mechanism, poses, paths, mechanism.name, curves, outlines)
         return with_panels(picture, self.graphs())
 
@@ -286,8 +285,8 @@ class MotionTraceResult(TraceResult):
 
         if not self.solved:
             return None
-        motion, extras = self.summary.motion, self._found.extras
-        found = motion_geometry(self.mechanism, self.poses(motion)[0], self.table())
+        motion, extras = self._motion, self._found.extras
+        found = motion_geometry(self.mechanism, self._poses(motion)[0], self.table())
         for name, curve in extras.record.curves(motion).items():
             found.add_curve(f"curve {name}", curve)
         found.add_loops("area swept", extras.record.outlines(motion))
@@ -297,11 +296,10 @@ class MotionTraceResult(TraceResult):
         """Return the graphs of `plot` as data."""
         from gimcli.quantities.graphs import motion_events
 
-        motion = self.summary.motion
-        return self._found.extras.graphs(motion, motion_events(motion))
+        return self._found.extras.graphs(self._motion, motion_events(self._motion))
 
     def animation(self) -> Animation | None:
         """Return the motion with its events, velocities and columns; None if no row is solved."""
         from gimcli.library.motion_animation import law_animation
 
-        return law_animation(self.motion, self._found.extras, self._found.steps, self._found.counted())
+        return law_animation(self._motion, self._found.extras, self._found.steps, self._found.counted())

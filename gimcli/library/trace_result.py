@@ -44,17 +44,17 @@ class TraceResult(Placed, RowsResult):
 
     KIND = ""
 
-    motions: Sequence[Motion]
+    _motions: Sequence[Motion]
 
     @property
     def rows(self) -> int:
         """The number of rows."""
-        return sum(len(m.time) for m in self.motions)
+        return sum(len(m.time) for m in self._motions)
 
     @property
     def solved(self) -> int:
         """The number of rows that are "ok"."""
-        return sum(m.solved for m in self.motions)
+        return sum(m.solved for m in self._motions)
 
     @property
     def complete(self) -> bool:
@@ -64,7 +64,7 @@ class TraceResult(Placed, RowsResult):
     @property
     def worst(self) -> float:
         """The largest residual of all rows, relative to the mechanism's size."""
-        return float(np.nanmax([np.nanmax(m.residual) for m in self.motions]))
+        return float(np.nanmax([np.nanmax(m.residual) for m in self._motions]))
 
     @property
     @abstractmethod
@@ -87,19 +87,19 @@ class TraceResult(Placed, RowsResult):
         They are continuous: full turns are counted. Over rows without a position (`at_limit="skip"`), an angle changes
         by at most half a turn: full turns that the law makes there are not counted. NaN where a row is not solved.
         """
-        return by_member(self.mechanism, self.turns)
+        return by_member(self.mechanism, self._turns)
 
     @cached_property
-    def state(self) -> State:
+    def _state(self) -> State:
         """The rows of the motion, of which any quantity may be asked by its name."""
-        whole = self.motions[0] if len(self.motions) == 1 else Motion.joined(list(self.motions))
-        return MotionState(whole, lambda _, member: self.turns(member))
+        whole = self._motions[0] if len(self._motions) == 1 else Motion.joined(list(self._motions))
+        return MotionState(whole, lambda _, member: self._turns(member))
 
     @abstractmethod
-    def turns(self, member: int) -> FloatArray:
+    def _turns(self, member: int) -> FloatArray:
         """Return the directions of a member (rows,) in the file's angle unit, full turns counted."""
 
-    def poses(self, motion: Motion) -> ComplexArray:
+    def _poses(self, motion: Motion) -> ComplexArray:
         """Return positions (poses, nodes), evenly spread over the solved rows, in file units; a picture shows some."""
         good = np.flatnonzero(motion.good)
         chosen = good[np.unique(np.linspace(0, len(good), POSES, endpoint=False).astype(int))]
@@ -107,4 +107,4 @@ class TraceResult(Placed, RowsResult):
 
     @cached_property
     def _z(self) -> ComplexArray:
-        return np.concatenate([m.z for m in self.motions], axis=1)
+        return np.concatenate([m.z for m in self._motions], axis=1)

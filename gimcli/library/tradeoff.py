@@ -103,11 +103,11 @@ class TradeoffResult(Result):
         return {
             "steps": self.steps, "solved": found.motion.solved, "status": found.motion.overall.word,
             "compiled": found.compiled, "untold": found.unrefined,
-            "entries": self.records.report(), "advice": advice,
+            "entries": self._records.report(), "advice": advice,
         }  # fmt: skip
 
     @cached_property
-    def records(self) -> Records:
+    def _records(self) -> Records:
         """The methods and tolerances, one row each."""
         found = self._found.entries
         names = [e.method.name for e in found]

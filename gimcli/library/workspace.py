@@ -101,12 +101,12 @@ def workspace(
 
 
 class WorkspaceResult(Result):
-    """The region that a point can reach, or its paths if one input moves it, and the solved `grid`, or None."""
+    """The region that a point can reach, or its paths if one input moves it; `arrays()` has the solved grid, if any."""
 
     KIND = "workspace"
 
     def __init__(self, found: Workspace | Reach, grid: Grid | None, limited: bool = False) -> None:
-        self.mechanism, self._found, self.grid, self.limited = found.task.mechanism, found, grid, limited
+        self.mechanism, self._found, self._grid, self.limited = found.task.mechanism, found, grid, limited
 
     @property
     def complete(self) -> bool:
@@ -118,18 +118,18 @@ class WorkspaceResult(Result):
         return f"{self.mechanism.name}: workspace of {self._found.task.point}"
 
     @cached_property
-    def facts(self) -> Records:
+    def _facts(self) -> Records:
         """What is known of the region or of the paths, as a single row."""
         return path_facts(self._found) if isinstance(self._found, Reach) else region_facts(self._found)
 
     @property
-    def records(self) -> Records:
+    def _records(self) -> Records:
         """The curves of the region, or the paths, one row each."""
         return path_rows(self._found) if isinstance(self._found, Reach) else region_curves(self._found)
 
     def report(self) -> dict[str, Any]:
         """Return the report that --json prints."""
-        return self.facts.entry() | {"status": self.outcome} | ({"grid": self.grid.report()} if self.grid else {})
+        return self._facts.entry() | {"status": self.outcome} | ({"grid": self._grid.report()} if self._grid else {})
 
     def table(self) -> Table:
         """Return one row for each point of a curve."""
@@ -137,14 +137,14 @@ class WorkspaceResult(Result):
 
     def arrays(self) -> dict[str, Any]:
         """Return the positions of the grid, if there is one, otherwise the columns."""
-        return self.grid.arrays() if self.grid else super().arrays()
+        return self._grid.arrays() if self._grid else super().arrays()
 
     def picture(self) -> Content:
         """Return the region or the paths, with one position of the mechanism."""
         from gimcli.output.workspace import path_picture, workspace_picture
 
         found, mechanism, name = self._found, self.mechanism, self._found.task.point
-        places = self.grid.places.ravel() if self.grid else None
+        places = self._grid.places.ravel() if self._grid else None
         pose, at = _pose(found.task)
         if isinstance(found, Reach):
             paths = [placed(mechanism, run.points()) for run in found.runs]

@@ -51,7 +51,7 @@ def sliders(result: MotionTraceResult) -> list[dict[str, Any]]:
             ends = between_limits(result, *ends)
         low, high = mechanism.value_to_file(k, np.array(ends)).tolist()
         unit = mechanism.unit_of(actuator)
-        value = float(mechanism.value_to_file(k, result.motions[0].inputs[k, :1])[0])
+        value = float(mechanism.value_to_file(k, result._motions[0].inputs[k, :1])[0])
         found.append(_slider(actuator.name, "" if unit == "unit" else unit, low, high, value=value))
     return found
 
@@ -100,7 +100,7 @@ def between_limits(result: MotionTraceResult, low: float, high: float) -> tuple[
 
 def starts(result: MotionTraceResult, time: float = 0.0) -> Iterator[tuple[FloatArray, ComplexArray]]:
     """Yield inputs and positions of the solved rows of a motion, the nearest in time [s] first."""
-    for motion in result.motions:
+    for motion in result._motions:
         good = np.flatnonzero(motion.good)
         far = np.abs(motion.time[good] * result.mechanism.duration - time)
         for k in good[np.argsort(far, kind="stable")].tolist():

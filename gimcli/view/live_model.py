@@ -232,7 +232,7 @@ def unsolved(result: Any) -> str:
     """Return why no row of a motion is solved."""
     from gimcli.motion.unassembled import motion_reason
 
-    return f"{result.motion.overall.word}: {motion_reason(result.motion)}"
+    return f"{result._motion.overall.word}: {motion_reason(result._motion)}"
 
 
 def stamps(paths: Iterable[Path]) -> dict[Path, Stamp]:

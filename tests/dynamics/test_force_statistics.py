@@ -63,7 +63,7 @@ def test_the_weight_of_a_rotating_mass(steps):
     for load, p in ((found.bearings["O"].ball, 3.0), (found.bearings["O"].roller, 10 / 3)):
         expected = mean(lambda q, p=p: abs(PUSH - 1j * WEIGHT * np.exp(-1j * q)) ** p) ** (1 / p)
         assert load == pytest.approx(expected, rel=1e-12)
-    assert found.summary.closed
+    assert found.report()["closed"]
 
 
 def test_the_work_of_a_turn():

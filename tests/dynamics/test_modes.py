@@ -134,7 +134,7 @@ springs: {{s: {{node: B, guide: [O, X], stiffness: 600, free: 0.33}}}}
         assert found["omega"] == pytest.approx([expected], rel=1e-12)
     for place, curvature in ((6.587611473323631, -5.40201917976), (173.0053793000439, -5.23066521382)):
         found = gimcli.modes(mechanism, q=place)
-        assert found.modes[0].kind == "unstable"
+        assert found["kind"][0] == "unstable"
         assert found["modal_stiffness"] == pytest.approx([curvature], rel=1e-11)
         assert -(found["decay"] ** 2) == pytest.approx(found["modal_stiffness"] / found["modal_mass"], rel=1e-12)
         assert math.isnan(found["omega"][0])
@@ -154,7 +154,7 @@ springs: {{s: {{nodes: [A, H], stiffness: 117.72, free: 0}}}}
 def test_a_bar_balanced_by_a_spring():
     """k a h = m g r: no stiffness anywhere; a stiffer spring is stable upright, and unstable hanging."""
     for place in (90, 20, -70):
-        assert [m.kind for m in gimcli.modes(gimcli.loads(BALANCED), q=place).modes] == ["rigid body"]
+        assert list(gimcli.modes(gimcli.loads(BALANCED), q=place)["kind"]) == ["rigid body"]
     stiffer = gimcli.loads(BALANCED.replace("117.72", "120"))
     assert gimcli.modes(stiffer, q=90)["omega"][0] == pytest.approx(0.6892024376045111, rel=1e-11)
     assert gimcli.modes(stiffer, q=-90)["decay"][0] == pytest.approx(-0.6892024376045111, rel=1e-11)
@@ -199,7 +199,7 @@ def test_one_damped_freedom(share, kind):
         assert found["damped_omega"] == pytest.approx([omega * math.sqrt(1 - share**2)], rel=1e-10)
         assert found["decay"] == pytest.approx([omega * share], rel=1e-12)
     else:
-        assert [m.kind for m in found.modes] == ["decay", "decay"]
+        assert list(found["kind"]) == ["decay", "decay"]
         root = math.sqrt(share**2 - 1)
         assert found["decay"] == pytest.approx([omega * (share - root), omega * (share + root)], rel=1e-10)
 
@@ -217,16 +217,17 @@ def test_dampers_in_proportion_to_springs_keep_the_shapes():
     local = text + "dampers: {d: {pivot: N0, arm: N1, damping: 0.25}}\n"
     found = gimcli.modes(gimcli.loads(local))
     assert np.abs(found["q2.shape.imaginary"]).max() > 1e-3
-    x = np.array([m.shape for m in found.modes]).T
+    names = [f"{name}.shape" for name in found.report()["coordinates"]]
+    x = np.array([found[name] + 1j * found[f"{name}.imaginary"] for name in names])
     m, k, c = (np.array(found.report()[name]) for name in "MKC")
-    values = np.array([mode.eigenvalue for mode in found.modes])
+    values = 1j * found["damped_omega"] - found["decay"]
     assert np.abs(m @ x * values**2 + c @ x * values + k @ x).max() < 1e-12 * np.abs(k).max()
 
 
 def test_a_free_bar_with_a_damper_has_a_mode_without_stiffness_and_one_that_decays():
     text = chain(1).replace("-9.81", "0") + "dampers: {d: {pivot: N0, arm: N1, damping: 0.5}}\n"
     found = gimcli.modes(gimcli.loads(text))
-    assert [m.kind for m in found.modes] == ["rigid body", "decay"]
+    assert list(found["kind"]) == ["rigid body", "decay"]
     assert found["decay"] == pytest.approx([0, 0.5])
 
 
@@ -234,7 +235,7 @@ def test_two_free_bars_with_one_damper():
     """Two shapes without stiffness, one of them damped: the eigenvalue 0 is triple, the fourth one decays."""
     text = chain(2).replace("-9.81", "0") + "dampers: {d: {pivot: N0, arm: N1, damping: 0.5}}\n"
     found = gimcli.modes(gimcli.loads(text))
-    assert [m.kind for m in found.modes] == ["rigid body", "rigid body", "decay"]
+    assert list(found["kind"]) == ["rigid body", "rigid body", "decay"]
 
 
 @pytest.mark.parametrize(("load", "kinds"), [(2.08, {"vibration"}), (2.09, {"unstable", "vibration"})])
@@ -250,8 +251,8 @@ springs: {{s: {{pivot: O, arm: A, stiffness: 1}}, t: {{pivot: A, arm: B, referen
 loads: {{push: {{on: two, local: [1, 0], follower: [{-load}, 0]}}}}
 """
     found = gimcli.modes(gimcli.loads(text), free="q,r")
-    assert {m.kind for m in found.modes} == kinds
-    assert all(m.damped > 0.1 for m in found.modes)  # it does not diverge: the unstable mode oscillates
+    assert set(found["kind"]) == kinds
+    assert all(found["damped_omega"] > 0.1)  # it does not diverge: the unstable mode oscillates
 
 
 # -- other ways -------------------------------------------------------------------------------------
@@ -325,7 +326,7 @@ masses: {B: 2}
 loads: {pull: {on: B, force: [30, 0]}}
 """
     found = gimcli.modes(gimcli.loads(text), settle=True)
-    assert (found.status, found.answered, len(found.modes)) == ("unreachable", False, 0)
+    assert (found.status, found.answered, len(found["kind"])) == ("unreachable", False, 0)
     assert found.inputs["x"] == pytest.approx(1 + math.sqrt(5), abs=1e-3)
 
 

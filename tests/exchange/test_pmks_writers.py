@@ -82,7 +82,8 @@ def mechanism(name):
 
 
 def pose_of(m):
-    return DrawnPose(m, m.to_file(gimcli.solve(m).position.z))
+    found = gimcli.solve(m)
+    return DrawnPose(m, np.array([complex(*found.xy[name]) for name in m.nodes]))
 
 
 def same_motion(m, back: Draft, factor, tolerance):
@@ -98,8 +99,8 @@ def same_motion(m, back: Draft, factor, tolerance):
         data["actuators"][name] = {**own, "law": {"by": by}}
     copy = gimcli.load(data)
     again = gimcli.trace(copy, steps=4)
-    known = copy.to_file(again.motion.z) / factor
-    places = m.to_file(rows.motion.z)
+    known, places = (np.array([one.xy[node] @ [1.0, 1.0j] for node in one.mechanism.nodes]) for one in (again, rows))
+    known /= factor
     compared = [k for k in ((0, 1, 2, 3, 4) if uniform else (0, 4)) if rows.status[k] == "ok"]
     assert len(compared) > 1
     for node, path in zip(m.nodes, places, strict=True):

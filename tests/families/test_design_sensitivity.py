@@ -7,11 +7,13 @@ from bundled import FILES
 from four_bars import four_bar_text
 from random_mechanisms import Growth
 
-from gimcli import GimError, UsageError, load, trace
+from gimcli import GimError, UsageError, load
 from gimcli.families.design_sensitivity import DesignSensitivity, moves_nodes
 from gimcli.families.position_state import position_items
 from gimcli.model.dimensions import dimensions
+from gimcli.motion.motion import trace
 from gimcli.positions.dispatch import plain
+from gimcli.positions.options import Options
 
 TABLE = {  # references/families.md, section 4: dt3, dt4 [rad per length or rad], P.x, P.y of a, b, c, d = 2, 7, 9, 6
     "crank.length": (-0.01419934006980844, -0.1206967863242586, 0.9091909347409572, 0.5275284089020182),
@@ -34,7 +36,7 @@ def four_bar(angle="deg"):
 
 def start(mechanism, names, texts):
     """Return the quantities and their derivatives (quantities, dimensions) at the start of the law."""
-    motion = trace(mechanism, 1, tolerance=1e-13).motion
+    motion = trace(mechanism, 1, Options(tolerance=1e-13))
     quantities = [item for text in texts for item in position_items(mechanism, text)]
     found = DesignSensitivity(mechanism, names, quantities, plain)(motion.z, motion.inputs)
     return found.values[:, 0], found.slopes[..., 0]
@@ -118,9 +120,10 @@ def compare(mechanism, motion):
 
 def traced(mechanism):
     try:
-        return trace(mechanism, 8, tolerance=1e-13).motion
+        motion = trace(mechanism, 8, Options(tolerance=1e-13))
     except GimError:
         return None
+    return motion if motion.good[0] else None
 
 
 def quantities_of(mechanism):

@@ -7,10 +7,12 @@ from bundled import MODELS
 from changed_numbers import differences, read
 from four_bars import four_bar_text
 
-from gimcli import load, trace
+from gimcli import load
 from gimcli.families.family import Family
 from gimcli.kernels import jit
+from gimcli.motion.motion import trace
 from gimcli.positions.dispatch import plain
+from gimcli.positions.options import Options
 from gimcli.rates.derivatives import rates_of_inputs
 
 LENGTHS = ["crank.length", "coupler.length", "follower.length"]
@@ -27,7 +29,7 @@ BY_B = {  # references/families.md, section 4: dt3/dp and dt4/dp of a, b, c, d a
 def derivatives(model, names, steps, run=plain):
     """Return mechanism, positions and their derivatives by dimensions of a model and by its inputs."""
     mechanism = load(model)
-    motion, family = trace(mechanism, steps, tolerance=1e-13).motion, Family(mechanism, names)
+    motion, family = trace(mechanism, steps, Options(tolerance=1e-13)), Family(mechanism, names)
     found, good = family.slopes(family.nominal[None], motion.z[None], motion.inputs[None], run)
     return mechanism, motion, found[0], good[0]
 
@@ -122,7 +124,7 @@ def test_compiled_derivatives_are_those_of_the_interpreter_also_in_a_batch(name)
 
 def test_derivatives_by_inputs_alone_are_those_of_any_number_of_designs():
     mechanism = load(MODELS / "crank_rocker.yaml")
-    motion, family = trace(mechanism, 6).motion, Family(mechanism, [])
+    motion, family = trace(mechanism, 6), Family(mechanism, [])
     one, _ = family.slopes(np.empty((1, 0)), motion.z[None], motion.inputs[None], plain)
     three, good = family.slopes(np.empty((3, 0)), np.stack([motion.z] * 3), motion.inputs[None], plain)
     assert good.all()

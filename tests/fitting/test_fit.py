@@ -82,7 +82,7 @@ def test_derivatives_of_directions_are_differences(family):
 def test_given_inputs(name):
     found = fitted(name, starts=1000)
     assert found.error == pytest.approx(PROBLEMS[name].error, rel=2e-8)
-    assert found.counts.hits > 5
+    assert found.report()["starts"]["hits"] > 5
     assert found["distance"] @ found["distance"] == pytest.approx(found.error, rel=1e-9)
 
 

@@ -90,9 +90,10 @@ def greatest_cosine(z, inputs, mechanism, placing):
 
 def test_fig_11_move_by_move():
     found = gimcli.sequence(load(MODELS / "gim_fig11.yaml"), strategy="classic")
-    (group,) = found.groups
-    assert [(s.node, s.constraint, " ".join(s.about), s.states[s.node], s.rule) for s in group.steps] == FIG_11
-    assert group.kind == "strongly coupled"
+    (group,) = found.report()["groups"]
+    moves = [(s["node"], s["constraint"], " ".join(s["about"]), s["states"], s["rule"]) for s in group["steps"]]
+    assert [(node, by, about, states[node], rule) for node, by, about, states, rule in moves] == FIG_11
+    assert group["kind"] == "strongly coupled"
 
 
 def test_fig_11_is_explained():
@@ -242,7 +243,7 @@ def test_what_is_no_distance_and_no_angle_is_refused_by_name(name):
         gimcli.sequence(mechanism, strategy="classic")
     with pytest.raises(StructureError):
         gimcli.trace(mechanism, 4, method="gim", strategy="classic")
-    assert gimcli.sequence(mechanism).groups
+    assert gimcli.sequence(mechanism).report()["groups"]
 
 
 @pytest.mark.parametrize("name", sorted(INCOMPLETE))
@@ -300,16 +301,15 @@ def test_the_manual_compares_both_on_all_coupled_models():
     coupled = [path for path in FILES if any(make_plan(m).coupled for m in parts(load(path)))]
     assert list(table) == [path.stem for path in coupled]
     for path in coupled:
-        if path.stem in REFUSED:
-            by_rules = ["-", "refused"]
-        else:
-            by_rules = stated(gimcli.sequence(load(path), strategy="classic").groups)
-        assert table[path.stem] == [*by_rules, *stated(gimcli.sequence(load(path)).groups)], path.stem
+        refused = path.stem in REFUSED
+        by_rules = ["-", "refused"] if refused else stated(gimcli.sequence(load(path), strategy="classic"))
+        assert table[path.stem] == [*by_rules, *stated(gimcli.sequence(load(path)))], path.stem
 
 
-def stated(groups):
-    """Return the radius and the sweeps of groups as the manual writes them."""
-    sweeps = [g.observed_sweeps for g in groups]
-    radius = max(g.radius for g in groups)
-    missing = "incomplete" if any(g.incomplete for g in groups) else "-"
+def stated(found):
+    """Return the radius and the sweeps of a sequence as the manual writes them."""
+    groups = found.report()["groups"]
+    sweeps = [g["observed_sweeps"] for g in groups]
+    radius = max(g["radius"] for g in groups)
+    missing = "incomplete" if any(g["incomplete"] for g in groups) else "-"
     return [f"{radius:.4f}", missing if None in sweeps else str(max(sweeps))]

@@ -4,7 +4,9 @@ import copy
 
 import yaml
 
-from gimcli import load, trace
+from gimcli import load
+from gimcli.motion.motion import trace
+from gimcli.positions.options import Options
 
 STEP = 1e-4
 
@@ -36,6 +38,7 @@ def differences(model, path, steps, step=STEP):
 
     def z(h):
         mechanism = load(changed(model, path, h))
-        return trace(mechanism, steps, tolerance=1e-13).motion.z + (mechanism.origin - nominal.origin) / nominal.scale
+        motion = trace(mechanism, steps, Options(tolerance=1e-13))
+        return motion.z + (mechanism.origin - nominal.origin) / nominal.scale
 
     return (8 * (z(step) - z(-step)) - (z(2 * step) - z(-2 * step))) / (12 * step)

@@ -19,7 +19,7 @@ from gimcli.output.scene import Scene
 def scene_of(name, steps=24):
     mechanism = gimcli.load(name)
     motion = gimcli.trace(mechanism, steps)
-    return Scene(mechanism, mechanism.to_file(motion.motion.z).T)
+    return Scene(mechanism, np.stack([motion.xy[node] @ [1.0, 1.0j] for node in mechanism.nodes], axis=1))
 
 
 def length(path):

@@ -11,6 +11,7 @@ from in_process import gim, printed
 
 import gimcli
 from gimcli.model.source import read_source
+from gimcli.motion.motion import trace
 from gimcli.quantities.point_ranges import PointRanges
 from gimcli.table import Column, Table
 
@@ -77,7 +78,7 @@ def test_ranges_are_those_of_the_columns_in_any_pieces():
     for rows in (slice(0, 1), slice(1, 40), slice(40, 101)):
         piece = Table(tuple(Column(c.name, c.values[rows], c.unit) for c in table.columns))
         ranges.add(piece, piece["status"] == "ok")
-    assert ranges.report(found.motion) == found.points
+    assert ranges.report(trace(m, 100)) == found.points
 
 
 def test_the_crank_pin_has_the_range_of_its_circle():
