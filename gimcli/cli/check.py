@@ -37,7 +37,7 @@ def _run(run: Run) -> Any:
 
 def _print(result: CheckResult) -> None:
     typer.echo(f"{result.mechanism.name}\n")
-    for section in result.sections():
+    for section in result._sections():
         print_table(section.heading, section.head, section.rows)
         print_more(len(section.rows) + section.left_out, len(section.rows))
     print_remarks(*result.remarks)

@@ -26,7 +26,7 @@ def _print(result: SingularitiesResult) -> None:
         ),
         *(
             f"branch {k}: {how_it_ends(one.closed, one.ended, one.turns)}; range of"
-            f" {intervals(mechanism, result.interval(reach), one.turns)}"
+            f" {intervals(mechanism, result._interval(reach), one.turns)}"
             for k, (one, reach) in enumerate(zip(found.branches.circuits, found.reach, strict=True), 1)
         ),
         (not found.complete, "there are more branches than were followed"),

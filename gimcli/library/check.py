@@ -108,7 +108,7 @@ class CheckResult(Result):
         """Return the report that --json prints."""
         return self._report
 
-    def sections(self) -> list[CheckSection]:
+    def _sections(self) -> list[CheckSection]:
         """Return the report as tables of texts, for people."""
         return check_sections(self.mechanism, self.report())
 
@@ -123,10 +123,10 @@ class CheckResult(Result):
         motion = self._summary.motion if self._summary else None
         z = self._found.z if self._found is not None and not self.error else assembled(self.mechanism)
         note = OTHER_INPUTS if self.error and z is not None else ""
-        return check_page(self.mechanism, motion, z, self.sections(), self.warnings, note)
+        return check_page(self.mechanism, motion, z, self._sections(), self.warnings, note)
 
     def __repr__(self) -> str:
-        texts = [text for section in self.sections() for text in ("", section.heading, *section.lines())]
+        texts = [text for section in self._sections() for text in ("", section.heading, *section.lines())]
         return "\n".join([self.headline(), *texts, *self.remarks])
 
     # -- the parts ------------------------------------------------------------------------------
@@ -340,10 +340,10 @@ class MachinesCheck(CheckResult):
         """Whether all machines are assembled."""
         return all(one.complete for one in self.each.values())
 
-    def sections(self) -> list[CheckSection]:
+    def _sections(self) -> list[CheckSection]:
         """Return the sections of each machine; their headings begin with its name."""
         return [
-            replace(own, heading=f"{name}: {own.heading}") for name, one in self.each.items() for own in one.sections()
+            replace(own, heading=f"{name}: {own.heading}") for name, one in self.each.items() for own in one._sections()
         ]
 
     def animation(self) -> Animation:
@@ -351,7 +351,7 @@ class MachinesCheck(CheckResult):
         from gimcli.library.check_views import check_page
 
         motion = None if self.error else trace(self.mechanism, DRAWN, Options(tolerance=TOLERANCE))
-        return check_page(self.mechanism, motion, assembled(self.mechanism), self.sections(), self.warnings)
+        return check_page(self.mechanism, motion, assembled(self.mechanism), self._sections(), self.warnings)
 
     @cached_property
     def _report(self) -> dict[str, Any]:

@@ -192,11 +192,11 @@ class ModesResult(Result):
         """Whether no mode grows or has no stiffness."""
         return bool(self.modes) and all(mode.kind in ("vibration", "decay") for mode in self.modes)
 
-    def turns(self, k: int) -> bool:
+    def _turns(self, k: int) -> bool:
         """Return whether the quantity of participation 1 in mode k (from 0) is an angle: modal masses are in kg m^2."""
         return self._found is not None and self._found.units[self.modes[k].lead] == "rad"
 
-    def rough(self, k: int) -> float:
+    def _rough(self, k: int) -> float:
         """Return the modal stiffness of mode k (from 0) if all contributions had the same sign."""
         size = np.abs(self.modes[k].shape)
         return float(size @ self._found.stiffness_scale @ size) if self._found is not None else 0.0
@@ -236,9 +236,9 @@ class ModesResult(Result):
     def _records(self) -> Records:
         """The modes, one row each: frequencies, damping, modal mass and stiffness, and the shape."""
         found, shapes, numbers = self.modes, self._shapes, range(1, len(self.modes) + 1)
-        units = [("kg m^2", "N m/rad") if self.turns(k - 1) else ("kg", "N/m") for k in numbers]
+        units = [("kg m^2", "N m/rad") if self._turns(k - 1) else ("kg", "N/m") for k in numbers]
         masses = [f"{number(m.mass)} {unit}" for m, (unit, _) in zip(found, units, strict=True)]
-        stiff = [f"{number(found[k].stiffness, self.rough(k))} {unit}" for k, (_, unit) in enumerate(units)]
+        stiff = [f"{number(found[k].stiffness, self._rough(k))} {unit}" for k, (_, unit) in enumerate(units)]
         damping = ("damping ratio", "damped", "decay") if any(m.decay for m in found) else (None, None, None)
         return Records(
             RowField("mode", numbers, int, key=False),

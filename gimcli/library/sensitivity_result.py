@@ -101,14 +101,14 @@ class SensitivityResult(Result):
         """Units of the quantities."""
         return [one.unit for one in (self._reduced or [item.head for item in self._quantities])]
 
-    def unit_of(self, dimension: Dimension) -> str:
+    def _unit_of(self, dimension: Dimension) -> str:
         """Return the unit of a dimension; "" if it has none."""
         known = {"length": self.mechanism.length_unit, "angle": self.mechanism.angle_unit}
         return known.get(dimension.unit, "")
 
-    def slope_unit(self, quantity: int, dimension: Dimension) -> str:
+    def _slope_unit(self, quantity: int, dimension: Dimension) -> str:
         """Return the unit of a derivative, such as deg/mm."""
-        own, by = (unit if unit != "unit" else "" for unit in (self.units[quantity], self.unit_of(dimension)))
+        own, by = (unit if unit != "unit" else "" for unit in (self.units[quantity], self._unit_of(dimension)))
         return f"{own or '1'}/{by}" if by else own
 
     # -- results ----------------------------------------------------------------------------------
@@ -193,13 +193,13 @@ class SensitivityResult(Result):
         one, average = self._dimensions[first], " (root mean square over the motion)" if self.by_rows else ""
         if effects[first] <= 0.0:
             return LargestEffect(one.name, float("nan"), f"{name}: no dimension has an effect")
-        unit = self.slope_unit(k, one)
+        unit = self._slope_unit(k, one)
         if self.spread is None:
             text = f"{name}: {one.name} has the largest effect, {_with_unit(effects[first], unit)}{average}"
             return LargestEffect(one.name, float("nan"), text)
         share = float(1.0 / np.sum((effects / effects[first]) ** 2))
         own = self.units[k]
-        allowed = _with_unit(self.tolerances[first], self.unit_of(one))
+        allowed = _with_unit(self.tolerances[first], self._unit_of(one))
         text = (
             f"{name}: {one.name} has the largest effect, {100.0 * share:.0f} % of the variance: its tolerance"
             f" ±{allowed} gives ±{_with_unit(effects[first], own)}{average}"
@@ -222,7 +222,7 @@ class SensitivityResult(Result):
     def report(self) -> dict[str, Any]:
         """Return the report that --json prints."""
         given = {
-            one.name: {"value": one.value, "unit": self.unit_of(one), "tolerance": float(allowed) or None}
+            one.name: {"value": one.value, "unit": self._unit_of(one), "tolerance": float(allowed) or None}
             for one, allowed in zip(self._dimensions, self.tolerances, strict=True)
         }
         texts = {"reason": self.reason, "fixed": list(self.fixed), "tolerances_left_out": list(self.left_out)}
@@ -248,7 +248,7 @@ class SensitivityResult(Result):
         return {
             "unit": self.units[k], **self._extreme(self._values[k]),
             "derivatives": {
-                one.name: {"unit": self.slope_unit(k, one), **self._extreme(self._slopes[k, n])}
+                one.name: {"unit": self._slope_unit(k, one), **self._extreme(self._slopes[k, n])}
                 for n, one in enumerate(self._dimensions)
             },
             **({"largest_effect": self.most[name]._asdict()} if name in self.most else {}),
@@ -284,7 +284,7 @@ class SensitivityResult(Result):
         for k, (name, unit) in enumerate(zip(self.names, self.units, strict=True)):
             columns.append(Column(name, self._values[k], unit))
             for n, one in enumerate(self._dimensions):
-                columns.append(Column(f"{name}/{one.name}", self._slopes[k, n], self.slope_unit(k, one)))
+                columns.append(Column(f"{name}/{one.name}", self._slopes[k, n], self._slope_unit(k, one)))
             columns += [Column(f"{name}.{label}", rows, unit) for label, rows in self._spreads(k)]
         return Table((*columns, status_column(self.codes)))
 
@@ -297,7 +297,7 @@ class SensitivityResult(Result):
             RowField("quantity", [self.names[k] for k, _ in pairs], str),
             RowField("dimension", [self._dimensions[n].name for _, n in pairs], str),
             RowField("derivative", slopes, float),
-            RowField("unit", [self.slope_unit(k, self._dimensions[n]) for k, n in pairs], str),
+            RowField("unit", [self._slope_unit(k, self._dimensions[n]) for k, n in pairs], str),
             RowField("tolerance", allowed, float if spread else None),
             RowField("effect", np.abs(slopes) * allowed, float if spread else None),
             RowField("share", shares, float if spread else None),
@@ -318,7 +318,7 @@ class SensitivityResult(Result):
         abscissa = moving[0] if len(moving) == 1 else across[0]
         bands = []
         for k, name in enumerate(self.names):
-            units = [self.slope_unit(k, one) for one in self._dimensions]
+            units = [self._slope_unit(k, one) for one in self._dimensions]
             order = np.argsort(-self.effects[k], kind="stable")
             slopes = {self._dimensions[n].name: (units[n], self._slopes[k, n]) for n in order.tolist()}
             spreads = {label: rows for label, rows in self._spreads(k) if label in ("worst", "rss", "sampled_sd")}
@@ -334,7 +334,7 @@ class SensitivityResult(Result):
         for k, name in enumerate(self.names):
             own, values = self.units[k], self._slopes[k, :, 0] * (self.tolerances if tolerated else 1.0)
             order = [n for n in np.argsort(-np.abs(values), kind="stable").tolist() if values[n] != 0.0]
-            units = [own if tolerated else self.slope_unit(k, one) for one in self._dimensions]
+            units = [own if tolerated else self._slope_unit(k, one) for one in self._dimensions]
             if order:
                 found[labelled(f"{name}, {what}", own if tolerated else "")] = [
                     BarLine(self._dimensions[n].name, float(values[n]), _with_unit(values[n], units[n]), units[n])

@@ -88,11 +88,11 @@ class SingularitiesResult(Result):
             self.mechanism, self._found.curve.inputs(first_turn(self._found, float(one.what.p[-1]))), ZERO
         )
 
-    def interval(self, reach: tuple[float, float]) -> dict[str, list[float]]:
+    def _interval(self, reach: tuple[float, float]) -> dict[str, list[float]]:
         """Return the smallest and the largest value of every input between two parameters of the curve."""
         return interval_of(*(in_file_units(self.mechanism, self._found.curve.inputs(q), ZERO) for q in reach))
 
-    def tangents(self, one: Found) -> list[BranchRates]:
+    def _tangents(self, one: Found) -> list[BranchRates]:
         """Return the rates of inputs and members on each branch through a singular position."""
         return [rates(self._found.curve, one.what.p, v) for v in one.what.branches]
 
@@ -108,7 +108,7 @@ class SingularitiesResult(Result):
         """The singular positions, one row each."""
         found, curve = self._found.found, self._found.curve
         kinds = [f"{one.what.kind}{' (' + one.what.end + ')' if one.what.end else ''}" for one in found]
-        tangents = [self.tangents(one) for one in found]
+        tangents = [self._tangents(one) for one in found]
         texts = [_compared(own, one.what.loose) for own, one in zip(tangents, found, strict=True)]
         return Records(
             RowField("number", range(1, len(found) + 1), int, head="", key=False),
@@ -126,8 +126,8 @@ class SingularitiesResult(Result):
     def report(self) -> dict[str, Any]:
         """Return the report that --json prints."""
         circuits = [
-            {"branch": k + 1, "closed": c.closed, "ended": c.ended, "turns": abs(c.turns), "interval": self.interval(r)}
-            for k, (c, r) in enumerate(zip(self._found.branches.circuits, self._found.reach, strict=True))
+            {"branch": k, "closed": c.closed, "ended": c.ended, "turns": abs(c.turns), "interval": self._interval(r)}
+            for k, (c, r) in enumerate(zip(self._found.branches.circuits, self._found.reach, strict=True), 1)
         ]
         return {"circuits": circuits, "singularities": self._records.report(), "complete": self._found.complete}
 
@@ -167,7 +167,7 @@ class SingularitiesResult(Result):
             own = [one for one in self._found.found if number in one.circuits]
             places = tuple(self._place(circuit, number, one) for one in own)
             name = f"branch {number + 1}" if len(circuits) > 1 else "circuit"
-            note = intervals(self.mechanism, self.interval(reach), circuit.turns)
+            note = intervals(self.mechanism, self._interval(reach), circuit.turns)
             shown.append(ShownCircuit(name, circuit, note, places))
         return circuits_animation(self.mechanism, self.headline(), shown, "Branch")
 

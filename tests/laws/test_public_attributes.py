@@ -1,14 +1,17 @@
-"""Public attributes of results are plain data, results, mechanisms, or in the manual's page on Python."""
+"""What results have in public is plain data, results, mechanisms, or in the manual's page on Python."""
 
 from __future__ import annotations
 
+import ast
 import inspect
 import re
 from collections.abc import Iterator, Mapping
+from functools import cache
 from typing import Any
 
 import pytest
 from bundled import MANUAL
+from package_source import modules, nodes
 from verbs import CALLS, OTHERS, run
 
 import gimcli
@@ -74,3 +77,20 @@ def test_inner_objects_are_not_public(call: str) -> None:
         assert not [
             f"{name}: {one}" for name in attributes(found) for one in inner(getattr(found, name), name in known)
         ]
+
+
+@pytest.mark.parametrize("call", [*CALLS, *OTHERS, *MORE])
+def test_public_methods_take_and_return_no_inner_objects(call: str) -> None:
+    """Except those that the manual has, and those of every result, which give contents of files for `save`."""
+    found = type(MORE[call]() if call in MORE else run(call))
+    known = {*documented(), *vars(Result), *(cls.__name__ for cls in found.__mro__)}
+    for name, method in inspect.getmembers(found, inspect.isroutine):
+        if found is not Mechanism and not name.startswith("_") and name not in known:
+            words = set(re.findall(r"\w+", " ".join(map(str, getattr(method, "__annotations__", {}).values()))))
+            assert not words & classes() - known, name
+
+
+@cache
+def classes() -> set[str]:
+    """Return the names of the package's classes."""
+    return {node.name for tree in modules().values() for node in nodes(tree) if isinstance(node, ast.ClassDef)}
