@@ -6,7 +6,7 @@ import ast
 import re
 
 from bundled import ROOT
-from package_source import nodes, trees
+from package_source import statements, trees
 
 AVOIDED = {
     "tell": "report, print, determine", "told": "reported, printed, determined", "tells": "reports, prints",
@@ -59,7 +59,7 @@ def test_messages_do_not_pass_on_the_texts_of_libraries():
     """In a handler of an error that is not ours no text has the error or its text; `reason` has the words of files."""
     found = []
     for path, tree in sorted(trees().items()):
-        for handler in (n for n in nodes(tree) if isinstance(n, ast.ExceptHandler)):
+        for handler in (n for n in statements(tree) if isinstance(n, ast.ExceptHandler)):
             foreign = handler.type is not None and re.search(r"OSError|JSON|YAML|Unicode", ast.unparse(handler.type))
             for text in (n for n in ast.walk(handler) if foreign and isinstance(n, ast.FormattedValue)):
                 value = text.value

@@ -32,9 +32,9 @@ def test_an_argument_is_not_given_by_both_names():
         gimcli.simulate("watt_durango", duration=0.1, time=0.2)
 
 
-@pytest.mark.parametrize("verb", ["equilibrium", "modes"])
-def test_released_inputs_were_the_second_argument(verb):
-    m, call = gimcli.load("double_pendulum"), getattr(gimcli, verb)
+@pytest.mark.parametrize(("verb", "model"), [("equilibrium", "hatch"), ("modes", "double_pendulum")])
+def test_released_inputs_were_the_second_argument(verb, model):
+    m, call = gimcli.load(model), getattr(gimcli, verb)
     name = m.actuators[0].name
     new = call(m, {}, name)
     assert new.report() == call(m, free=name, at={}).report()

@@ -21,6 +21,19 @@ def nodes(tree: ast.AST) -> list[ast.AST]:
     return list(ast.walk(tree))
 
 
+BLOCKS = ("body", "handlers", "orelse", "finalbody", "cases")
+
+
+@cache
+def statements(tree: ast.AST) -> list[ast.AST]:
+    """Return a tree and all its statements and handlers, also inner ones; their expressions are not entered."""
+    found = [tree]
+    for node in found:
+        for block in BLOCKS:
+            found += getattr(node, block, ())
+    return found
+
+
 @cache
 def modules() -> dict[str, ast.Module]:
     """Return the tree of each file, by the name of its module."""
