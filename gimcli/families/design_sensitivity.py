@@ -163,8 +163,8 @@ class DesignSensitivity:
             points, angles = rates(2)
             nodes = np.stack([np.stack([points[order, node][0] for node in range(len(z))]) for order in range(3)])
             members = range(len(self.mechanism.members) - 1)
-            turning = np.stack([np.stack([angles[order, member][0] for member in members]) for order in range(2)])
-            course = Course(time, at, nodes, turning)
+            turning = [np.stack([angles[order, member][0] for member in members]) for order in range(2 * bool(members))]
+            course = Course(time, at, nodes, np.stack(turning) if turning else None)
             assert self.forces is not None
             return self.forces.dual(self.family.nominal, course, self.run, turns)
 

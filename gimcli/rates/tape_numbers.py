@@ -81,7 +81,7 @@ def product(number: Any) -> tuple[Any, Any]:
     """Return a real number as a constant times a number in a lane, or times 1."""
     if isinstance(number, TapeNumber):
         return number.factor, number.own
-    return number if isinstance(number, Recorded) else float(nominal(number)), 1.0
+    return number if isinstance(number, Recorded) else np.asarray(nominal(number)).item(), 1.0
 
 
 def lanes(number: Any) -> Any:
