@@ -82,6 +82,11 @@ class SpringForce:
     stiffness: float
     free: float  # unloaded value: rad, or length in the normal frame
 
+    @property
+    def law(self) -> tuple[float, ...]:
+        """The parameters of `gimcli.kernels.laws.spring`."""
+        return self.free, self.stiffness
+
 
 @dataclass(frozen=True)
 class DampingForce:

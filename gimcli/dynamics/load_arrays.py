@@ -141,12 +141,14 @@ def acting(mechanism: Mechanism, released: Sequence[int], metre: float) -> Actin
     # the kernel multiplies forces that follow a member by its arm, not by a unit vector
     forces = [part.force / mechanism.members[part.member].ends[2] if part.follows else part.force for part, *_ in loads]
     slid = [f for f in dynamics.frictions if f.slide >= 0]
-    dampers = [(gauges + d.gauge, int(read[d.gauge].rotary), d.damping) for d in dynamics.dampers]
-    dampers += [(gauges + len(read) - len(slid) + k, 0, f.damping) for k, f in enumerate(slid)]
+    dampers = [(gauges + d.gauge, d.damping) for d in dynamics.dampers]
+    dampers += [(gauges + len(read) - len(slid) + k, f.damping) for k, f in enumerate(slid)]
     rubs, rub = _pivots(mechanism)
     efforts = {r.actuator: r.effort for r in dynamics.releases}
+    units = [*[metre] * first, *(1.0 if row.rotary else metre for row in (*mechanism.actuators, *read))]
     return Acting(
         metre,
+        np.array(units),
         ints([(u, v) for _, u, v, *_ in masses], 2),
         _floats([(z.real, z.imag, m.mass, m.moment, square) for m, _, _, z, square in masses], 5),
         np.array([dynamics.gravity.real, dynamics.gravity.imag]),
@@ -155,13 +157,13 @@ def acting(mechanism: Mechanism, released: Sequence[int], metre: float) -> Actin
             (z.real, z.imag, force.real, force.imag, load.torque, square)
             for (load, _, _, z, square), force in zip(loads, forces, strict=True)
         ], 6),
-        ints([(gauges + s.gauge, read[s.gauge].kind) for s in dynamics.springs], 2),
-        _floats([(s.stiffness, s.free) for s in dynamics.springs], 2),
-        ints([d[:2] for d in dampers], 2),
-        np.array([d[2] for d in dampers], dtype=float),
+        ints([(gauges + s.gauge, int(read[s.gauge].kind == SPAN)) for s in dynamics.springs], 2),
+        np.array([s.law for s in dynamics.springs] or np.empty((0, 1)), dtype=float),
+        np.array([d[0] for d in dampers], dtype=np.int64),
+        np.array([d[1] for d in dampers], dtype=float),
         ints(rubs, 4),
         _floats(rub, 3),
-        ints([(first + k, int(mechanism.actuators[k].rotary)) for k in released], 2),
+        np.array([first + k for k in released], dtype=np.int64),
         _floats([(efforts[k].constant, efforts[k].idle) for k in released], 2),
         np.array([first + rotor.actuator for rotor in dynamics.rotors], dtype=np.int64),
         np.array([rotor.reflected for rotor in dynamics.rotors], dtype=float),

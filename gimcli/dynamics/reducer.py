@@ -66,7 +66,12 @@ class ReducedEquations:
         )  # fmt: skip
         self.room.f[0, 0] = 1.0
         self.out = reduction.Reduced(
-            np.zeros((size, size)), np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(reduction.ENERGIES)
+            np.zeros((size, size)),
+            np.zeros(size),
+            np.zeros(size),
+            np.zeros(size),
+            np.zeros(reduction.ENERGIES),
+            np.zeros(variables),
         )
 
     def place(self, v: FloatArray) -> influence.InfluencePosition:

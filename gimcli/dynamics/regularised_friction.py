@@ -31,13 +31,10 @@ from gimcli.kernels import body_balance as kernels
 from gimcli.kernels.body_balance import GUIDE, PIN, SLOT, BalancedBodies, Contacts
 from gimcli.kernels.equilibrium import ALONG
 from gimcli.kernels.reduction import DISSIPATED, SUPPLIED
-from gimcli.mechanism import ANGLE, FRAME, SPAN, FloatArray, IntArray, Mechanism
+from gimcli.mechanism import FRAME, SPAN, FloatArray, IntArray, Mechanism
 from gimcli.structure.pair_rows import pair_of
 from gimcli.structure.steps import NONE
 from gimcli.table import Column
-
-TURNS, TRAVELS, LENGTHS = range(3)
-"""Kinds of readings."""
 
 
 class BodyBalance:
@@ -66,8 +63,7 @@ class BodyBalance:
         turned = [(c, v.u, v.v, int(every.reactions[c].kind == ALONG)) for c, v in enumerate(vectors) if v.u != NONE]
         contact = np.full(len(vectors), -1, dtype=np.int64)
         contact[self.columns] = np.arange(len(self.columns))
-        kinds = {ANGLE: TURNS, SPAN: LENGTHS}
-        readings = [kinds.get(i.kind, TRAVELS) for i in (*read.actuators, *read.gauges)]
+        readings = [int(i.kind == SPAN) for i in (*read.actuators, *read.gauges)]
         inertias = [i for i in read.dynamics.inertias if i.member != FRAME]
         terms, factors = self._terms()
         rotors, ratios = self._rotors()
@@ -213,7 +209,7 @@ class RegularisedFriction:
         """
         reducer, balance, room = self.reducer, self.balance, self.room
         reducer.run(kernels.fill)(
-            balance.bodies, reducer.acting, reducer.at, reducer.room, given, reducer.factors, room
+            balance.bodies, reducer.acting, reducer.at, reducer.room, given, reducer.factors, reducer.out, room
         )  # fmt: skip
         found, self.failed = self._solved(), False
         if found is None:

@@ -132,9 +132,8 @@ class EulerIntegration(Integration):
     def _work(self, q: float, v: FloatArray) -> float:
         """Return the work of a constant effort since the start [J]."""
         variable = self.reducer.own[0]
-        motor = self.reducer.acting.motor
-        unit = 1.0 if self.reducer.acting.motors[0, 1] else self.reducer.acting.metre
-        return float(motor[0, 0] * unit * (q - v[variable]))
+        acting = self.reducer.acting
+        return float(acting.motor[0, 0] * acting.units[acting.motors[0]] * (q - v[variable]))
 
 
 def simulate(

@@ -239,7 +239,7 @@ def _resisting(acting: reduction.Acting, efforts: Sequence[DrivingEffort]) -> re
         - (float(effort.curve.slope(np.zeros(1))[0]) if effort.curve is not None and effort.over == "speed" else 0.0)
         for effort in efforts
     ]
-    own = np.array(slopes) / np.where(acting.motors[:, 1] == 1, 1.0, acting.metre)
+    own = np.array(slopes) / acting.units[acting.motors]
     return acting._replace(
         gravity=np.zeros(2), springs=acting.springs[:0], spring=acting.spring[:0], motor=np.zeros_like(acting.motor),
         dampers=np.concatenate([acting.dampers, acting.motors]), damper=np.concatenate([acting.damper, own]),

@@ -25,9 +25,10 @@ from typing import NamedTuple
 from gimcli.kernels.equilibrium import MOMENT, X
 from gimcli.kernels.influence import InfluencePosition, InfluenceScratch
 from gimcli.kernels.jit import kernel, stage
+from gimcli.kernels.laws import damper
 from gimcli.kernels.linear import lu_factor, lu_solve
-from gimcli.kernels.reduction import Acting, carry, turn
-from gimcli.mechanism import SPAN, FloatArray, IntArray
+from gimcli.kernels.reduction import Acting, Reduced, carry, load_force, pin_speed, sense_of, turn
+from gimcli.mechanism import FloatArray, IntArray
 
 PIN, SLOT, GUIDE = range(3)
 """Kinds of contacts: a pin, the guide of a pin in a slot, and a guide that bears a moment."""
@@ -53,7 +54,7 @@ class BalancedBodies(NamedTuple):
     contact: IntArray  # (columns,) number of the contact with this friction, or -1
     masses: IntArray  # (masses, 3) row of the body's first equation or -1, its node of reference, 1 with a moment
     loads: IntArray  # (loads, 3)
-    readings: IntArray  # (readings, 2) column, kind of the quantity
+    readings: IntArray  # (readings, 2) column or -1, 1 for a distance of two nodes
     couples: IntArray  # (rubs,) columns of the moments in pins
     rotors: IntArray  # (., 2) number of a rotor, column of an actuator that turns it
     rotor_ratio: FloatArray  # (.,) rate of the rotor's input by that of the actuator: 1, or the ratio of a follower
@@ -97,13 +98,6 @@ class LoopRoom(NamedTuple):
 
 
 @kernel
-def pin_speed(p: Acting, v: FloatArray, w: FloatArray, i: int) -> float:
-    """Return the relative angular speed in a pin with friction."""
-    one = turn(v, w, p.rubs[i, 0], p.rubs[i, 1], p.rub[i, 1])
-    return one - turn(v, w, p.rubs[i, 2], p.rubs[i, 3], p.rub[i, 2])
-
-
-@kernel
 def act(
     table: FloatArray, column: int, body: IntArray, v: FloatArray, x: float, y: float, fx: float, fy: float, m: float
 ) -> None:
@@ -137,46 +131,30 @@ def fill_bodies(
             spin = moment * turn(v, at.b[k], n, f, square)
             act(out.matrix, unknowns + k, body, v, x, y, -mass * ax, -mass * ay, -spin)
     for i in range(p.loads.shape[0]):
-        n, f, fx, fy = p.loads[i, 0], p.loads[i, 1], p.load[i, 2], p.load[i, 3]
-        x, y = carry(v, n, f, p.load[i, 0], p.load[i, 1])
-        if p.loads[i, 2]:
-            ex, ey = v[2 * f] - v[2 * n], v[2 * f + 1] - v[2 * n + 1]
-            fx, fy = fx * ex - fy * ey, fx * ey + fy * ex
-        torque = p.load[i, 4] / metre
-        act(out.sides, 0, b.loads[i], v, x, y, -fx * factors[i], -fy * factors[i], -torque * factors[i])
+        fx, fy = load_force(p, v, i, factors[i])
+        x, y = carry(v, p.loads[i, 0], p.loads[i, 1], p.load[i, 0], p.load[i, 1])
+        torque = p.load[i, 4] / metre * factors[i]
+        act(out.sides, 0, b.loads[i], v, x, y, -fx, -fy, -torque)
 
 
 @stage
 def fill_efforts(
-    b: BalancedBodies, p: Acting, v: FloatArray, w: FloatArray, rest: FloatArray, efforts: FloatArray
+    b: BalancedBodies, p: Acting, v: FloatArray, w: FloatArray, rest: FloatArray, known: FloatArray, efforts: FloatArray
 ) -> None:
-    """Compute the efforts of springs, dampers, free inputs, rotors while s'' is 0, and viscous friction in pins."""
+    """Compute the efforts of the readings, of rotors while s'' is 0, and of viscous friction in pins.
+
+    known: efforts on the variables (`Reduced.effort`).
+    """
     metre = p.metre
-    for c in range(efforts.shape[0]):
-        efforts[c] = 0.0
-    for i in range(p.springs.shape[0]):
-        r = p.springs[i, 0]
-        column, kind = b.readings[r - b.first, 0], p.springs[i, 1]
-        value = abs(v[r]) if kind == SPAN else v[r]  # coincident nodes were passed: the length is |variable|
-        unit = metre if b.readings[r - b.first, 1] else 1.0 / metre
-        efforts[column] -= p.spring[i, 0] * unit * (value - p.spring[i, 1])
-    for i in range(p.dampers.shape[0]):
-        r = p.dampers[i, 0]
-        column = b.readings[r - b.first, 0]
-        unit = 1.0 / metre if p.dampers[i, 1] else metre
-        rate = -w[r] if b.readings[r - b.first, 1] == 2 and v[r] < 0.0 else w[r]
-        efforts[column] -= p.damper[i] * unit * rate
-    for i in range(p.motors.shape[0]):
-        r = p.motors[i, 0]
-        effort = p.motor[i, 0] / metre if p.motors[i, 1] else p.motor[i, 0]
-        if p.motor[i, 1] != 0.0:
-            effort *= 1.0 - w[r] / p.motor[i, 1]
-        efforts[b.readings[r - b.first, 0]] += effort
+    for i in range(b.readings.shape[0]):
+        if b.readings[i, 0] >= 0:
+            r = b.first + i
+            efforts[b.readings[i, 0]] = sense_of(v, r, b.readings[i, 1]) * known[r] / metre
     for i in range(b.rotors.shape[0]):
         k, column = b.rotors[i, 0], b.rotors[i, 1]
         efforts[column] -= b.rotor_ratio[i] * p.rotor[k] / metre * rest[p.rotors[k]]
     for i in range(p.rubs.shape[0]):
-        efforts[b.couples[i]] -= p.rub[i, 0] / metre * pin_speed(p, v, w, i)
+        efforts[b.couples[i]] = damper(p.rub[i, 0], pin_speed(p, v, w, i)) / metre
 
 
 @kernel
@@ -221,7 +199,7 @@ def fill_shares(b: BalancedBodies, v: FloatArray, out: BalanceRoom) -> None:
 @kernel
 def fill(
     b: BalancedBodies, p: Acting, at: InfluencePosition, room: InfluenceScratch, given: FloatArray, factors: FloatArray,
-    out: BalanceRoom,
+    reduced: Reduced, out: BalanceRoom,
 ) -> None:  # fmt: skip
     """Compute the matrix and the right sides of the state in `at` and `room`.
 
@@ -246,7 +224,7 @@ def fill(
         dx, dy = b.vectors[c, 0] * ex - b.vectors[c, 1] * ey, b.vectors[c, 0] * ey + b.vectors[c, 1] * ex
         norm = math.sqrt(dx * dx + dy * dy) if b.turned[t, 3] == 1 else 1.0
         out.directions[c, 0], out.directions[c, 1] = dx / norm, dy / norm
-    fill_efforts(b, p, v, room.velocity, out.rest, out.efforts)
+    fill_efforts(b, p, v, room.velocity, out.rest, reduced.effort, out.efforts)
     for t in range(b.terms.shape[0]):
         row, c, part = b.terms[t, 0], b.terms[t, 1], entry(b, t, v, out.directions)
         if b.unknown[c] >= 0:

@@ -13,9 +13,10 @@ from typing import NamedTuple
 
 from gimcli.kernels.influence import Chart, InfluencePosition, InfluenceScratch, follow
 from gimcli.kernels.jit import kernel, stage
+from gimcli.kernels.laws import damper, drive, spring
 from gimcli.kernels.linear import lu_factor, lu_solve
 from gimcli.kernels.windows import Windows, begin_beyond, interpolate, window_of
-from gimcli.mechanism import ANGLE, SPAN, FloatArray, IntArray
+from gimcli.mechanism import FloatArray, IntArray
 
 KINETIC, POTENTIAL, DISSIPATED, SUPPLIED = range(4)
 """Entries of `Reduced.energy`: kinetic and potential energy [J], dissipated and supplied power [W]."""
@@ -30,18 +31,19 @@ class Acting(NamedTuple):
     """Masses and loads in flat arrays; a point of a member is p = node u + z (node v - node u)."""
 
     metre: float  # m per unit of the normal frame
+    units: FloatArray  # (variables,) m per unit of a variable; 1 for an angle
     masses: IntArray  # (., 2) u, v
     mass: FloatArray  # (., 5) z, mass, moment of inertia, square of the distance of u and v
     gravity: FloatArray  # (2,)
     loads: IntArray  # (., 3) u, v, 1 if the force rotates with the member
     load: FloatArray  # (., 6) z, force, torque, square of the distance of u and v
-    springs: IntArray  # (., 2) variable, kind of the quantity: SPAN, ANGLE or HEIGHT
-    spring: FloatArray  # (., 2) stiffness, unloaded value
-    dampers: IntArray  # (., 2) variable, 1 for an angle
+    springs: IntArray  # (., 2) variable, 1 for a distance of two nodes
+    spring: FloatArray  # (., parameters) `SpringForce.law`
+    dampers: IntArray  # (.,) variable
     damper: FloatArray  # (.,) damping
     rubs: IntArray  # (., 4) u, v of the one member, u, v of the other; -1 for the frame
     rub: FloatArray  # (., 3) damping, squares of the distances of u and v
-    motors: IntArray  # (., 2) variable, 1 for an angle
+    motors: IntArray  # (.,) variable
     motor: FloatArray  # (., 2) effort, idle speed (0: none)
     rotors: IntArray  # (.,) variable
     rotor: FloatArray  # (.,) inertia on the variable, J per square of its rate
@@ -55,6 +57,7 @@ class Reduced(NamedTuple):
     q: FloatArray  # (k,) Q
     rate: FloatArray  # (k,) [0]: derivative of Q by the first independent variable (weights, loads and springs)
     energy: FloatArray  # (ENERGIES,)
+    effort: FloatArray  # (variables,) of springs, dampers and free inputs, J per unit of the variable
 
 
 @kernel
@@ -71,6 +74,24 @@ def turn(x: FloatArray, w: FloatArray, u: int, v: int, square: float) -> float:
         return 0.0
     ex, ey = x[2 * v] - x[2 * u], x[2 * v + 1] - x[2 * u + 1]
     return (ex * (w[2 * v + 1] - w[2 * u + 1]) - ey * (w[2 * v] - w[2 * u])) / square
+
+
+@kernel
+def pin_speed(p: Acting, v: FloatArray, w: FloatArray, i: int) -> float:
+    """Return the relative angular rate in a pin with friction."""
+    one = turn(v, w, p.rubs[i, 0], p.rubs[i, 1], p.rub[i, 1])
+    return one - turn(v, w, p.rubs[i, 2], p.rubs[i, 3], p.rub[i, 2])
+
+
+@kernel
+def load_force(p: Acting, v: FloatArray, i: int, factor: float) -> tuple[float, float]:
+    """Return the force of a load [N]."""
+    fx, fy = p.load[i, 2] * factor, p.load[i, 3] * factor
+    if p.loads[i, 2]:
+        n, f = p.loads[i, 0], p.loads[i, 1]
+        ex, ey = v[2 * f] - v[2 * n], v[2 * f + 1] - v[2 * n + 1]
+        return fx * ex - fy * ey, fx * ey + fy * ex
+    return fx, fy
 
 
 @stage
@@ -106,12 +127,9 @@ def reduce_loads(p: Acting, at: InfluencePosition, room: InfluenceScratch, facto
     v, b, w, a = at.v, at.b, room.velocity, room.acceleration
     for i in range(p.loads.shape[0]):
         n, f, square = p.loads[i, 0], p.loads[i, 1], p.load[i, 5]
-        zr, zi, fx, fy, torque = p.load[i, 0], p.load[i, 1], p.load[i, 2], p.load[i, 3], p.load[i, 4] * factors[i]
+        zr, zi, torque = p.load[i, 0], p.load[i, 1], p.load[i, 4] * factors[i]
         omega = turn(v, w, n, f, square)
-        if p.loads[i, 2]:
-            ex, ey = v[2 * f] - v[2 * n], v[2 * f + 1] - v[2 * n + 1]
-            fx, fy = fx * ex - fy * ey, fx * ey + fy * ex
-        fx, fy = fx * p.metre * factors[i], fy * p.metre * factors[i]
+        fx, fy = load_force(p, v, i, p.metre * factors[i])
         for k in range(b.shape[0]):
             bx, by = carry(b[k], n, f, zr, zi)
             out.q[k] += fx * bx + fy * by + torque * turn(v, b[k], n, f, square)
@@ -123,45 +141,53 @@ def reduce_loads(p: Acting, at: InfluencePosition, room: InfluenceScratch, facto
             out.rate[0] += omega * (fx * y - fy * x)
 
 
+@kernel
+def sense_of(v: FloatArray, r: int, distance: int) -> float:
+    """Return -1 for a distance of nodes beyond the place where they coincide, whose length is -v[r]; else 1."""
+    return -1.0 if distance and v[r] < 0.0 else 1.0
+
+
+@kernel
+def act_on(at: InfluencePosition, r: int, effort: float, out: Reduced) -> None:
+    """Add an effort on a variable."""
+    out.effort[r] += effort
+    for k in range(at.b.shape[0]):
+        out.q[k] += effort * at.b[k, r]
+
+
 @stage
 def reduce_gauges(p: Acting, at: InfluencePosition, room: InfluenceScratch, out: Reduced) -> None:
     """Add springs, dampers and the driving efforts of free inputs."""
-    v, b, w, a = at.v, at.b, room.velocity, room.acceleration
+    v, w, a = at.v, room.velocity, room.acceleration
     for i in range(p.springs.shape[0]):
-        r, unit = p.springs[i, 0], 1.0 if p.springs[i, 1] == ANGLE else p.metre
-        stiffness = p.spring[i, 0] * unit * unit
-        beyond = p.springs[i, 1] == SPAN and v[r] < 0.0  # beyond coincident nodes: the length is |variable|
-        stretch = v[r] + p.spring[i, 1] if beyond else v[r] - p.spring[i, 1]
-        out.energy[POTENTIAL] += 0.5 * stiffness * stretch * stretch
-        out.rate[0] -= stiffness * (w[r] * w[r] + stretch * a[r])
-        for k in range(b.shape[0]):
-            out.q[k] -= stiffness * stretch * b[k, r]
+        r = p.springs[i, 0]
+        unit, sense = p.units[r], sense_of(v, r, p.springs[i, 1])
+        energy, effort, stiffness = spring(p.spring[i], sense * v[r], unit)
+        effort *= sense * unit
+        out.energy[POTENTIAL] += energy
+        out.rate[0] += effort * a[r] - stiffness * unit * unit * w[r] * w[r]
+        act_on(at, r, effort, out)
     for i in range(p.dampers.shape[0]):
-        r, unit = p.dampers[i, 0], 1.0 if p.dampers[i, 1] else p.metre
-        damping = p.damper[i] * unit * unit
-        out.energy[DISSIPATED] += damping * w[r] * w[r]
-        for k in range(b.shape[0]):
-            out.q[k] -= damping * w[r] * b[k, r]
+        r = p.dampers[i]
+        effort = p.units[r] * damper(p.damper[i], p.units[r] * w[r])
+        out.energy[DISSIPATED] -= effort * w[r]
+        act_on(at, r, effort, out)
     for i in range(p.motors.shape[0]):
-        r, unit = p.motors[i, 0], 1.0 if p.motors[i, 1] else p.metre
-        effort = p.motor[i, 0] * unit
-        if p.motor[i, 1] != 0.0:
-            effort *= 1.0 - w[r] / p.motor[i, 1]
+        r = p.motors[i]
+        effort = p.units[r] * drive(p.motor[i, 0], p.motor[i, 1], w[r])
         out.energy[SUPPLIED] += effort * w[r]
-        for k in range(b.shape[0]):
-            out.q[k] += effort * b[k, r]
+        act_on(at, r, effort, out)
 
 
 @stage
 def reduce_friction(p: Acting, at: InfluencePosition, room: InfluenceScratch, out: Reduced) -> None:
     """Add viscous friction in revolute pairs."""
     for i in range(p.rubs.shape[0]):
-        n, f, m, g, one, other = p.rubs[i, 0], p.rubs[i, 1], p.rubs[i, 2], p.rubs[i, 3], p.rub[i, 1], p.rub[i, 2]
-        speed = turn(at.v, room.velocity, n, f, one) - turn(at.v, room.velocity, m, g, other)
-        out.energy[DISSIPATED] += p.rub[i, 0] * speed * speed
+        speed = pin_speed(p, at.v, room.velocity, i)
+        moment = damper(p.rub[i, 0], speed)
+        out.energy[DISSIPATED] -= moment * speed
         for k in range(at.b.shape[0]):
-            share = turn(at.v, at.b[k], n, f, one) - turn(at.v, at.b[k], m, g, other)
-            out.q[k] -= p.rub[i, 0] * speed * share
+            out.q[k] += moment * pin_speed(p, at.v, at.b[k], i)
 
 
 @stage
@@ -187,6 +213,8 @@ def reduce(p: Acting, at: InfluencePosition, room: InfluenceScratch, factors: Fl
             out.m[k, j] = 0.0
     for k in range(ENERGIES):
         out.energy[k] = 0.0
+    for r in range(out.effort.shape[0]):
+        out.effort[r] = 0.0
     reduce_masses(p, at, room, out)
     reduce_loads(p, at, room, factors, out)
     reduce_gauges(p, at, room, out)
