@@ -36,6 +36,11 @@ class LoadCurve(Protocol):
         """Return the derivatives at times or inputs `at`; 0 outside of the table."""
 
 
+def evaluated(curve: LoadCurve, at: Any) -> Any:
+    """Return the values of a table at times, inputs or speeds (rows,)."""
+    return at.through(curve) if isinstance(at, RuleNumber) else curve(np.asarray(at))
+
+
 @dataclass(frozen=True)
 class Inertia:
     """Mass, centre of mass, and moment of inertia about the centre of mass, of a member; or a point mass at a node.
@@ -69,8 +74,7 @@ class AppliedLoad:
         """Return the factor at times [s] (rows,) and values inputs[actuator] (rows,)."""
         if self.curve is None:
             return 1.0
-        at = time if self.over == TIME else inputs[self.over]
-        return at.through(self.curve) if isinstance(at, RuleNumber) else self.curve(at)
+        return evaluated(self.curve, time if self.over == TIME else inputs[self.over])
 
 
 @dataclass(frozen=True)
@@ -131,7 +135,7 @@ class DrivingEffort:
     def at(self, time: Any, value: Any, speed: Any) -> Any:
         """Return the constant, or the value of the curve at times, values or speeds of the input (rows,)."""
         arguments = {"time": time, "value": value, "speed": speed}
-        return self.constant if self.curve is None else self.curve(np.asarray(arguments[self.over]))
+        return self.constant if self.curve is None else evaluated(self.curve, arguments[self.over])
 
 
 @dataclass(frozen=True)

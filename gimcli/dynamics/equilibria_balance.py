@@ -24,12 +24,17 @@ import numpy as np
 from gimcli.calculus.dual import Dual
 from gimcli.calculus.jet import Jet
 from gimcli.calculus.numbers import nominal, phase
+from gimcli.canonical import beside
 from gimcli.continuation.arclength import ArclengthConstants, correct
-from gimcli.dynamic_data import NO_NODE, TIME, AppliedLoad, Inertia, LoadCurve, SpringForce
+from gimcli.dynamic_data import TIME, LoadCurve, Release, SpringForce
+from gimcli.dynamics.kinematic_history import Course
 from gimcli.dynamics.load_arrays import is_vector, moving_loads
+from gimcli.dynamics.loading import Loading, LoadPart
 from gimcli.dynamics.physical import require_action
-from gimcli.mechanism import FRAME, SPAN, ComplexArray, FloatArray, Input, Mechanism
-from gimcli.structure.carried import carried, measured, unit_of
+from gimcli.dynamics.statics import statics
+from gimcli.kernels import laws
+from gimcli.mechanism import SPAN, ComplexArray, FloatArray, Input, Mechanism
+from gimcli.structure.carried import measured, unit_of
 from gimcli.structure.system import system_of
 
 
@@ -84,13 +89,16 @@ class StaticBalance:
     """
 
     def __init__(self, mechanism: Mechanism, released: tuple[int, ...], time: float) -> None:
-        self.mechanism, self.time = mechanism, time
-        self.dynamics, self.metre = mechanism.dynamics, require_action(mechanism)
+        self.mechanism, self.dynamics = mechanism, mechanism.dynamics
+        self.time, self.metre = np.array([time]), require_action(mechanism)
         self.efforts = [r for r in self.dynamics.releases if r.actuator in released]
-        self.inertias = [i for i in self.dynamics.inertias if i.member != FRAME and i.mass]
         self.loads = moving_loads(mechanism)
         self.twisted = [s for s in self.dynamics.springs if mechanism.gauges[s.gauge].rotary]
         self.torques = [load for load in self.loads if load.torque]
+        self.constant = self._loading((), ())
+
+    def _loading(self, nodes: Any, inputs: Any) -> Loading:
+        return Loading(statics(self.mechanism), Course(self.time, inputs, nodes))
 
     @property
     def conservative(self) -> bool:
@@ -105,6 +113,13 @@ class StaticBalance:
         """
         return _Sum(self, at, near).run()
 
+    def loads_at(self, at: PositionJet) -> list[LoadPart]:
+        """Return the loads in numbers with derivatives, as far as they depend on the position."""
+        if self.conservative:
+            return self.constant.loads
+        inputs = [at.input(k).dual for k in range(len(at.inputs))]
+        return self._loading(([place.dual for place in at.places],), inputs).loads
+
     def initial_angles(self) -> FloatArray:
         """Return the angles (angles,) at the initial coordinates."""
         gauges = [self.mechanism.gauges[s.gauge].drawn for s in self.twisted]
@@ -115,61 +130,57 @@ class _Sum:
     """Adds the contributions of all forces."""
 
     def __init__(self, balance: StaticBalance, at: PositionJet, near: FloatArray | None) -> None:
-        self.balance, self.at, self.near = balance, at, near
-        self.mechanism, self.metre, self.z = balance.mechanism, balance.metre, at.places
+        self.balance, self.at, self.near, self.z = balance, at, near, at.places
+        self.mechanism, self.unit = balance.mechanism, balance.constant.unit
         k, rows = len(at.first), at.nodes.shape[1]
-        self.potential = np.zeros(rows)
+        self.potential, self.pulls = np.zeros(rows), list[Pull]()
         self.q, self.rest, self.size = (np.zeros((k, rows)) for _ in range(3))
         self.slope, self.rest_slope, self.steep = (np.zeros((k, k, rows)) for _ in range(3))
-        self.pulls: list[Pull] = []
         self.angles = np.zeros((len(balance.twisted) + len(balance.torques), rows))
 
     def run(self) -> GeneralisedForces:
-        for part in self.balance.inertias:
-            pull, place = part.mass * self.balance.dynamics.gravity * self.metre, self._point(part, part.centre)
-            self._add_potential((place * -np.conj(pull)).real)
-            self.pulls.append(Pull(abs(pull), place.first, False))
+        for mass in self.balance.constant.masses:
+            self._add(mass.place(self.z), mass.work)
         for spring in self.balance.dynamics.springs:
             self._add_spring(spring)
-        for load in self.balance.loads:
-            self._add_load(load)
+        for load in self.balance.loads_at(self.at):
+            self._add(self._turned(load) if load.turns else load.place(self.z), load.work, turns=load.turns)
         for release in self.balance.efforts:
-            self._add_effort(release.actuator)
+            self._add_drive(release)
         return GeneralisedForces(
             self.potential, self.q, self.slope, self.rest, self.rest_slope, self.size, self.steep,
             self.pulls, self.angles,
         )  # fmt: skip
 
-    def _add_potential(self, v: Jet) -> None:
-        self.potential += v.value
-        self._add(-v.first, -v.second)
+    def _add(self, on: Jet, work: Any, potential: Any = None, amount: Any = None, turns: bool = False) -> None:
+        """Add a force [J per unit of the place, angle or reading on which it acts].
 
-    def _add(self, q: FloatArray, slope: FloatArray) -> None:
-        self.q += q
-        self.slope += slope
-        self.size += np.abs(q)
-        self.steep += np.abs(slope)
-
-    def _add_rest(self, q: Any) -> None:
-        """Add forces (k, rows) without a potential."""
+        A constant force has a potential; that of another one is given, if it has one. amount: what rounding in the
+        force is relative to, if not the force itself.
+        """
+        q = (np.conjugate(work) * on.rates).real
         slope = q.slopes.swapaxes(0, 1)
-        self._add(q.value, slope)
-        self.rest += q.value
-        self.rest_slope += slope
+        self.q += q.value
+        self.slope += slope
+        self.size += np.abs(q.value)
+        self.steep += np.abs(slope)
+        if potential is None and isinstance(work, Dual):
+            self.rest += q.value
+            self.rest_slope += slope
+        else:
+            self.potential += -(np.conjugate(work) * on.value).real if potential is None else potential
+        self.pulls.append(Pull(np.abs(nominal(work)) if amount is None else amount, on.first, turns))
 
     # -- springs --------------------------------------------------------------------------------------
 
     def _add_spring(self, spring: SpringForce) -> None:
-        gauge, free = self.mechanism.gauges[spring.gauge], spring.free
-        stiffness = spring.stiffness * (1.0 if gauge.rotary else self.metre**2)
-        if is_vector(self.mechanism, spring):
-            value = self.z[gauge.nodes[1]] - self.z[gauge.node]
-            square = (value * value.conjugate()).real
-        else:
-            value = self._reading(gauge, spring.gauge)
-            square = (value - free) * (value - free)
-        self._add_potential(square * (0.5 * stiffness))
-        self.pulls.append(Pull(stiffness * (np.abs(value.value) + abs(free)), value.first, gauge.rotary))
+        gauge, vector = self.mechanism.gauges[spring.gauge], is_vector(self.mechanism, spring)
+        on = self.z[gauge.nodes[1]] - self.z[gauge.node] if vector else self._reading(gauge, spring.gauge)
+        unit, value = self.unit(gauge.rotary), np.abs(on.value) if vector else on.value
+        potential, effort, stiffness = laws.spring(spring.law, value, unit)
+        work = Dual(on.value * -stiffness if vector else effort, on.first * -stiffness)
+        amount = np.maximum(stiffness * (np.abs(value) + abs(spring.free)), np.abs(effort))
+        self._add(on, work, potential, amount, gauge.rotary)
 
     def _reading(self, gauge: Input, number: int) -> Any:
         """Return what a gauge measures: an angle, a length or a height."""
@@ -186,8 +197,7 @@ class _Sum:
         """Return an angle without jumps, and keep it in a row of `angles`."""
         plain = angle.value
         if self.near is not None and self.near.ndim == 2:
-            turn = 2.0 * np.pi
-            self.angles[row] = plain + turn * np.round((self.near[row] - plain) / turn)
+            self.angles[row] = beside(plain, self.near[row])
         else:
             before = plain[:1] if self.near is None else self.near[row : row + 1]
             self.angles[row] = np.unwrap(np.concatenate([before, plain]))[1:]
@@ -195,44 +205,17 @@ class _Sum:
 
     # -- loads ----------------------------------------------------------------------------------------
 
-    def _add_load(self, load: AppliedLoad) -> None:
-        unit = unit_of(self.mechanism, self.z, load.member).dual if load.follows else 1.0
-        force = self._factor(load) * (load.torque or unit * (load.force * self.metre))
-        moved = self._turned(load) if load.torque else self._point(load, load.point)
-        self.pulls.append(Pull(np.abs(nominal(force)), moved.first, bool(load.torque)))
-        if isinstance(force, Dual):
-            self._add_rest((np.conjugate(force) * moved.rates).real)
-        else:
-            self._add_potential((moved * -np.conjugate(force)).real)
-
-    def _factor(self, load: AppliedLoad) -> Dual | float:
-        """Return the factor of a load."""
-        if load.curve is None or load.over == TIME:
-            return float(np.squeeze(load.factor(np.array([self.balance.time]), {})))
-        found: Dual = self.at.input(load.over).dual.through(load.curve)
-        return found
-
-    def _turned(self, load: AppliedLoad) -> Jet:
+    def _turned(self, load: LoadPart) -> Jet:
         """Return the angle of a member with a torque."""
-        row = len(self.balance.twisted) + [id(one) for one in self.balance.torques].index(id(load))
-        return self._followed(phase(unit_of(self.mechanism, self.z, load.member)), row)
+        row = len(self.balance.twisted) + [id(one) for one in self.balance.torques].index(id(load.part))
+        return self._followed(phase(unit_of(self.mechanism, self.z, load.part.member)), row)
 
-    def _add_effort(self, number: int) -> None:
-        effort = next(r.effort for r in self.balance.efforts if r.actuator == number)
-        value, rotary = self.at.input(number), self.mechanism.actuators[number].rotary
-        unit = 1.0 if rotary else self.metre
-        if effort.curve is not None and effort.over == "value":
-            force, work = effort.curve(value.value), _integral(effort.curve, value.value)
-            self._add_potential(value.through(work, force, effort.curve.slope(value.value)) * -unit)
-        else:
-            force = effort.at([self.balance.time], None, [0.0])
-            self._add_potential(value * (-force * unit))
-        self.pulls.append(Pull(np.abs(force) * unit, value.first, rotary))
-
-    # -- positions ------------------------------------------------------------------------------------
-
-    def _point(self, part: Inertia | AppliedLoad, local: complex) -> Any:
-        return self.z[part.node] if part.node != NO_NODE else carried(self.mechanism, self.z, part.member, local)
+    def _add_drive(self, release: Release) -> None:
+        value, rotary = self.at.input(release.actuator), self.mechanism.actuators[release.actuator].rotary
+        unit, curve = self.unit(rotary), release.effort.curve
+        work = release.effort.at(self.balance.time, value.dual, np.zeros(1)) * unit
+        over = isinstance(work, Dual)  # a table over the input's own value
+        self._add(value, work, -unit * _integral(curve, value.value) if curve and over else None, turns=rotary)
 
 
 def _integral(curve: LoadCurve, at: FloatArray) -> FloatArray:

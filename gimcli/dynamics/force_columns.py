@@ -132,7 +132,8 @@ def springs(statics: Statics) -> Iterator[ForceColumn]:
 def _spring_value(forces: Forces, number: int) -> FloatArray:
     own, spring = forces.mechanism, forces.mechanism.dynamics.springs[number]
     factor = own.scale if not own.gauges[spring.gauge].rotary else math.degrees(1.0) if own.angle_unit == "deg" else 1.0
-    return forces.loads.gauges[spring.gauge][0] * factor
+    found: FloatArray = forces.loads.gauges[spring.gauge][0] * factor
+    return found
 
 
 def _effort(forces: Forces, number: int) -> FloatArray:

@@ -7,9 +7,9 @@ computed when they are asked for.
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -19,7 +19,8 @@ from gimcli.dynamics.kinematic_history import Course, Turns, reading, turning
 from gimcli.dynamics.load_arrays import friction_pairs, is_vector, moving_loads
 from gimcli.dynamics.physical import require_action
 from gimcli.dynamics.statics import Reaction, Statics, direction
-from gimcli.kernels.equilibrium import COUPLE, PUSH
+from gimcli.kernels import laws
+from gimcli.kernels.equilibrium import PUSH
 from gimcli.mechanism import FRAME, FloatArray
 from gimcli.structure.carried import carried, measured, unit_of
 from gimcli.structure.steps import NONE
@@ -30,13 +31,26 @@ POWERS = ("load", "gravity", "spring", "damping")
 quiet = np.errstate(all="ignore")
 
 
-class LoadedPart:
+class Working:
+    """A force or torque, and the rate of the place, angle or reading on which it acts."""
+
+    kind: str  # of POWERS
+    work: Any  # (rows,) J per unit of the place, angle or reading; complex for a place
+    rate: Any  # (rows,) 1/s
+
+    @property
+    def power(self) -> Any:
+        """Its power [W] (rows,), of a mass that of the weight."""
+        return (self.rate.conjugate() * self.work).real
+
+
+class LoadedPart(Working):
     """A mass or a load on a moving member, or on the pin of a node: the force at its point and the couple.
 
     Of a mass these are the weight less the inertia force, and less the inertia couple.
     """
 
-    kind: str  # of POWERS
+    turns = False  # whether it is a torque on its member
     force: Any = 0.0  # (rows,) N
     couple: Any = 0.0  # (rows,) N x length
 
@@ -44,11 +58,14 @@ class LoadedPart:
         self.part, self.local = part, local
         self.mechanism, self.course, self.metre = loading.statics.mechanism, loading.course, loading.metre
 
-    def point(self, order: int = 0) -> Any:
-        """Return position, velocity or acceleration of the point (rows,)."""
-        nodes = self.course.nodes[order]
+    def place(self, nodes: Any) -> Any:
+        """Return the position of its point at positions of the nodes, or the velocity at velocities."""
         at_node = self.part.node != NO_NODE
         return nodes[self.part.node] if at_node else carried(self.mechanism, nodes, self.part.member, self.local)
+
+    def point(self, order: int = 0) -> Any:
+        """Return position, velocity or acceleration of the point (rows,)."""
+        return self.place(self.course.nodes[order])
 
     def turning(self, order: int) -> Any:
         """Return omega or alpha of its member (order 1 or 2) (rows,)."""
@@ -60,9 +77,9 @@ class LoadedPart:
         return statics.body_of_pin[self.part.node] if at_node else statics.body_of_member[self.part.member]
 
     @property
-    def power(self) -> Any:
-        """The power of its applied force [W] (rows,)."""
-        return self.metre * (self.point(1).conjugate() * self.force).real + self.metre * self.couple * self.turning(1)
+    def rate(self) -> Any:
+        """The velocity of its point, or of a torque omega (rows,)."""
+        return self.turning(1) if self.turns else self.point(1)
 
 
 class MassPart(LoadedPart):
@@ -74,21 +91,27 @@ class MassPart(LoadedPart):
         super().__init__(loading, part, part.centre)
         self.mass, self.moment = part.mass, part.moment
         self.weight = part.mass * self.mechanism.dynamics.gravity
-        self.force = self.weight - self.mass * self.metre * self.point(2)
-        self.couple = -self.moment / self.metre * self.turning(2)
+        self.work = self.weight * self.metre
 
-    @property
-    def power(self) -> Any:
-        """The power of the weight [W] (rows,)."""
-        return self.metre * (self.point(1).conjugate() * self.weight).real
+    @cached_property
+    @quiet
+    def force(self) -> Any:
+        """The weight less the inertia force (rows,) [N]."""
+        return self.weight - self.mass * self.metre * self.point(2)
+
+    @cached_property
+    @quiet
+    def couple(self) -> Any:
+        """Less the inertia couple (rows,) [N x length]."""
+        return -self.moment / self.metre * self.turning(2)
 
     def height(self, pole: complex) -> Any:
         """Return the potential energy [J] (rows,), 0 at the pole."""
-        return -self.metre * ((self.point() - pole).conjugate() * self.weight).real
+        return -((self.point() - pole).conjugate() * self.work).real
 
     @property
     def kinetic(self) -> Any:
-        """The kinetic energy [J] (rows,)."""
+        """The kinetic energy (rows,) [J]."""
         speed, omega = self.point(1), self.turning(1)
         return 0.5 * self.mass * self.metre**2 * abs(speed) ** 2 + 0.5 * self.moment * omega**2
 
@@ -108,22 +131,27 @@ class LoadPart(LoadedPart):
     def __init__(self, loading: Loading, part: AppliedLoad) -> None:
         super().__init__(loading, part, part.point)
         factor = part.factor(self.course.time, self.course.inputs)
-        if isinstance(part.torque, RuleNumber) or np.any(part.torque):
-            self.couple = factor * part.torque / self.metre
+        self.turns = isinstance(part.torque, RuleNumber) or bool(np.any(part.torque))
+        if self.turns:
+            self.work = factor * part.torque
+            self.couple = self.work / self.metre
         else:
             follows = part.follows
             unit = unit_of(self.mechanism, self.course.nodes[0], part.member) if follows else 1.0
             self.force = unit * part.force * factor
+            self.work = self.force * self.metre
 
 
-class KnownEffort(NamedTuple):
+@dataclass(frozen=True)
+class KnownEffort(Working):
     """The effort of a spring, a damper or viscous friction, in the place of an unknown of the equations."""
 
     kind: str  # of POWERS
     reaction: Reaction
     effort: Any  # (rows,) N, or N x length; for a vector N by length
     amount: Any  # (rows,) N, or N m: the effort of a vector by its length
-    power: Any  # (rows,) W
+    work: Any  # (rows,) J per unit of its reading, of a vector complex
+    rate: Any  # (rows,) of its reading
     potential: Any = 0.0  # (rows,) J
 
 
@@ -135,11 +163,20 @@ class Loading:
         self.statics, self.course = statics, course
         self.mechanism, self.dynamics = statics.mechanism, statics.mechanism.dynamics
         self.metre = require_action(self.mechanism)
-        self.gauges: list[tuple[FloatArray, FloatArray]] = []  # (rows,) value and rate of each gauge
-        turns = Turns() if turns is None else turns
+        self.turns = Turns() if turns is None else turns
+
+    @cached_property
+    def gauges(self) -> list[tuple[Any, Any]]:
+        """Value and rate (rows,) of each gauge."""
+        found = []
         for number, gauge in enumerate(self.mechanism.gauges):
-            value, rate, _ = reading(self.mechanism, gauge, course)
-            self.gauges.append((turns.followed(number, value, gauge.drawn) if gauge.rotary else value, rate))
+            value, rate, _ = reading(self.mechanism, gauge, self.course)
+            found.append((self.turns.followed(number, value, gauge.drawn) if gauge.rotary else value, rate))
+        return found
+
+    def unit(self, rotary: bool) -> Any:
+        """Return the unit of a reading: 1 for an angle, else that of lengths [m]."""
+        return 1.0 if rotary else self.metre
 
     @cached_property
     @quiet
@@ -149,9 +186,15 @@ class Loading:
 
     @cached_property
     @quiet
+    def loads(self) -> list[LoadPart]:
+        """The loads on members that move."""
+        return [LoadPart(self, load) for load in moving_loads(self.mechanism)]
+
+    @cached_property
+    @quiet
     def parts(self) -> list[LoadedPart]:
         """The masses and the loads."""
-        return [*self.masses, *(LoadPart(self, load) for load in moving_loads(self.mechanism))]
+        return [*self.masses, *self.loads]
 
     @cached_property
     @quiet
@@ -162,40 +205,31 @@ class Loading:
     def _spring(self, spring: SpringForce) -> KnownEffort:
         gauge, reaction = self.mechanism.gauges[spring.gauge], self.statics.gauges[spring.gauge]
         value, rate = self.gauges[spring.gauge]
-        if is_vector(self.mechanism, spring):  # k (a - b), which is 0 where the ends meet
-            arm, speed = (self.course.nodes[k, gauge.nodes[1]] - self.course.nodes[k, gauge.node] for k in range(2))
-            stiffness = spring.stiffness * self.metre**2
-            power = -stiffness * (speed.conjugate() * arm).real
-            vector = replace(reaction, kind=PUSH)
-            pull = -spring.stiffness * self.metre
-            return KnownEffort("spring", vector, pull, pull * value, power, 0.5 * stiffness * abs(arm) ** 2)
-        metre = 1.0 if gauge.rotary else self.metre
-        stretch = metre * (value - spring.free)
-        effort = -spring.stiffness * stretch
-        return KnownEffort(
-            "spring", reaction, self._entered(reaction, effort), effort, effort * metre * rate, -0.5 * effort * stretch
-        )
+        unit = self.unit(gauge.rotary)
+        potential, work, stiffness = laws.spring(spring.law, value, unit)
+        if not is_vector(self.mechanism, spring):
+            return KnownEffort("spring", reaction, work / self.metre, work / unit, work, rate, potential)
+        # k (a - b), which is 0 where the ends meet
+        arm, speed = (self.course.nodes[k][gauge.nodes[1]] - self.course.nodes[k][gauge.node] for k in range(2))
+        work, pull = -stiffness * arm, -stiffness / self.metre
+        potential = -0.5 * (work.conjugate() * arm).real
+        return KnownEffort("spring", replace(reaction, kind=PUSH), pull, pull * value, work, speed, potential)
 
     def _damper(self, damper: DampingForce) -> KnownEffort:
         gauge, reaction = self.mechanism.gauges[damper.gauge], self.statics.gauges[damper.gauge]
-        rate = self.gauges[damper.gauge][1] * (1.0 if gauge.rotary else self.metre)
-        return self._damped(reaction, damper.damping, rate)
+        return self._damped(reaction, damper.damping, self.gauges[damper.gauge][1], self.unit(gauge.rotary))
 
     def _friction(self) -> list[KnownEffort]:
         found = []
         for pair in friction_pairs(self.mechanism):
-            rate = pair.rate(self.mechanism, self.course) * (1.0 if pair.slide == NONE else self.metre)
-            found.append(self._damped(pair.reaction(self.statics), pair.friction.damping, rate))
+            rate, unit = pair.rate(self.mechanism, self.course), self.unit(pair.slide == NONE)
+            found.append(self._damped(pair.reaction(self.statics), pair.friction.damping, rate, unit))
         return found
 
-    def _damped(self, reaction: Reaction, damping: float, rate: FloatArray) -> KnownEffort:
-        """Return a viscous effort at a rate in rad/s or m/s."""
-        effort = -damping * rate
-        return KnownEffort("damping", reaction, self._entered(reaction, effort), effort, effort * rate)
-
-    def _entered(self, reaction: Reaction, effort: Any) -> Any:
-        """Return an effort [N m or N] in the unit of the equations."""
-        return effort / self.metre if reaction.kind == COUPLE else effort
+    def _damped(self, reaction: Reaction, damping: float, rate: FloatArray, unit: Any) -> KnownEffort:
+        """Return a viscous effort at the rate of a reading."""
+        work = laws.damper(damping, rate, unit)
+        return KnownEffort("damping", reaction, work / self.metre, work / unit, work, rate)
 
     @cached_property
     @quiet
@@ -229,7 +263,7 @@ class Loading:
     def power(self) -> dict[str, Any]:
         """The power (rows,) [W] of every kind in POWERS."""
         zero = 0.0 * self.course.time
-        acting: list[LoadedPart | KnownEffort] = [*self.parts, *self.efforts]
+        acting: list[Working] = [*self.parts, *self.efforts]
         return {kind: sum((own.power for own in acting if own.kind == kind), zero) for kind in POWERS}
 
     @cached_property

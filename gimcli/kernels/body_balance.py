@@ -131,10 +131,10 @@ def fill_bodies(
             spin = moment * turn(v, at.b[k], n, f, square)
             act(out.matrix, unknowns + k, body, v, x, y, -mass * ax, -mass * ay, -spin)
     for i in range(p.loads.shape[0]):
-        fx, fy = load_force(p, v, i, factors[i])
+        fx, fy = load_force(p, v, i)
         x, y = carry(v, p.loads[i, 0], p.loads[i, 1], p.load[i, 0], p.load[i, 1])
-        torque = p.load[i, 4] / metre * factors[i]
-        act(out.sides, 0, b.loads[i], v, x, y, -fx, -fy, -torque)
+        torque = p.load[i, 4] / metre
+        act(out.sides, 0, b.loads[i], v, x, y, -fx * factors[i], -fy * factors[i], -torque * factors[i])
 
 
 @stage
@@ -154,7 +154,7 @@ def fill_efforts(
         k, column = b.rotors[i, 0], b.rotors[i, 1]
         efforts[column] -= b.rotor_ratio[i] * p.rotor[k] / metre * rest[p.rotors[k]]
     for i in range(p.rubs.shape[0]):
-        efforts[b.couples[i]] = damper(p.rub[i, 0], pin_speed(p, v, w, i)) / metre
+        efforts[b.couples[i]] = damper(p.rub[i, 0], pin_speed(p, v, w, i), 1.0) / metre
 
 
 @kernel

@@ -1,7 +1,8 @@
 """Laws of springs, dampers and drives, each written once.
 
 They are formulas of any numbers: floats in the kernels, and arrays, numbers with derivatives or those of a tape
-elsewhere. A positive effort [N or N m] increases the reading on which it acts.
+elsewhere. A reading is an angle [rad], or a length or height in the normal frame; `unit` is 1 for an angle, else the
+unit of length of the normal frame [m]. Efforts are in J per unit of the reading; a positive one increases it.
 """
 
 from __future__ import annotations
@@ -13,19 +14,19 @@ from gimcli.kernels.jit import kernel
 
 @kernel
 def spring(law: Any, value: Any, unit: Any) -> tuple[Any, Any, Any]:
-    """Return energy [J], effort [N or N m] and stiffness [N/m or N m/rad] of a spring at a value of its reading.
+    """Return energy [J], effort and stiffness (minus the derivative of the effort) of a spring at a reading.
 
-    law: unloaded value, stiffness (`SpringForce.law`). unit: m per unit of the reading, 1 for an angle [rad].
+    law: unloaded reading, stiffness [N/m or N m/rad] (`SpringForce.law`).
     """
-    stretch = unit * (value - law[0])
-    effort = -law[1] * stretch
-    return -0.5 * effort * stretch, effort, law[1]
+    stretch, stiffness = value - law[0], law[1] * unit * unit
+    effort = -stiffness * stretch
+    return -0.5 * effort * stretch, effort, stiffness
 
 
 @kernel
-def damper(damping: Any, rate: Any) -> Any:
-    """Return the effort of a viscous damper, or of viscous friction, at a rate [m/s or rad/s]."""
-    return -damping * rate
+def damper(damping: Any, rate: Any, unit: Any) -> Any:
+    """Return the effort of a viscous damper [N s/m or N m s/rad], or of viscous friction, at a rate of its reading."""
+    return -damping * unit * unit * rate
 
 
 @kernel

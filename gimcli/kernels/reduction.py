@@ -84,9 +84,9 @@ def pin_speed(p: Acting, v: FloatArray, w: FloatArray, i: int) -> float:
 
 
 @kernel
-def load_force(p: Acting, v: FloatArray, i: int, factor: float) -> tuple[float, float]:
-    """Return the force of a load [N]."""
-    fx, fy = p.load[i, 2] * factor, p.load[i, 3] * factor
+def load_force(p: Acting, v: FloatArray, i: int) -> tuple[float, float]:
+    """Return the force of a load [N], without its factor."""
+    fx, fy = p.load[i, 2], p.load[i, 3]
     if p.loads[i, 2]:
         n, f = p.loads[i, 0], p.loads[i, 1]
         ex, ey = v[2 * f] - v[2 * n], v[2 * f + 1] - v[2 * n + 1]
@@ -129,7 +129,8 @@ def reduce_loads(p: Acting, at: InfluencePosition, room: InfluenceScratch, facto
         n, f, square = p.loads[i, 0], p.loads[i, 1], p.load[i, 5]
         zr, zi, torque = p.load[i, 0], p.load[i, 1], p.load[i, 4] * factors[i]
         omega = turn(v, w, n, f, square)
-        fx, fy = load_force(p, v, i, p.metre * factors[i])
+        fx, fy = load_force(p, v, i)
+        fx, fy = fx * p.metre * factors[i], fy * p.metre * factors[i]
         for k in range(b.shape[0]):
             bx, by = carry(b[k], n, f, zr, zi)
             out.q[k] += fx * bx + fy * by + torque * turn(v, b[k], n, f, square)
@@ -161,20 +162,19 @@ def reduce_gauges(p: Acting, at: InfluencePosition, room: InfluenceScratch, out:
     v, w, a = at.v, room.velocity, room.acceleration
     for i in range(p.springs.shape[0]):
         r = p.springs[i, 0]
-        unit, sense = p.units[r], sense_of(v, r, p.springs[i, 1])
-        energy, effort, stiffness = spring(p.spring[i], sense * v[r], unit)
-        effort *= sense * unit
+        sense = sense_of(v, r, p.springs[i, 1])
+        energy, effort, stiffness = spring(p.spring[i], sense * v[r], p.units[r])
         out.energy[POTENTIAL] += energy
-        out.rate[0] += effort * a[r] - stiffness * unit * unit * w[r] * w[r]
-        act_on(at, r, effort, out)
+        out.rate[0] += sense * effort * a[r] - stiffness * w[r] * w[r]
+        act_on(at, r, sense * effort, out)
     for i in range(p.dampers.shape[0]):
         r = p.dampers[i]
-        effort = p.units[r] * damper(p.damper[i], p.units[r] * w[r])
+        effort = damper(p.damper[i], w[r], p.units[r])
         out.energy[DISSIPATED] -= effort * w[r]
         act_on(at, r, effort, out)
     for i in range(p.motors.shape[0]):
         r = p.motors[i]
-        effort = p.units[r] * drive(p.motor[i, 0], p.motor[i, 1], w[r])
+        effort = drive(p.motor[i, 0] * p.units[r], p.motor[i, 1], w[r])
         out.energy[SUPPLIED] += effort * w[r]
         act_on(at, r, effort, out)
 
@@ -184,7 +184,7 @@ def reduce_friction(p: Acting, at: InfluencePosition, room: InfluenceScratch, ou
     """Add viscous friction in revolute pairs."""
     for i in range(p.rubs.shape[0]):
         speed = pin_speed(p, at.v, room.velocity, i)
-        moment = damper(p.rub[i, 0], speed)
+        moment = damper(p.rub[i, 0], speed, 1.0)
         out.energy[DISSIPATED] -= moment * speed
         for k in range(at.b.shape[0]):
             out.q[k] += moment * pin_speed(p, at.v, at.b[k], i)
