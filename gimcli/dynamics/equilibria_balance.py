@@ -15,7 +15,7 @@ the null space of the Jacobian, so that limits and dead points of an input are o
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -59,12 +59,27 @@ class PositionJet:
         return Jet(self.inputs[number], self.rates[:, number], self.bends[:, :, number])
 
 
-class Pull(NamedTuple):
-    """The magnitude of a force or torque, and how the place or the angle on which it acts changes."""
+class Contribution(NamedTuple):
+    """The generalised forces of a force or torque, and how the place or the angle on which it acts changes."""
 
-    amount: FloatArray | float  # (rows,) N in the normal frame, or N m
+    q: Dual  # (k, rows) J per unit of the directions, with derivatives
+    potential: FloatArray | None  # (rows,) J
+    amount: FloatArray | float  # (rows,) N in the normal frame, or N m, to which rounding is relative
     rates: ComplexArray | FloatArray  # (k, rows)
     turns: bool
+
+
+def _contribution(
+    on: Jet, work: Any, turns: bool = False, potential: FloatArray | None = None, amount: FloatArray | None = None
+) -> Contribution:
+    """Return what a force does; `work` is in J per unit of the place, angle or reading on which it acts.
+
+    A constant force has a potential; of another one it is given if there is one.
+    """
+    if potential is None and not isinstance(work, Dual):
+        potential = -(np.conjugate(work) * on.value).real
+    own = np.abs(nominal(work)) if amount is None else amount
+    return Contribution((np.conjugate(work) * on.rates).real, potential, own, on.first, turns)
 
 
 @dataclass(frozen=True)
@@ -78,7 +93,7 @@ class GeneralisedForces:
     rest_slope: FloatArray  # (k, k, rows) its derivatives
     size: FloatArray  # (k, rows) sum of the magnitudes of all contributions
     steep: FloatArray  # (k, k, rows) sums of the magnitudes of the contributions to `slope`
-    pulls: list[Pull]
+    parts: list[Contribution]
     angles: FloatArray  # (angles, rows) of torsion springs and of members with a torque, without jumps
 
 
@@ -89,11 +104,11 @@ class StaticBalance:
     """
 
     def __init__(self, mechanism: Mechanism, released: tuple[int, ...], time: float) -> None:
-        self.mechanism, self.dynamics = mechanism, mechanism.dynamics
+        self.mechanism, dynamics = mechanism, mechanism.dynamics
         self.time, self.metre = np.array([time]), require_action(mechanism)
-        self.efforts = [r for r in self.dynamics.releases if r.actuator in released]
+        self.efforts = [r for r in dynamics.releases if r.actuator in released]
         self.loads = moving_loads(mechanism)
-        self.twisted = [s for s in self.dynamics.springs if mechanism.gauges[s.gauge].rotary]
+        self.twisted = [s for s in dynamics.springs if mechanism.gauges[s.gauge].rotary]
         self.torques = [load for load in self.loads if load.torque]
         self.constant = self._loading((), ())
 
@@ -111,7 +126,16 @@ class StaticBalance:
         near: angles close to those of the first position (angles,), the others follow one another; or close to those
         of each position (angles, rows).
         """
-        return _Sum(self, at, near).run()
+        acting, (k, rows) = _Acting(self, at, near), at.first[:, 0].shape
+        parts = list(acting.parts())
+        q = np.array([part.q.value for part in parts]).reshape(-1, k, rows)
+        slope = np.array([part.q.slopes for part in parts]).reshape(-1, k, k, rows).swapaxes(1, 2)
+        rest = [part.potential is None for part in parts]
+        potentials = (part.potential for part in parts if part.potential is not None)
+        return GeneralisedForces(
+            sum(potentials, np.zeros(rows)), q.sum(axis=0), slope.sum(axis=0), q[rest].sum(axis=0),
+            slope[rest].sum(axis=0), np.abs(q).sum(axis=0), np.abs(slope).sum(axis=0), parts, acting.angles,
+        )  # fmt: skip
 
     def loads_at(self, at: PositionJet) -> list[LoadPart]:
         """Return the loads in numbers with derivatives, as far as they depend on the position."""
@@ -126,61 +150,33 @@ class StaticBalance:
         return np.array([*gauges, *(0.0 for _ in self.torques)])
 
 
-class _Sum:
-    """Adds the contributions of all forces."""
+class _Acting:
+    """The forces that act at some positions."""
 
     def __init__(self, balance: StaticBalance, at: PositionJet, near: FloatArray | None) -> None:
         self.balance, self.at, self.near, self.z = balance, at, near, at.places
         self.mechanism, self.unit = balance.mechanism, balance.constant.unit
-        k, rows = len(at.first), at.nodes.shape[1]
-        self.potential, self.pulls = np.zeros(rows), list[Pull]()
-        self.q, self.rest, self.size = (np.zeros((k, rows)) for _ in range(3))
-        self.slope, self.rest_slope, self.steep = (np.zeros((k, k, rows)) for _ in range(3))
-        self.angles = np.zeros((len(balance.twisted) + len(balance.torques), rows))
+        self.angles = np.zeros((len(balance.twisted) + len(balance.torques), at.nodes.shape[1]))
 
-    def run(self) -> GeneralisedForces:
+    def parts(self) -> Iterator[Contribution]:
         for mass in self.balance.constant.masses:
-            self._add(mass.place(self.z), mass.work)
-        for spring in self.balance.dynamics.springs:
-            self._add_spring(spring)
+            yield _contribution(mass.place(self.z), mass.work)
+        yield from map(self._spring, self.mechanism.dynamics.springs)
         for load in self.balance.loads_at(self.at):
-            self._add(self._turned(load) if load.turns else load.place(self.z), load.work, turns=load.turns)
-        for release in self.balance.efforts:
-            self._add_drive(release)
-        return GeneralisedForces(
-            self.potential, self.q, self.slope, self.rest, self.rest_slope, self.size, self.steep,
-            self.pulls, self.angles,
-        )  # fmt: skip
-
-    def _add(self, on: Jet, work: Any, potential: Any = None, amount: Any = None, turns: bool = False) -> None:
-        """Add a force [J per unit of the place, angle or reading on which it acts].
-
-        A constant force has a potential; that of another one is given, if it has one. amount: what rounding in the
-        force is relative to, if not the force itself.
-        """
-        q = (np.conjugate(work) * on.rates).real
-        slope = q.slopes.swapaxes(0, 1)
-        self.q += q.value
-        self.slope += slope
-        self.size += np.abs(q.value)
-        self.steep += np.abs(slope)
-        if potential is None and isinstance(work, Dual):
-            self.rest += q.value
-            self.rest_slope += slope
-        else:
-            self.potential += -(np.conjugate(work) * on.value).real if potential is None else potential
-        self.pulls.append(Pull(np.abs(nominal(work)) if amount is None else amount, on.first, turns))
+            on = self._turned(load) if load.turns else load.place(self.z)
+            yield _contribution(on, load.work, load.turns)
+        yield from map(self._drive, self.balance.efforts)
 
     # -- springs --------------------------------------------------------------------------------------
 
-    def _add_spring(self, spring: SpringForce) -> None:
+    def _spring(self, spring: SpringForce) -> Contribution:
         gauge, vector = self.mechanism.gauges[spring.gauge], is_vector(self.mechanism, spring)
         on = self.z[gauge.nodes[1]] - self.z[gauge.node] if vector else self._reading(gauge, spring.gauge)
-        unit, value = self.unit(gauge.rotary), np.abs(on.value) if vector else on.value
-        potential, effort, stiffness = laws.spring(spring.law, value, unit)
+        value = np.abs(on.value) if vector else on.value
+        potential, effort, stiffness = laws.spring(spring.law, value, self.unit(gauge.rotary))
         work = Dual(on.value * -stiffness if vector else effort, on.first * -stiffness)
         amount = np.maximum(stiffness * (np.abs(value) + abs(spring.free)), np.abs(effort))
-        self._add(on, work, potential, amount, gauge.rotary)
+        return _contribution(on, work, gauge.rotary, potential, amount)
 
     def _reading(self, gauge: Input, number: int) -> Any:
         """Return what a gauge measures: an angle, a length or a height."""
@@ -210,12 +206,12 @@ class _Sum:
         row = len(self.balance.twisted) + [id(one) for one in self.balance.torques].index(id(load.part))
         return self._followed(phase(unit_of(self.mechanism, self.z, load.part.member)), row)
 
-    def _add_drive(self, release: Release) -> None:
+    def _drive(self, release: Release) -> Contribution:
         value, rotary = self.at.input(release.actuator), self.mechanism.actuators[release.actuator].rotary
         unit, curve = self.unit(rotary), release.effort.curve
         work = release.effort.at(self.balance.time, value.dual, np.zeros(1)) * unit
         over = isinstance(work, Dual)  # a table over the input's own value
-        self._add(value, work, -unit * _integral(curve, value.value) if curve and over else None, turns=rotary)
+        return _contribution(value, work, rotary, -unit * _integral(curve, value.value) if curve and over else None)
 
 
 def _integral(curve: LoadCurve, at: FloatArray) -> FloatArray:

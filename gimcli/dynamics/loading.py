@@ -7,6 +7,7 @@ computed when they are asked for.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -14,14 +15,14 @@ from typing import Any
 import numpy as np
 
 from gimcli.calculus.numbers import RuleNumber
-from gimcli.dynamic_data import NO_NODE, AppliedLoad, DampingForce, Inertia, RotorInertia, SpringForce
+from gimcli.dynamic_data import NO_NODE, AppliedLoad, Inertia, RotorInertia, SpringForce
 from gimcli.dynamics.kinematic_history import Course, Turns, reading, turning
 from gimcli.dynamics.load_arrays import friction_pairs, is_vector, moving_loads
 from gimcli.dynamics.physical import require_action
 from gimcli.dynamics.statics import Reaction, Statics, direction
 from gimcli.kernels import laws
 from gimcli.kernels.equilibrium import PUSH
-from gimcli.mechanism import FRAME, FloatArray
+from gimcli.mechanism import FRAME
 from gimcli.structure.carried import carried, measured, unit_of
 from gimcli.structure.steps import NONE
 
@@ -200,7 +201,7 @@ class Loading:
     @quiet
     def efforts(self) -> list[KnownEffort]:
         """The efforts of springs, dampers, and viscous friction."""
-        return [*map(self._spring, self.dynamics.springs), *map(self._damper, self.dynamics.dampers), *self._friction()]
+        return [*map(self._spring, self.dynamics.springs), *self._viscous()]
 
     def _spring(self, spring: SpringForce) -> KnownEffort:
         gauge, reaction = self.mechanism.gauges[spring.gauge], self.statics.gauges[spring.gauge]
@@ -215,21 +216,30 @@ class Loading:
         potential = -0.5 * (work.conjugate() * arm).real
         return KnownEffort("spring", replace(reaction, kind=PUSH), pull, pull * value, work, speed, potential)
 
-    def _damper(self, damper: DampingForce) -> KnownEffort:
-        gauge, reaction = self.mechanism.gauges[damper.gauge], self.statics.gauges[damper.gauge]
-        return self._damped(reaction, damper.damping, self.gauges[damper.gauge][1], self.unit(gauge.rotary))
-
-    def _friction(self) -> list[KnownEffort]:
-        found = []
-        for pair in friction_pairs(self.mechanism):
-            rate, unit = pair.rate(self.mechanism, self.course), self.unit(pair.slide == NONE)
-            found.append(self._damped(pair.reaction(self.statics), pair.friction.damping, rate, unit))
-        return found
-
-    def _damped(self, reaction: Reaction, damping: float, rate: FloatArray, unit: Any) -> KnownEffort:
-        """Return a viscous effort at the rate of a reading."""
-        work = laws.damper(damping, rate, unit)
-        return KnownEffort("damping", reaction, work / self.metre, work / unit, work, rate)
+    def _viscous(self) -> Iterator[KnownEffort]:
+        """Yield the efforts of dampers and of viscous friction."""
+        gauges = self.mechanism.gauges
+        found = [
+            (
+                self.statics.gauges[own.gauge],
+                own.damping,
+                self.gauges[own.gauge][1],
+                self.unit(gauges[own.gauge].rotary),
+            )
+            for own in self.dynamics.dampers
+        ]
+        found += [
+            (
+                pair.reaction(self.statics),
+                pair.friction.damping,
+                pair.rate(self.mechanism, self.course),
+                self.unit(pair.slide == NONE),
+            )
+            for pair in friction_pairs(self.mechanism)
+        ]
+        for reaction, damping, rate, unit in found:
+            work = laws.damper(damping, rate, unit)
+            yield KnownEffort("damping", reaction, work / self.metre, work / unit, work, rate)
 
     @cached_property
     @quiet

@@ -197,11 +197,11 @@ class Linearisation(ReducedEquations):
         """Return what rounding in the forces (k,) and in their derivatives (k, k) is relative to."""
         scale, rough, size = np.zeros(len(at.first)), forces.steep[..., 0], self.mechanism.size
         least = LEVER * np.max(np.abs(at.first[:, list(self.mechanism.close), 0]), axis=1)
-        for pull in forces.pulls:
-            lever = np.maximum(np.abs(pull.rates[:, 0]), least / (size if pull.turns else 1.0))
-            amount = np.ravel(pull.amount)[0]
+        for part in forces.parts:
+            lever = np.maximum(np.abs(part.rates[:, 0]), least / (size if part.turns else 1.0))
+            amount = np.ravel(part.amount)[0]
             scale += amount * lever
-            rough = rough + amount / (1.0 if pull.turns else size) * lever[:, None] * lever
+            rough = rough + amount / (1.0 if part.turns else size) * lever[:, None] * lever
         return scale, rough
 
     def _damping(self, directions: FloatArray) -> FloatArray:

@@ -169,19 +169,24 @@ def entry(b: BalancedBodies, t: int, v: FloatArray, directions: FloatArray) -> f
     return b.factors[t] * part
 
 
+@kernel
+def subtract(b: BalancedBodies, column: int, factor: float, v: FloatArray, unknown: int, out: BalanceRoom) -> None:
+    """Subtract a multiple of a column of E from that of an unknown."""
+    for t in range(b.terms.shape[0]):
+        if b.terms[t, 1] == column:
+            out.matrix[b.terms[t, 0], unknown] -= factor * entry(b, t, v, out.directions)
+
+
 @stage
 def fill_rotors(b: BalancedBodies, p: Acting, at: InfluencePosition, free: int, out: BalanceRoom) -> None:
     """Add the efforts that rotors of free inputs need for s''."""
     unknowns = out.matrix.shape[1] - free
     for i in range(b.rotors.shape[0]):
         r, column = b.rotors[i, 0], b.rotors[i, 1]
-        if b.unknown[column] >= 0:
-            continue
-        for t in range(b.terms.shape[0]):
-            if b.terms[t, 1] == column:
-                part = entry(b, t, at.v, out.directions) * b.rotor_ratio[i] * p.rotor[r] / p.metre
-                for k in range(free):
-                    out.matrix[b.terms[t, 0], unknowns + k] -= part * at.b[k, p.rotors[r]]
+        if b.unknown[column] < 0:
+            for k in range(free):
+                factor = b.rotor_ratio[i] * p.rotor[r] / p.metre * at.b[k, p.rotors[r]]
+                subtract(b, column, factor, at.v, unknowns + k, out)
 
 
 @stage
@@ -190,10 +195,7 @@ def fill_shares(b: BalancedBodies, v: FloatArray, out: BalanceRoom) -> None:
     for i in range(b.shares.shape[0]):
         column, follower = b.shares[i, 0], b.shares[i, 1]
         if b.unknown[column] < 0:
-            for t in range(b.terms.shape[0]):
-                if b.terms[t, 1] == column:
-                    part = entry(b, t, v, out.directions)
-                    out.matrix[b.terms[t, 0], b.unknown[follower]] -= b.share[i] * part
+            subtract(b, column, b.share[i], v, b.unknown[follower], out)
 
 
 @kernel
