@@ -26,7 +26,7 @@ from gimcli.calculus.jet import Jet
 from gimcli.calculus.numbers import nominal, phase
 from gimcli.canonical import beside
 from gimcli.continuation.arclength import ArclengthConstants, correct
-from gimcli.dynamic_data import TIME, LoadCurve, Release, SpringForce
+from gimcli.dynamic_data import TIME, DrivingEffort, LoadCurve, Release, SpringForce
 from gimcli.dynamics.kinematic_history import Course
 from gimcli.dynamics.load_arrays import is_vector, moving_loads
 from gimcli.dynamics.loading import Loading, LoadPart
@@ -76,10 +76,12 @@ def _contribution(
 
     A constant force has a potential; of another one it is given if there is one.
     """
-    if potential is None and not isinstance(work, Dual):
-        potential = -(np.conjugate(work) * on.value).real
-    own = np.abs(nominal(work)) if amount is None else amount
-    return Contribution((np.conjugate(work) * on.rates).real, potential, own, on.first, turns)
+    if isinstance(work, Dual):
+        q = (on.rates * np.conjugate(work)).real
+    else:
+        own = (on * np.conjugate(work)).real
+        q, potential = own.rates, -own.value
+    return Contribution(q, potential, np.abs(nominal(work)) if amount is None else amount, on.first, turns)
 
 
 @dataclass(frozen=True)
@@ -106,7 +108,7 @@ class StaticBalance:
     def __init__(self, mechanism: Mechanism, released: tuple[int, ...], time: float) -> None:
         self.mechanism, dynamics = mechanism, mechanism.dynamics
         self.time, self.metre = np.array([time]), require_action(mechanism)
-        self.efforts = [r for r in dynamics.releases if r.actuator in released]
+        self.efforts = [r for r in dynamics.releases if r.actuator in released and r.effort != DrivingEffort()]
         self.loads = moving_loads(mechanism)
         self.twisted = [s for s in dynamics.springs if mechanism.gauges[s.gauge].rotary]
         self.torques = [load for load in self.loads if load.torque]
