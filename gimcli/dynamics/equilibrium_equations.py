@@ -26,7 +26,7 @@ def right_side(statics: Statics, loads: Loading) -> Any:
     """Return the right side of the equations of equilibrium (equations, rows): inertia less applied forces."""
     z, right = loads.course.nodes[0], [0.0 * loads.course.time] * statics.equations
     for part in loads.parts:
-        body = part.body(statics)
+        body = statics.body_of(part.part)
         if body != NONE:
             first, own = statics.first_row[body], statics.bodies[body]
             right[first], right[first + 1] = right[first] - part.force.real, right[first + 1] - part.force.imag

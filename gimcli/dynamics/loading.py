@@ -7,7 +7,7 @@ computed when they are asked for.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -71,11 +71,6 @@ class LoadedPart(Working):
     def turning(self, order: int) -> Any:
         """Return omega or alpha of its member (order 1 or 2) (rows,)."""
         return turning(self.mechanism, self.course, self.part.member)[order - 1] if self.part.node == NO_NODE else 0.0
-
-    def body(self, statics: Statics) -> int:
-        """Return the body on which it acts; the pin of a node belongs to its first member."""
-        at_node = self.part.node != NO_NODE
-        return statics.body_of_pin[self.part.node] if at_node else statics.body_of_member[self.part.member]
 
     @property
     def rate(self) -> Any:
@@ -258,44 +253,46 @@ class Loading:
     @quiet
     def support(self) -> Any:
         """The force on the frame, from external and inertia forces (rows,) [N]."""
-        return sum((part.force for part in self.parts), 0.0j * self.course.time)
+        return self._total(part.force for part in self.parts) + 0.0j
 
     @cached_property
     @quiet
     def support_moment(self) -> Any:
         """The moment on the frame about the normal frame's origin (rows,) [N x length]."""
-        pole, zero = self.statics.pole, 0.0 * self.course.time
-        arms = (((part.point() - pole).conjugate() * part.force).imag + part.couple for part in self.parts)
-        return sum(arms, zero)
+        pole = self.statics.pole
+        return self._total(((part.point() - pole).conjugate() * part.force).imag + part.couple for part in self.parts)
 
     @cached_property
     @quiet
     def power(self) -> dict[str, Any]:
         """The power (rows,) [W] of every kind in POWERS."""
-        zero = 0.0 * self.course.time
         acting: list[Working] = [*self.parts, *self.efforts]
-        return {kind: sum((own.power for own in acting if own.kind == kind), zero) for kind in POWERS}
+        return {kind: self._total(own.power for own in acting if own.kind == kind) for kind in POWERS}
 
     @cached_property
     @quiet
     def kinetic(self) -> Any:
         """The kinetic energy (rows,) [J]."""
-        own = [one.kinetic for one in self.masses] + [one.kinetic for one in self._turning_rotors]
-        return sum(own, 0.0 * self.course.time)
+        return self._total([*(one.kinetic for one in self.masses), *(one.kinetic for one in self._turning_rotors)])
 
     @cached_property
     @quiet
     def kinetic_rate(self) -> Any:
         """The rate of the kinetic energy, from the accelerations (rows,) [W]."""
-        own = [one.kinetic_rate for one in self.masses] + [one.kinetic_rate for one in self._turning_rotors]
-        return sum(own, 0.0 * self.course.time)
+        return self._total(
+            [*(one.kinetic_rate for one in self.masses), *(one.kinetic_rate for one in self._turning_rotors)]
+        )
 
     @cached_property
     @quiet
     def potential(self) -> Any:
         """The potential energy of gravity and springs (rows,) [J]."""
-        heights = sum((mass.height(self.statics.pole) for mass in self.masses), 0.0 * self.course.time)
-        return sum((own.potential for own in self.efforts), heights)
+        heights = [mass.height(self.statics.pole) for mass in self.masses]
+        return self._total([*heights, *(own.potential for own in self.efforts)])
+
+    def _total(self, numbers: Iterable[Any]) -> Any:
+        """Return the sum of some numbers (rows,)."""
+        return sum(numbers, 0.0 * self.course.time)
 
     @cached_property
     def rotors(self) -> dict[int, Any]:

@@ -18,7 +18,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from gimcli.dynamic_data import NO_NODE, AppliedLoad, Friction, Inertia
+from gimcli.dynamic_data import AppliedLoad, Friction, Inertia
 from gimcli.dynamics.equilibrium_equations import directions, equilibrium
 from gimcli.dynamics.forces import Forces
 from gimcli.dynamics.kinematic_history import Course
@@ -108,7 +108,7 @@ class BodyBalance:
         """Return first equation, node of reference, and whether there is an equation of moments, of the bodies."""
         every, rows = self.statics, list[tuple[int, int, int]]()
         for part in parts:
-            body = every.body_of_pin[part.node] if part.node != NO_NODE else every.body_of_member[part.member]
+            body = every.body_of(part)
             if body == NONE:
                 rows.append((-1, 0, 0))
             else:

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gimcli.calculus.numbers import RuleNumber, nominal, scalar
+from gimcli.dynamic_data import NO_NODE, AppliedLoad, Inertia
 from gimcli.kernels.equilibrium import ALONG, COUPLE, MOMENT, PUSH, TURN, X, Y
 from gimcli.mechanism import FRAME, HEIGHT, SPAN, FloatArray, Mechanism, PairRow
 from gimcli.structure.carried import carried_direction
@@ -106,6 +107,10 @@ class Statics:
     def first_row(self) -> tuple[int, ...]:
         """First equation of each body."""
         return tuple(accumulate(self._sizes[:-1], initial=0)) if self.bodies else ()
+
+    def body_of(self, part: Inertia | AppliedLoad) -> int:
+        """Return the body on which a mass or a load acts; the pin of a node belongs to its first member."""
+        return self.body_of_member[part.member] if part.node == NO_NODE else self.body_of_pin[part.node]
 
     @cached_property
     def pole(self) -> complex:
