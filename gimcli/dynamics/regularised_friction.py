@@ -67,12 +67,11 @@ class BodyBalance:
         inertias = [i for i in read.dynamics.inertias if i.member != FRAME]
         terms, factors = self._terms()
         rotors, ratios = self._rotors()
-        shares, share = self._shares()
         return BalancedBodies(
             terms, factors, np.array([(v.z.real, v.z.imag) for v in vectors]).reshape(-1, 2), ints(turned, 4),
             self.unknown, contact, self._acted(inertias), self._acted(moving_loads(read)),
             ints(list(zip(self.readings.tolist(), readings, strict=True)), 2), self.couples,
-            rotors, ratios, shares, share, self.first,
+            rotors, ratios, self.first,
         )  # fmt: skip
 
     def _terms(self) -> tuple[IntArray, FloatArray]:
@@ -95,14 +94,14 @@ class BodyBalance:
         ]
         return ints([row for row, _ in turned], 2), np.array([ratio for _, ratio in turned], dtype=float)
 
-    def _shares(self) -> tuple[IntArray, FloatArray]:
-        """Return columns of actuators and of their followers without gears, and the ratios."""
-        shares = [
-            ((int(self.readings[actuator]), int(self.readings[coupling.follower])), ratio)
+    @property
+    def shares(self) -> list[tuple[int, int, float]]:
+        """Columns of actuators, unknowns of their followers without gears, whose effort they bear, and the ratios."""
+        return [
+            (int(self.readings[actuator]), int(self.unknown[self.readings[coupling.follower]]), ratio)
             for coupling in self.mechanism.couplings if not coupling.geared
             for actuator, ratio in coupling.terms
         ]  # fmt: skip
-        return ints([row for row, _ in shares], 2), np.array([ratio for _, ratio in shares], dtype=float)
 
     def _acted(self, parts: Sequence[Inertia | AppliedLoad]) -> IntArray:
         """Return first equation, node of reference, and whether there is an equation of moments, of the bodies."""
@@ -177,9 +176,12 @@ class RegularisedFriction:
         columns, size, free = len(self.balance.statics.reactions), self.balance.equations, len(reducer.free)
         count = len(self.balance.columns)
         self.room = kernels.BalanceRoom(
-            np.zeros((columns, 2)), np.zeros(columns), np.zeros((size, self.balance.unknowns + free)),
+            np.zeros((columns, 2)), np.zeros(columns), np.zeros((columns, self.balance.unknowns + free)),
+            np.zeros((size, self.balance.unknowns + free)),
             np.zeros((size, 1 + count)), np.zeros(reducer.terms.variables),
         )  # fmt: skip
+        for own, follower, ratio in self.balance.shares:
+            self.room.gains[own, follower] -= ratio
         self.loop = kernels.LoopRoom(
             np.zeros(count), np.zeros(count), np.zeros((count, 2, 1 + count)), np.zeros(count), np.zeros(count),
             np.zeros((count, 2)), np.zeros((count, count)), np.zeros(2 * count), np.zeros(count), np.zeros(count),
@@ -259,8 +261,8 @@ class RegularisedFriction:
         for k in reducer.given:
             column = int(self.balance.readings[k])
             effort = unknowns[bodies.unknown[column]]
-            for (own, follower), ratio in zip(bodies.shares.tolist(), bodies.share.tolist(), strict=True):
-                effort += ratio * unknowns[bodies.unknown[follower]] if own == column else 0.0
+            for own, follower, ratio in self.balance.shares:
+                effort += ratio * unknowns[follower] if own == column else 0.0
             effort *= acting.metre
             for (rotor, own), ratio in zip(bodies.rotors.tolist(), bodies.rotor_ratio.tolist(), strict=True):
                 effort += ratio * acting.rotor[rotor] * gains[acting.rotors[rotor]] if own == column else 0.0

@@ -58,8 +58,6 @@ class BalancedBodies(NamedTuple):
     couples: IntArray  # (rubs,) columns of the moments in pins
     rotors: IntArray  # (., 2) number of a rotor, column of an actuator that turns it
     rotor_ratio: FloatArray  # (.,) rate of the rotor's input by that of the actuator: 1, or the ratio of a follower
-    shares: IntArray  # (., 2) column of an actuator, column of a follower, whose effort the actuator bears
-    share: FloatArray  # (.,) ratio of the follower
     first: int  # number of the variable that is the first reading
 
 
@@ -77,6 +75,7 @@ class BalanceRoom(NamedTuple):
 
     directions: FloatArray  # (columns, 2)
     efforts: FloatArray  # (columns,) N, or N x length of the normal frame
+    gains: FloatArray  # (columns, unknowns + free) derivatives of the efforts by the unknowns
     matrix: FloatArray  # (equations, unknowns + free)
     sides: FloatArray  # (equations, 1 + contacts)
     rest: FloatArray  # (variables,) accelerations while s'' is 0
@@ -139,22 +138,27 @@ def fill_bodies(
 
 @stage
 def fill_efforts(
-    b: BalancedBodies, p: Acting, v: FloatArray, w: FloatArray, rest: FloatArray, known: FloatArray, efforts: FloatArray
+    b: BalancedBodies, p: Acting, at: InfluencePosition, w: FloatArray, free: int, known: FloatArray, out: BalanceRoom
 ) -> None:
-    """Compute the efforts of the readings, of rotors while s'' is 0, and of viscous friction in pins.
+    """Compute the efforts of the readings, of rotors, and of viscous friction in pins, while s'' is 0; and by s''.
 
     known: efforts on the variables (`Reduced.effort`).
     """
-    metre = p.metre
+    v, unknowns = at.v, out.matrix.shape[1] - free
     for i in range(b.readings.shape[0]):
-        if b.readings[i, 0] >= 0:
-            r = b.first + i
-            efforts[b.readings[i, 0]] = sense_of(v, r, b.readings[i, 1]) * known[r] / metre
+        c, r = b.readings[i, 0], b.first + i
+        if c >= 0:
+            out.efforts[c] = sense_of(v, r, b.readings[i, 1]) * known[r] / p.metre
+            for k in range(free):
+                out.gains[c, unknowns + k] = 0.0
     for i in range(b.rotors.shape[0]):
-        k, column = b.rotors[i, 0], b.rotors[i, 1]
-        efforts[column] -= b.rotor_ratio[i] * p.rotor[k] / metre * rest[p.rotors[k]]
+        c, r = b.rotors[i, 1], p.rotors[b.rotors[i, 0]]
+        inertia = b.rotor_ratio[i] * p.rotor[b.rotors[i, 0]] / p.metre
+        out.efforts[c] -= inertia * out.rest[r]
+        for k in range(free):
+            out.gains[c, unknowns + k] -= inertia * at.b[k, r]
     for i in range(p.rubs.shape[0]):
-        efforts[b.couples[i]] = damper(p.rub[i, 0], pin_speed(p, v, w, i), 1.0) / metre
+        out.efforts[b.couples[i]] = damper(p.rub[i, 0], pin_speed(p, v, w, i), 1.0) / p.metre
 
 
 @kernel
@@ -167,35 +171,6 @@ def entry(b: BalancedBodies, t: int, v: FloatArray, directions: FloatArray) -> f
     elif axis < MOMENT:
         part = dx if axis == X else dy
     return b.factors[t] * part
-
-
-@kernel
-def subtract(b: BalancedBodies, column: int, factor: float, v: FloatArray, unknown: int, out: BalanceRoom) -> None:
-    """Subtract a multiple of a column of E from that of an unknown."""
-    for t in range(b.terms.shape[0]):
-        if b.terms[t, 1] == column:
-            out.matrix[b.terms[t, 0], unknown] -= factor * entry(b, t, v, out.directions)
-
-
-@stage
-def fill_rotors(b: BalancedBodies, p: Acting, at: InfluencePosition, free: int, out: BalanceRoom) -> None:
-    """Add the efforts that rotors of free inputs need for s''."""
-    unknowns = out.matrix.shape[1] - free
-    for i in range(b.rotors.shape[0]):
-        r, column = b.rotors[i, 0], b.rotors[i, 1]
-        if b.unknown[column] < 0:
-            for k in range(free):
-                factor = b.rotor_ratio[i] * p.rotor[r] / p.metre * at.b[k, p.rotors[r]]
-                subtract(b, column, factor, at.v, unknowns + k, out)
-
-
-@stage
-def fill_shares(b: BalancedBodies, v: FloatArray, out: BalanceRoom) -> None:
-    """Add the efforts of followers that free inputs bear."""
-    for i in range(b.shares.shape[0]):
-        column, follower = b.shares[i, 0], b.shares[i, 1]
-        if b.unknown[column] < 0:
-            subtract(b, column, b.share[i], v, b.unknown[follower], out)
 
 
 @kernel
@@ -226,20 +201,18 @@ def fill(
         dx, dy = b.vectors[c, 0] * ex - b.vectors[c, 1] * ey, b.vectors[c, 0] * ey + b.vectors[c, 1] * ex
         norm = math.sqrt(dx * dx + dy * dy) if b.turned[t, 3] == 1 else 1.0
         out.directions[c, 0], out.directions[c, 1] = dx / norm, dy / norm
-    fill_efforts(b, p, v, room.velocity, out.rest, reduced.effort, out.efforts)
+    fill_efforts(b, p, at, room.velocity, free, reduced.effort, out)
     for t in range(b.terms.shape[0]):
         row, c, part = b.terms[t, 0], b.terms[t, 1], entry(b, t, v, out.directions)
         if b.unknown[c] >= 0:
             out.matrix[row, b.unknown[c]] += part
         else:
             out.sides[row, 0] -= part * out.efforts[c]
+            for j in range(out.matrix.shape[1]):
+                out.matrix[row, j] += part * out.gains[c, j]
         if b.contact[c] >= 0:
             out.sides[row, 1 + b.contact[c]] += part
     fill_bodies(b, p, at, free, factors, out)
-    if b.rotors.shape[0]:
-        fill_rotors(b, p, at, free, out)
-    if b.shares.shape[0]:
-        fill_shares(b, v, out)
 
 
 @stage
