@@ -30,7 +30,7 @@ from gimcli.dynamics.equilibrium_equations import Balance, coefficients, equilib
 from gimcli.dynamics.kinematic_history import Course, Turns, reading
 from gimcli.dynamics.load_arrays import FrictionPair, friction_pairs
 from gimcli.dynamics.loading import Loading
-from gimcli.dynamics.physical import require_action
+from gimcli.dynamics.physical import effort_shares, input_units, require_action
 from gimcli.dynamics.statics import Statics
 from gimcli.errors import ModelError
 from gimcli.mechanism import BoolArray, ComplexArray, FloatArray, IntArray
@@ -221,8 +221,9 @@ class _Rows:
         effort = self._efforts(least, greatest)
         for actuator, own in rotors.items():
             effort[:, actuator] += own
-            for leader, share in self._leaders(actuator):
-                effort[:, leader] += share * own
+            for leader, follower, share in effort_shares(self.statics.mechanism):
+                if follower == actuator:
+                    effort[:, leader] += share * own
         dry = DryFriction(
             tuple(dict.fromkeys(pair.name for pair in self.pairs)), codes, self._powers(x),
             effort, hold, margin, smooth, residual,
@@ -282,9 +283,8 @@ class _Rows:
         """Return the speeds of the inputs (actuators, rows) in rad/s or m/s; 0 of those that follow others."""
         mechanism = self.statics.mechanism
         rates = [reading(mechanism, actuator, course)[1] for actuator in mechanism.actuators]
-        metre = require_action(mechanism)
-        rates = [r * (1.0 if a.rotary else metre) for r, a in zip(rates, mechanism.actuators, strict=True)]
-        return np.array([r * (k in mechanism.drivers) for k, r in enumerate(rates)])
+        units = input_units(mechanism)
+        return np.array([r * units[k] * (k in mechanism.drivers) for k, r in enumerate(rates)])
 
     def _efforts(self, least: FloatArray, greatest: FloatArray) -> FloatArray:
         """Return the efforts (2, actuators, rows) in N m or N among two sets of reactions (rows, unknowns).
@@ -292,22 +292,12 @@ class _Rows:
         Those of drivers include what their followers need; without an actuator, as with gears, they are 0.
         """
         mechanism, own = self.statics.mechanism, list(self.statics.efforts)
-        metre = require_action(mechanism)
-        units = np.array([metre if actuator.rotary else 1.0 for actuator in mechanism.actuators])
+        units = require_action(mechanism) / input_units(mechanism)
         found = np.array([least[:, own].T, greatest[:, own].T]) * units[:, None]
         found[:, list(mechanism.geared)] = 0.0
-        for coupling in mechanism.couplings:
-            for leader, share in self._leaders(coupling.follower):
-                found[:, leader] += np.sort(share * found[:, coupling.follower], axis=0)
+        for leader, follower, share in effort_shares(mechanism):
+            found[:, leader] += np.sort(share * found[:, follower], axis=0)
         return np.asarray(found)
-
-    def _leaders(self, follower: int) -> list[tuple[int, float]]:
-        """Return the inputs that an actuator follows, with their shares of its effort (in SI units)."""
-        mechanism = self.statics.mechanism
-        metre = require_action(mechanism)
-        units = [1.0 if actuator.rotary else metre for actuator in mechanism.actuators]
-        own = [c for c in mechanism.couplings if c.follower == follower and not c.geared]
-        return [(leader, ratio * units[follower] / units[leader]) for c in own for leader, ratio in c.terms]
 
     def _powers(self, x: FloatArray) -> FloatArray:
         """Return the power of dry friction (names, rows) [W] in each entry of the file."""

@@ -29,6 +29,7 @@ from gimcli.dynamics.equilibria_curve import (
     joined,
 )
 from gimcli.dynamics.equilibria_roots import CurveRoot, curve_roots
+from gimcli.dynamics.physical import input_units
 from gimcli.input_laws import ConstantLaw
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.positions.inputs import InputLine
@@ -69,7 +70,7 @@ class _CircuitSearch:
         assert curve.circuit.curve.line is not None
         self.curve, self.circuit, self.mechanism = curve, curve.circuit, curve.circuit.mechanism
         self.main, self.middle, self.progress = curve.circuit.curve.line.main, middle, progress
-        self.metre = 1.0 if self.mechanism.actuators[self.main].rotary else curve.balance.metre
+        self.metre = float(input_units(self.mechanism)[self.main])
         self.points: list[BalancePoint] = []
         self.roots: list[CurveRoot] = []
         self.cut = False

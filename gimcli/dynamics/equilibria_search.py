@@ -19,6 +19,7 @@ import numpy as np
 from gimcli.canonical import ROUNDING, beside, ranks
 from gimcli.dynamics.equilibria_balance import Freedoms, StaticBalance, released_inputs_line
 from gimcli.dynamics.equilibria_curve import BALANCE, STABLE, UNDECIDED, UNSTABLE, Equilibria, Equilibrium
+from gimcli.dynamics.physical import input_units
 from gimcli.errors import UnassembledError
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.motion.solve import settled, start_position
@@ -279,8 +280,7 @@ class EquilibriumSearch:
 
     def _rates(self, place: BalancedPlace) -> FloatArray | None:
         """Return the released inputs [rad or m] along the directions of motion (j, k); None at a limit of an input."""
-        rotary = [self.freedoms.mechanism.actuators[k].rotary for k in self.released]
-        own = place.basis[:, self.freedoms.system.n :] * np.where(rotary, 1.0, self.balance.metre)
+        own = place.basis[:, self.freedoms.system.n :] * input_units(self.freedoms.mechanism)[list(self.released)]
         if own.shape[0] != own.shape[1] or not np.linalg.cond(own) < 1.0 / SEARCH.zero:
             return None
         return np.asarray(own)

@@ -15,7 +15,7 @@ from gimcli.coupling_data import BELT, CROSSED, GearPair
 from gimcli.dynamics.forces import Forces
 from gimcli.dynamics.kinematic_history import reading
 from gimcli.dynamics.loading import POWERS
-from gimcli.dynamics.physical import require_action
+from gimcli.dynamics.physical import input_units, require_action
 from gimcli.dynamics.statics import Pin, Statics
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
 from gimcli.table import Column, xy_columns
@@ -102,9 +102,8 @@ def rotors(statics: Statics) -> Iterator[ForceColumn]:
 
 
 def _rotor_torque(forces: Forces, number: int) -> FloatArray:
-    own, rotor = forces.mechanism, forces.mechanism.dynamics.rotors[number]
-    metre = 1.0 if own.actuators[rotor.actuator].rotary else own.dynamics.metre or 1.0
-    return forces.effort(rotor.actuator) * metre / rotor.ratio
+    rotor = forces.mechanism.dynamics.rotors[number]
+    return forces.effort(rotor.actuator) * float(input_units(forces.mechanism)[rotor.actuator]) / rotor.ratio
 
 
 def _rotor_speed(forces: Forces, number: int) -> FloatArray:

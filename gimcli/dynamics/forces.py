@@ -20,7 +20,7 @@ from gimcli.calculus.numbers import RuleNumber, nominal
 from gimcli.dynamics.equilibrium_equations import Balance, coefficients, equilibrium, right_side
 from gimcli.dynamics.kinematic_history import Course, Courses, Turns, reading
 from gimcli.dynamics.loading import Loading
-from gimcli.dynamics.physical import require_action
+from gimcli.dynamics.physical import effort_shares, input_units, require_action
 from gimcli.dynamics.statics import Pin, Statics, direction, statics
 from gimcli.kernels.equilibrium import SINGULAR
 from gimcli.mechanism import BoolArray, ComplexArray, FloatArray, Mechanism
@@ -80,11 +80,9 @@ class Forces:
         The effort of an actuator includes those that its followers need; that of a follower is what it transmits.
         """
         effort = self._own_effort(actuator)
-        for coupling in self.mechanism.couplings:
-            ratio = dict(coupling.terms).get(actuator, 0.0)
-            if ratio and not coupling.geared:
-                units = self._unit(coupling.follower) / self._unit(actuator)
-                effort = effort + ratio * units * self._own_effort(coupling.follower)
+        for leader, follower, share in effort_shares(self.mechanism):
+            if leader == actuator:
+                effort = effort + share * self._own_effort(follower)
         return effort
 
     def _own_effort(self, actuator: int) -> FloatArray:
@@ -92,10 +90,6 @@ class Forces:
         effort = determined(self._solutions[:, self.statics.efforts[actuator]])
         effort = effort * (self._metre if self.mechanism.actuators[actuator].rotary else 1.0)
         return effort + self.loads.rotors[actuator] if actuator in self.loads.rotors else effort
-
-    def _unit(self, actuator: int) -> float:
-        """Return one unit of an input in rad or m."""
-        return 1.0 if self.mechanism.actuators[actuator].rotary else self._metre
 
     def unknown(self, number: int) -> FloatArray:
         """Return an unknown [N, or N x length of the normal frame] where it is determined, else NaN (rows,)."""
@@ -152,7 +146,7 @@ class Forces:
     def power(self, actuator: int) -> FloatArray:
         """Return the power [W] of an actuator (rows,)."""
         rate = reading(self.mechanism, self.mechanism.actuators[actuator], self.course)[1]
-        return self.effort(actuator) * rate * self._unit(actuator)
+        return self.effort(actuator) * rate * float(input_units(self.mechanism)[actuator])
 
     @property
     def power_error(self) -> FloatArray:

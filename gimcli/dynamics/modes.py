@@ -16,6 +16,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from gimcli.canonical import ranks
+from gimcli.dynamics.physical import input_units
 from gimcli.dynamics.small_motions import Linearisation, Linearised
 from gimcli.errors import ModelError
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray
@@ -238,19 +239,18 @@ class ModeShape:
 def mode_shape(found: Linearised, mode: Mode) -> ModeShape:
     """Return the shape of a mode."""
     mechanism, shape = found.mechanism, mode.shape
-    metre = mechanism.dynamics.metre or 1.0
-    columns: list[tuple[str, str]] = []
+    units, columns = input_units(mechanism), list[tuple[str, str]]()
     values: list[complex] = []
     for k, actuator in enumerate(mechanism.actuators):
         if k in found.released or np.any(found.input_rates[:, k]):
             columns.append((f"{actuator.name}.shape", "rad" if actuator.rotary else "m"))
-            values.append(complex(shape @ found.input_rates[:, k]) * (1.0 if actuator.rotary else metre))
+            values.append(complex(shape @ found.input_rates[:, k]) * units[k])
     turns = shape @ member_rates(found)
     for member, turn in zip(mechanism.members[FRAME + 1 :], turns, strict=True):
         columns.append((f"{member.name}.turn", "rad"))
         values.append(complex(turn))
     for name in mechanism.traced:
-        rates = _point_rates(found, name) * metre
+        rates = _point_rates(found, name) * (mechanism.dynamics.metre or 1.0)
         columns += [(f"{name}.dx", "m"), (f"{name}.dy", "m")]
         values += [complex(shape @ rates.real), complex(shape @ rates.imag)]
     scale = f"{found.names[mode.lead]} = 1 {found.units[mode.lead]}"

@@ -1,9 +1,11 @@
-"""Requirements of dynamics on the model file: masses or forces, and a physical unit of length."""
+"""Requirements of dynamics on the model file, physical units of inputs, and shares of their efforts."""
 
 from __future__ import annotations
 
+import numpy as np
+
 from gimcli.errors import ModelError
-from gimcli.mechanism import FRAME, Mechanism
+from gimcli.mechanism import FRAME, FloatArray, Mechanism
 
 SHOWN = 8
 """Most members that a message names."""
@@ -28,6 +30,21 @@ def require_masses(mechanism: Mechanism) -> float:
     if not moved and not any(rotor.inertia > 0.0 for rotor in mechanism.dynamics.rotors):
         raise _no_masses(mechanism, "masses")
     return _metre(mechanism)
+
+
+def input_units(mechanism: Mechanism) -> FloatArray:
+    """Return one unit of each input (actuators,) in rad or m."""
+    metre = mechanism.dynamics.metre or 1.0
+    return np.array([1.0 if actuator.rotary else metre for actuator in mechanism.actuators])
+
+
+def effort_shares(mechanism: Mechanism) -> list[tuple[int, int, float]]:
+    """Return inputs that others follow without gears, the followers, and the shares of their efforts [N m or N]."""
+    units = input_units(mechanism).tolist()
+    return [
+        (leader, coupling.follower, ratio * units[coupling.follower] / units[leader])
+        for coupling in mechanism.couplings if not coupling.geared for leader, ratio in coupling.terms
+    ]  # fmt: skip
 
 
 def _metre(mechanism: Mechanism) -> float:

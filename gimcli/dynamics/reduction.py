@@ -23,6 +23,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from gimcli.dynamic_data import TIME, DrivingEffort
+from gimcli.dynamics.physical import input_units
 from gimcli.dynamics.reducer import Reducer, release_of, with_released
 from gimcli.errors import UsageError
 from gimcli.input_laws import ConstantLaw, InputLaw, SummedLaw
@@ -109,7 +110,7 @@ def with_others_fixed(mechanism: Mechanism, actuator: int) -> Mechanism:
 
 def _reduction(mechanism: Mechanism, actuator: int, q: FloatArray, table: FloatArray, codes: IntArray) -> Reduction:
     """Return a reduction in SI units."""
-    unit = 1.0 if mechanism.actuators[actuator].rotary else mechanism.dynamics.metre or 1.0
+    unit = input_units(mechanism)[actuator]
     powers = unit ** np.array([2, 3, 1, 2, 0, 1])
     inertia, slope, torque, torque_slope, potential, potential_slope = table / powers[:, None]
     return Reduction(

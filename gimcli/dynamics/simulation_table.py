@@ -8,6 +8,7 @@ import numpy as np
 
 from gimcli.dynamics.force_columns import columns_of, effort_unit, reactions as force_reactions
 from gimcli.dynamics.forces import Forces, inverse_dynamics
+from gimcli.dynamics.physical import input_units
 from gimcli.dynamics.simulation_types import Event, Simulation
 from gimcli.dynamics.statics import statics
 from gimcli.mechanism import FloatArray, Mechanism
@@ -62,7 +63,7 @@ def simulation_table(found: Simulation, times: FloatArray, forces: Forces | None
 def _efforts(found: Simulation) -> list[Column]:
     """Return the efforts of the inputs that follow laws."""
     mechanism = found.mechanism
-    units = [1.0 if actuator.rotary else mechanism.dynamics.metre or 1.0 for actuator in mechanism.actuators]
+    units = input_units(mechanism)
     return [
         Column(f"{mechanism.actuators[k].name}.effort", own / units[k], effort_unit(mechanism, k))
         for k, own in enumerate(found.efforts) if not np.all(np.isnan(own))
