@@ -14,7 +14,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from gimcli.calculus.numbers import RuleNumber
+from gimcli.calculus.numbers import RuleNumber, nominal
 
 TIME = -1
 """The curve is a function of the time [s], not of an input."""
@@ -90,6 +90,11 @@ class SpringForce:
     def law(self) -> tuple[float, ...]:
         """The parameters of `gimcli.kernels.laws.spring`."""
         return self.free, self.stiffness
+
+    @property
+    def proportional(self) -> bool:
+        """Whether the effort is proportional to the reading."""
+        return not np.any(nominal(self.free))
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gimcli.calculus.numbers import nominal
 from gimcli.dynamic_data import NO_NODE, TIME, AppliedLoad, Friction, Inertia, SpringForce
 from gimcli.dynamics.kinematic_history import Course, reading, travel_along, turning
 from gimcli.dynamics.statics import Reaction, Statics
@@ -93,8 +92,8 @@ FRICTION_GAUGE = "friction in "
 
 
 def is_vector(mechanism: Mechanism, spring: SpringForce) -> bool:
-    """Return whether the force of a spring is the vector k (a - b): a free length of 0 between two nodes."""
-    return mechanism.gauges[spring.gauge].kind == SPAN and not np.any(nominal(spring.free))
+    """Return whether the force of a spring is the vector k (a - b): it is proportional to the distance of two nodes."""
+    return mechanism.gauges[spring.gauge].kind == SPAN and spring.proportional
 
 
 def with_force_gauges(mechanism: Mechanism) -> Mechanism:
