@@ -14,7 +14,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from gimcli.calculus.numbers import RuleNumber, nominal
+from gimcli.calculus.numbers import RuleNumber
 
 TIME = -1
 """The curve is a function of the time [s], not of an input."""
@@ -93,8 +93,8 @@ class SpringForce:
 
     @property
     def proportional(self) -> bool:
-        """Whether the effort is proportional to the reading."""
-        return not np.any(nominal(self.free))
+        """Whether the effort is proportional to the reading in all designs."""
+        return not isinstance(self.free, RuleNumber) and self.free == 0.0
 
 
 @dataclass(frozen=True)

@@ -24,6 +24,8 @@ class Status(IntEnum):
     DIVERGED = 10
     JAMMED = 11
     WORK_LIMIT = 12
+    SEVERAL_SOLUTIONS = 13
+    NO_SOLUTION = 14
 
     @property
     def solved(self) -> bool:
@@ -60,6 +62,8 @@ _WORDS = {
     Status.DIVERGED: "diverged",
     Status.JAMMED: "jammed",
     Status.WORK_LIMIT: "work-limit",
+    Status.SEVERAL_SOLUTIONS: "several-solutions",
+    Status.NO_SOLUTION: "no-solution",
 }
 
 _TEXTS = {
@@ -85,6 +89,10 @@ _TEXTS = {
     " a longer guide or smaller pins, or other loads",
     Status.CONTRADICTORY: "a redundant constraint contradicts the others: correct its dimension or remove it",
     Status.WORK_LIMIT: "the computation ended at its bound on work; what was found until then is reported",
+    Status.SEVERAL_SOLUTIONS: "jamming: dry friction allows several forces for the same motion; use a smaller mu, a"
+    " longer guide or smaller pins",
+    Status.NO_SOLUTION: "jamming: no forces were found with which the mechanism slides in this direction,"
+    " however large the effort; use a smaller mu, a longer guide or smaller pins, or drive another member",
 }
 
 _PLAIN = {

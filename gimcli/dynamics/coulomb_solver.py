@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from gimcli.connected import unlike
 from gimcli.mechanism import BoolArray, ComplexArray, FloatArray, IntArray
+from gimcli.status import Status
 
 
 class FrictionStatus(IntEnum):
@@ -39,16 +40,25 @@ class FrictionStatus(IntEnum):
         """A message with the correction."""
         return _TEXTS[self]
 
+    @property
+    def status(self) -> Status:
+        """The status of a row without forces; OK where there are forces, or limits of them."""
+        return _FAILURES.get(self, Status.OK)
+
 
 SELF_LOCKING = "self-locking"
 """Word in the column `friction.state` for a row in which friction holds the mechanism against its loads."""
 
+_FAILURES = {
+    FrictionStatus.SEVERAL: Status.SEVERAL_SOLUTIONS,
+    FrictionStatus.NO_SOLUTION: Status.NO_SOLUTION,
+    FrictionStatus.NOT_CONVERGED: Status.NOT_CONVERGED,
+}
+
 _WORDS = {
     FrictionStatus.SLIDING: "sliding",
     FrictionStatus.STANDSTILL: "standstill",
-    FrictionStatus.SEVERAL: "several-solutions",
-    FrictionStatus.NO_SOLUTION: "no-solution",
-    FrictionStatus.NOT_CONVERGED: "not-converged",
+    **{code: status.word for code, status in _FAILURES.items()},
 }
 
 _TEXTS = {
@@ -56,10 +66,8 @@ _TEXTS = {
     FrictionStatus.STANDSTILL: "a pair with dry friction does not slide there, so its friction is not determined;"
     " forces that depend on it are empty, INPUT.effort.least and .greatest are limits of the effort; with another"
     " number of steps the rows are elsewhere",
-    FrictionStatus.SEVERAL: "jamming: dry friction allows several forces for the same motion; use a smaller mu, a"
-    " longer guide or smaller pins",
-    FrictionStatus.NO_SOLUTION: "jamming: no forces were found with which the mechanism slides in this direction,"
-    " however large the effort; use a smaller mu, a longer guide or smaller pins, or drive another member",
+    FrictionStatus.SEVERAL: Status.SEVERAL_SOLUTIONS.text,
+    FrictionStatus.NO_SOLUTION: Status.NO_SOLUTION.text,
     FrictionStatus.NOT_CONVERGED: "the iteration for dry friction did not converge: use another number of steps",
 }
 

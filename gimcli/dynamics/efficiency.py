@@ -27,8 +27,6 @@ from gimcli.table import Column
 
 NOTHING = 1e-12
 """Power or work that counts as zero, relative to the greatest."""
-FAILURES = (FrictionStatus.SEVERAL, FrictionStatus.NO_SOLUTION, FrictionStatus.NOT_CONVERGED)
-"""Outcomes that leave a row without forces; at a standstill, their limits are given."""
 SOURCES = {"load": "loads", "gravity": "weight", "spring": "springs"}
 """Names of the works of applied forces, by the kind of force."""
 VISCOUS = "viscous"
@@ -123,7 +121,7 @@ class FrictionSummary:
     @property
     def failure(self) -> FrictionStatus | None:
         """What prevails in the rows without forces; None if dry friction is not the cause."""
-        return max((code for code, count in self.counts.items() if count and code in FAILURES), default=None)
+        return max((code for code, count in self.counts.items() if count and code.status), default=None)
 
     @property
     def efficiency(self) -> float | None:

@@ -142,6 +142,17 @@ def determined_rows(motion: Motion, forces: Forces) -> BoolArray:
     return np.asarray(motion.good & given)
 
 
+def failures(motion: Motion, forces: Forces) -> IntArray:
+    """Return the status (rows,) of solved rows whose forces are not determined, 0 in others."""
+    missing = motion.good & ~determined_rows(motion, forces)
+    if forces.dry is None:
+        return np.where(missing, int(Status.SINGULAR), 0)
+    from gimcli.dynamics.coulomb_solver import FrictionStatus
+
+    own = np.array([int(code.status) for code in FrictionStatus])[forces.dry.codes]
+    return np.where(missing, np.where(own > 0, own, int(Status.SINGULAR)), 0)
+
+
 def open_reactions(forces: Forces) -> list[str]:
     """Return the names of the reactions that are indeterminate in every row because of redundant constraints."""
     good = forces.good

@@ -12,6 +12,8 @@ from gimcli.mechanism import Mechanism
 from gimcli.nearest import guess
 from gimcli.positions.inputs import law_inputs
 from gimcli.quantities.catalogue import Catalogue
+from gimcli.quantities.forces import ForceQuantity
+from gimcli.quantities.state import Needs
 from gimcli.structure.drive_check import explained
 from gimcli.structure.mechanism_types import mechanism_type
 
@@ -49,6 +51,12 @@ class ColumnNames(Catalogue):
         low, high = self.mechanism.value_to_file(k, law).min(), self.mechanism.value_to_file(k, law).max()
         if not low - 1e-9 * (high - low) <= value <= high + 1e-9 * (high - low):
             raise UsageError(f"at({name}={value:g}): the law of {name} is {low:g} to {high:g}")
+
+    @property
+    def forced(self) -> bool:
+        """Whether the names that are used need forces."""
+        used = [item.quantity for name in sorted(self.used) for item in self.find(name)]
+        return any(isinstance(one, ForceQuantity) or Needs(self.mechanism, [one]).forced for one in used)
 
     def check_type(self) -> None:
         """Raise UsageError if there is no four-bar loop, which has a Grashof type."""

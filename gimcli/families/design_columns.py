@@ -27,6 +27,7 @@ from gimcli.quantities.forces import ForceQuantity
 from gimcli.quantities.quantity import Item
 from gimcli.quantities.state import ApartError, MotionState, State
 from gimcli.rates.member_angles import CLEAR, COUNTED, LawAngles, full_turn
+from gimcli.status import Status
 
 if TYPE_CHECKING:
     from gimcli.dynamics.forces import Forces
@@ -126,7 +127,8 @@ def filled(values: FloatArray) -> FloatArray:
 class DesignColumns(State):
     """The columns of some designs along the laws."""
 
-    def __init__(self, motions: DesignMotions, names: ColumnNames) -> None:
+    def __init__(self, motions: DesignMotions, names: ColumnNames, outcome: IntArray | None = None) -> None:
+        """Take the motions; `outcome` (designs,) is a status to which those of quantities are added."""
         super().__init__(motions.mechanism)
         self.motions, self.names = motions, names
         self.solved, self.designs = motions.solved, motions.solved.designs
@@ -140,6 +142,8 @@ class DesignColumns(State):
         }
         self._rates: tuple[ComplexArray, FloatArray] | None = None
         self._forces: dict[Callable[[Forces], Any], Any] = {}
+        self._failed = np.zeros(self.solved.codes.shape, dtype=np.int64)  # failures of what is computed one by one
+        self.outcome = np.zeros(len(self.designs), dtype=np.int64) if outcome is None else outcome
 
     def __getitem__(self, name: str) -> Any:
         """Return a column (designs, rows), or the columns of a measure (columns, designs, rows); NaN if not solved.
@@ -167,7 +171,32 @@ class DesignColumns(State):
         k = [a.name for a in self.mechanism.actuators].index(actuator)
         motions, row = self.motions.at_input(k, self.mechanism.value_from_file(k, value))
         same = motions is self.motions
-        return ColumnsAtRow(self if same else DesignColumns(motions, self.names), row)
+        return ColumnsAtRow(self if same else DesignColumns(motions, self.names, self.outcome), row)
+
+    @property
+    def status(self) -> IntArray:
+        """(designs,) status of the positions; if all are solved, of the rates and forces in rows of the quantities."""
+        positions = self.solved.status
+        return np.where((positions <= Status.TANGENT) & (self.outcome > 0), self.outcome, positions)
+
+    def failures(self) -> IntArray:
+        """Return the status of solved rows (designs, rows) whose rates or forces are not determined; 0 in others."""
+        known = [np.isfinite(found).all(axis=(1, 2)) for found in self._rates or ()]
+        known += [np.isfinite(found) for found in self._forces.values()]
+        missing = self.solved.good & ~np.all([self.solved.good, *known], axis=0)
+        return np.asarray(np.maximum(self._failed, missing * int(Status.SINGULAR)))
+
+    def lacks(self, rows: Any) -> Any:
+        """Return whether values (..., designs, rows) are missing in a row with a failure (..., designs, 1).
+
+        The failures are added to the status of the designs.
+        """
+        missing = np.isnan(rows)
+        if not missing.any():
+            return missing[..., :1]
+        failed = missing * self.failures()
+        np.maximum(self.outcome, failed.reshape(-1, *failed.shape[-2:]).max(axis=(0, 2)), out=self.outcome)
+        return np.any(failed, axis=-1, keepdims=True)
 
     def _column(self, item: Item) -> FloatArray:
         """Return a column of all designs together where that is possible, else of one design after the other."""
@@ -234,10 +263,11 @@ class DesignColumns(State):
         found = np.full(self.solved.codes.shape, np.nan)
         for k in np.flatnonzero(np.any(self.solved.good, axis=1)).tolist():
             motion = self.motions.motion(k)
-            if motion is not None:
-                item = catalogue(motion.mechanism).column(name)
-                assert item is not None
-                found[k] = MotionState(motion, lambda _, member, k=k: self.counted(member)[k]).value(*item)
+            item = None if motion is None else catalogue(motion.mechanism).column(name)
+            if motion is not None and item is not None:  # without friction there is no power of it
+                state = MotionState(motion, lambda _, member, k=k: self.counted(member)[k])
+                found[k] = state.value(*item)
+                self._failed[k] = np.maximum(self._failed[k], state.failures())
         return found
 
 
@@ -252,6 +282,7 @@ class ColumnsAtRow:
         values = self._columns[name]
         if self._columns.names.kind(name).what != "rows":
             return values
+        self._columns.lacks(np.where(np.arange(values.shape[-1]) == self._row[:, None], values, 0.0))
         places = np.broadcast_to(np.maximum(self._row, 0)[:, None], (*values.shape[:-1], 1))
         return np.where(self._row[:, None] >= 0, np.take_along_axis(values, places, -1), np.nan)
 

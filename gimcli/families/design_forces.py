@@ -65,10 +65,7 @@ class DesignForces:
         self.plain: set[int] = set()  # parts without recorded numbers
         _with_numbers(self.statics, wanted, self.plain)
         self.wanted = list(wanted)
-        own = defaultdict[int, float](float)
-        _with_numbers(recorded.dynamics, own, set())
-        used = self.recording.variables_of(list(own))
-        self.used = {name for k, name in enumerate(names) if k in used}  # dimensions of masses, loads and springs
+        self.used = _used(recorded, self.recording, names)
         self.amounts, self.free = (
             [x.place for x in some if isinstance(x, Recorded)]
             for some in (_amounts(recorded), [spring.free for spring in recorded.dynamics.springs])
@@ -192,6 +189,19 @@ class DualTurns(Turns):
     def followed(self, key: int, angle: Any, drawn: Any) -> Any:
         """Return an angle [rad] without jumps (rows,)."""
         return Dual(super().followed(key, nominal(angle), float(np.ravel(nominal(drawn))[0])), angle.slopes)
+
+
+def dynamic_dimensions(mechanism: Mechanism, names: Sequence[str]) -> set[str]:
+    """Return the dimensions of masses, loads, springs, dampers, friction and rotors among the names."""
+    recorded, recording = mechanism.written.recorded(mechanism, names, True)
+    return _used(recorded, recording, names)
+
+
+def _used(recorded: Mechanism, recording: Recording, names: Sequence[str]) -> set[str]:
+    own = defaultdict[int, float](float)
+    _with_numbers(recorded.dynamics, own, set())
+    used = recording.variables_of(list(own))
+    return {name for k, name in enumerate(names) if k in used}
 
 
 def _amounts(mechanism: Mechanism) -> Iterator[Any]:

@@ -95,18 +95,23 @@ class Family:
         found = self.maker.tangents(np.atleast_2d(np.asarray(designs, dtype=float)))
         return found if np.ndim(designs) == 2 else FloatTables(*(table[0] for table in found))
 
-    def without_effect(self, *designs: FloatArray) -> list[str]:
+    def without_effect(self, *designs: FloatArray, forces: bool = False) -> list[str]:
         """Return the dimensions whose values in designs (designs, dimensions) change neither positions nor time.
 
-        Such as initial coordinates of nodes whose distances are given, and masses.
+        Such as initial coordinates of nodes whose distances are given, and masses. With `forces` those that change no
+        forces either.
         """
+        from gimcli.families.design_forces import dynamic_dimensions  # imported late: few ask for forces
+
         found, values = [], np.concatenate(designs)
+        acting = dynamic_dimensions(self.mechanism, self.names) if forces else set()
         for k, name in enumerate(self.names):
             tried = np.tile(self.nominal, (len(values) + 1, 1))
             tried[1:, k] = values[:, k]
             same = (np.array_equal(t, np.broadcast_to(t[:1], t.shape), equal_nan=True) for t in self.tables(tried))
             changed = tried[:, k] != tried[0, k]
-            if changed.any() and all(same) and not self._changes_time(name, float(tried[changed, k][0])):
+            still = name not in acting and changed.any() and all(same)
+            if still and not self._changes_time(name, float(tried[changed, k][0])):
                 found.append(name)
         return found
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from gimcli.errors import UsageError
 from gimcli.families.column_names import ColumnNames
-from gimcli.language.arrays import ARRAYS
+from gimcli.language.arrays import strict
 from gimcli.language.expression import Expression, ExpressionError
 from gimcli.language.reader import LONGEST, NAMED, ExpressionReader
 
@@ -24,8 +24,11 @@ class Values(Protocol):
         A word such as "type" gives texts (designs, 1).
         """
 
-    def at(self, actuator: str, value: float) -> Values:
+    def at(self, actuator: str, value: float) -> Any:
         """Return the values at one position: where an input first has a value [file's unit]."""
+
+    def lacks(self, rows: Any) -> Any:
+        """Return whether a column (designs, rows) has no value in a row that is solved (designs, 1)."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +63,9 @@ class KeptQuantity:
         A condition is True only where all values that decide it are defined.
         """
         with np.errstate(all="ignore"):
-            found = np.asarray(self.expression.value(values, ARRAYS))
+            found = np.asarray(self.expression.value(values, strict(values.lacks)))
+            if self.kind == "rows":
+                values.lacks(found)
             found = found[:, 0] if found.ndim and self.kind != "rows" else found
             if self.kind == "yes":
                 return np.equal(found, 1.0)

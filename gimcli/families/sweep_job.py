@@ -31,6 +31,8 @@ class MachineColumns(DesignColumns):
     def __init__(self, parts: Sequence[DesignColumns], motions: DesignMotions, names: ColumnNames) -> None:
         super().__init__(motions, names)
         self.parts = parts
+        for part in parts:
+            part.outcome = self.outcome
 
     def __getitem__(self, name: str) -> Any:
         """Return values in the shapes of `DesignColumns`; NaN if the machine is not solved."""
@@ -40,6 +42,10 @@ class MachineColumns(DesignColumns):
         if self.names.kind(name).columns == 1:
             return np.fmax.reduce(own)
         return np.concatenate([one.reshape(-1, *one.shape[-2:]) for one in own])
+
+    def failures(self) -> IntArray:
+        """Return the status of solved rows (designs, rows) whose rates are not determined; 0 in others."""
+        return np.asarray(np.max([part.failures() for part in self.parts], axis=0))
 
     def at(self, actuator: str, value: float) -> Any:
         """Return the columns at the first position at which an input has a value [file's unit]."""
@@ -186,17 +192,17 @@ class SweepJob:
         if self.notify is not None:
             options["notify"] = self.notify
         columns = self.columns(designs, self.steps, options)
-        status = columns.solved.status
         rows = np.empty(len(designs), dtype=self.row)
-        rows[DESIGN], rows[STATUS] = np.arange(first + 1, first + 1 + len(designs)), status
+        rows[DESIGN] = np.arange(first + 1, first + 1 + len(designs))
         for k, name in enumerate(self.table.names):
             rows[name] = designs[:, k]
         for own in self.kept:
             rows[own.text] = own.values(columns)
         if self.aim is not None:
             rows[GOAL] = self.aim.values(columns)
-        if self.filter is not None:
-            rows = rows[np.broadcast_to(self.filter.values(columns), len(designs))]
+        held = slice(None) if self.filter is None else np.broadcast_to(self.filter.values(columns), len(designs))
+        rows[STATUS] = status = columns.status  # of what was computed before
+        rows = rows[held]
         return packed(np.bincount(status, minlength=len(Status)), columns.solved.careful, self.chosen(rows))
 
     def columns(self, designs: FloatArray, steps: int, options: dict[str, Any]) -> DesignColumns:

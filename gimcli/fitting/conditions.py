@@ -14,7 +14,7 @@ from gimcli.families.design_columns import DesignColumns
 from gimcli.families.design_motions import DesignMotions
 from gimcli.families.family import Family
 from gimcli.families.quantity_text import quantity
-from gimcli.language.arrays import ARRAYS
+from gimcli.language.arrays import strict
 from gimcli.mechanism import FloatArray
 
 STEPS = 360
@@ -38,7 +38,7 @@ class DesignQuantities:
     def __init__(self, family: Family, where: Sequence[str] = (), goal: str = "") -> None:
         """Read the texts; raise UsageError where one is not valid."""
         self.family, self.texts = family, tuple(where)
-        names = self._names = ColumnNames(family.mechanism, family.names)
+        names = self.names = ColumnNames(family.mechanism, family.names)
         self.tests = [quantity(text, names, ("yes",), "where") for text in where]
         self.goal = quantity(goal, names, ("number",), "goal") if goal else None
         self._margins = [test.expression for test in self.tests if test.expression.code[-1][0] in MARGINS]
@@ -75,7 +75,7 @@ class DesignQuantities:
         """Return by how much designs exceed the bounds of inequalities (designs, inequalities); negative: violated."""
         columns = self._columns(designs, STEPS)
         with np.errstate(all="ignore"):
-            found = [np.asarray(one.value(columns, {**ARRAYS, **MARGINS})) for one in self._margins]
+            found = [np.asarray(one.value(columns, {**strict(columns.lacks), **MARGINS})) for one in self._margins]
         return np.concatenate([np.empty((len(designs), 0)), *(np.broadcast_to(f, (len(designs), 1)) for f in found)], 1)
 
     @property
@@ -86,4 +86,4 @@ class DesignQuantities:
     def _columns(self, designs: FloatArray, steps: int) -> DesignColumns:
         options: dict[str, Any] = {"reachable": self._reachable, "jit": "on"}
         solved = self.family.solve(designs, steps, **options)
-        return DesignColumns(DesignMotions(self.family, solved, options), self._names)
+        return DesignColumns(DesignMotions(self.family, solved, options), self.names)

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from gimcli.language.expression import FUNCTIONS
+from gimcli.language.expression import FUNCTIONS, REDUCES
 
 
 def least(rows: Any) -> Any:
@@ -94,3 +94,13 @@ ARRAYS: dict[str, Callable[..., Any]] = {
     "text ==": lambda one, two: np.equal(one, two) + 0.0, "text !=": lambda one, two: np.not_equal(one, two) + 0.0,
 }  # fmt: skip
 """The functions by name."""
+
+
+def strict(lacks: Callable[[Any], Any]) -> dict[str, Callable[..., Any]]:
+    """Return the functions; those of rows are NaN where `lacks`: it returns of rows whether one is missing (..., 1)."""
+
+    def checked(function: Callable[..., Any], rows: Any, *across: Any) -> Any:
+        found, missing = function(rows, *across), lacks(rows)
+        return np.where(missing if np.ndim(missing) == np.ndim(found) else missing.any(axis=0), np.nan, found)
+
+    return {name: partial(checked, own) if name.endswith(REDUCES) else own for name, own in ARRAYS.items()}

@@ -37,7 +37,7 @@ class Evaluator:
             raise UsageError(f"designs: expected an array {shape} of {names}, got {np.shape(designs)}")
         columns = self._job.columns(values, self._job.steps, {"jit": "auto"})
         found = [np.broadcast_to(one.values(columns), len(values)) for one in self._job.kept]
-        return np.stack(found, axis=1), np.array([status.word for status in Status])[columns.solved.status]
+        return np.stack(found, axis=1), np.array([status.word for status in Status])[columns.status]
 
 
 def evaluator(mechanism: Mechanism, dimensions: Sequence[str], keep: Sequence[str], steps: int = 72) -> Evaluator:

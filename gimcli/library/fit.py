@@ -118,9 +118,9 @@ def fit(
     with explained(mechanism):
         family = Family(mechanism, names)
     _refuse_other_laws(family, lower, upper)
-    for name in family.without_effect(lower[None], upper[None]):
-        raise UsageError(f"vary {name}: it changes no length, shape or law, so that it cannot be fitted; remove it")
     quantities = DesignQuantities(family, [where] if isinstance(where, str) and where else tuple(where), goal)
+    for name in family.without_effect(lower[None], upper[None], forces=quantities.names.forced):
+        raise UsageError(f"vary {name}: it changes no length, shape or law, so that it cannot be fitted; remove it")
     report = progress("fitting")
     stop = SearchStop(seconds=seconds)
     if task is None:

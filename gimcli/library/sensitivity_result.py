@@ -312,7 +312,8 @@ class SensitivityResult(Result):
             return None
         title = f"{self.mechanism.name}: effect of the dimensions"
         if not self.by_rows:
-            return bar_chart(title, self._bars())
+            charts = self._bars()
+            return bar_chart(title, charts) if charts else None
         across = first_columns(self._motion, 0)[1:]
         moving = [column for column in across[1:] if np.ptp(column.values) > 0.0]
         abscissa = moving[0] if len(moving) == 1 else across[0]

@@ -122,7 +122,8 @@ def sweep(
     job = SweepJob(mechanism, table, steps, texts, where, goal, best, tolerance, size, rows=rows, notify=notify)
     job.check()
     if notify is not None:
-        for name in job.family.without_effect(job.table.rows(0, 1), job.table.rows(table.count - 1, table.count)):
+        ends = job.table.rows(0, 1), job.table.rows(table.count - 1, table.count)
+        for name in job.family.without_effect(*ends, forces=job.names.forced):
             notify(f"vary {name}: it changes no length, shape or law, so that all its values give the same positions")
     job = _with_kernels(job, folder if resume else None, notify)
     units = {name: dimension(mechanism, name).unit for name in table.names}

@@ -88,7 +88,7 @@ def _kept(found: SweepTables, columns: DesignColumns) -> list[str]:
 
 def _clip(columns: DesignColumns, k: int, design: int, kept: str) -> Clip:
     mechanism, solved, own = columns.mechanism, columns.solved, columns.motions.motion(k)
-    status = Status(int(solved.status[k])).word
+    status = Status(int(columns.status[k])).word
     note = f"design {design + 1}: {status}; {kept}" if kept else f"design {design + 1}: {status}"
     name, z = f"design {design + 1}", mechanism.to_file(solved.z[k].T)
     time, table, more = solved.time * mechanism.duration, Table(()), dict[str, Any]()

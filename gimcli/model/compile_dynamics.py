@@ -66,7 +66,7 @@ class DynamicsCompiler:
             centre = scalar(self.own.members[number].shape.sum() / len(self.own.members[number].shape))
         else:
             centre = self._placed(name, None, mass.centre)
-        return Inertia(number, own, mass.inertia or 0.0, centre, known)
+        return Inertia(number, own, _number(mass.inertia), centre, known)
 
     def _load(self, name: str, load: schema.Load) -> AppliedLoad:
         force, turning = _vector(load.force or load.follower), load.follower is not None
@@ -78,7 +78,7 @@ class DynamicsCompiler:
         if load.table is not None:
             over = TIME if load.over == "time" else list(self.model.actuators).index(load.over)
             curve = self._sampled(load.table, 1.0 if over == TIME else self.own.units[self.actuators[over].rotary])
-        return AppliedLoad(name, member, point, force, load.torque or 0.0, turning, curve, over, number)
+        return AppliedLoad(name, member, point, force, _number(load.torque), turning, curve, over, number)
 
     def _sampled(self, table: str, unit: float) -> Sampled:
         """Return the curve of a table whose first column has a unit."""
@@ -110,8 +110,8 @@ class DynamicsCompiler:
     def _friction(self, name: str, part: schema.PairFriction) -> Friction:
         sliding = name in self.model.prismatic
         node, slide = (-1, self.slides.index(name)) if sliding else (self.own.names.index(name), -1)
-        radius, length = ((value or 0.0) / self.own.scale for value in (part.radius, part.length))
-        return Friction(name, part.viscous or 0.0, node, slide, part.mu or 0.0, radius, length)
+        radius, length = (_number(value) / self.own.scale for value in (part.radius, part.length))
+        return Friction(name, _number(part.viscous), node, slide, _number(part.mu), radius, length)
 
     def _release(self, k: int, name: str) -> Release:
         actuator, unit = self.model.actuators[name], self.own.units[self.actuators[k].rotary]
@@ -131,6 +131,11 @@ class DynamicsCompiler:
         if effort.stall is not None:
             return DrivingEffort(constant=effort.stall, idle=(effort.idle or 0.0) * unit)
         return DrivingEffort(effort.constant or 0.0)
+
+
+def _number(given: float | None) -> float:
+    """Return a number of the file, 0 if it is not given; a recorded number stays one, also if its value is 0."""
+    return 0.0 if given is None else given
 
 
 def _vector(pair: Sequence[float] | None) -> complex:

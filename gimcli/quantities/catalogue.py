@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from gimcli.errors import UsageError
-from gimcli.language.arrays import ARRAYS
+from gimcli.language.arrays import ARRAYS, strict
 from gimcli.language.expression import Expression, ExpressionError, PartKind
 from gimcli.language.reader import ExpressionReader, KnownNames
 from gimcli.mechanism import FRAME, Mechanism
@@ -114,7 +114,8 @@ class Catalogue(KnownNames):
         """Return the value of a text that is a number of a motion; raise UsageError if it is none."""
         own = self.expression(text, "quantity")
         state.swept()
-        return float(np.ravel(state.value(Formula(self, own), 0))[0])
+        with np.errstate(all="ignore"):
+            return float(np.ravel(own.value(_MotionRows(self, state), strict(state.lacks)))[0])
 
     def asked(self, text: str) -> tuple[Item, ...]:
         """Return the columns of a text: a name, a kind such as "centre:rod/rocker", or an expression.
@@ -236,6 +237,13 @@ class _Values:
     def __getitem__(self, name: str) -> Any:
         found = [self.state.value(*item) for item in self.known.find(name)]
         return np.stack(found) if len(found) > 1 else found[0]
+
+
+class _MotionRows(_Values):
+    """The values of names in one motion, as those of one design: (1, rows), of several columns (columns, 1, rows)."""
+
+    def __getitem__(self, name: str) -> Any:
+        return super().__getitem__(name)[..., None, :]
 
 
 @derived

@@ -14,6 +14,7 @@ from gimcli.calculus.numbers import nominal
 from gimcli.canonical import TURN, whole_turns
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism, PairRow
 from gimcli.rates.member_angles import Angles, direction, in_rows
+from gimcli.status import Status
 from gimcli.structure.carried import carried_point
 
 if TYPE_CHECKING:
@@ -112,6 +113,17 @@ class State(ABC):
     def of_forces(self, find: Callable[[Forces], Any]) -> Any:
         """Return a formula of the forces (..., rows)."""
         return find(self.forces)
+
+    def failures(self) -> Any:
+        """Return the status of solved rows (..., rows) whose rates or forces are not determined; 0 in others.
+
+        Only rates and forces that were asked for count.
+        """
+        return 0
+
+    def lacks(self, rows: Any) -> Any:
+        """Return whether values (..., rows) are missing in a row with a status in `failures` (..., 1)."""
+        return np.any(np.isnan(rows) & (self.failures() > 0), axis=-1, keepdims=True)
 
     def value(self, quantity: Valued, column: int) -> Any:
         """Return a column of a quantity (..., rows) in the file's units."""
@@ -217,7 +229,7 @@ class MotionState(State):
         self.motion, self.angles, self._traced, self._known, self.given = motion, angles, traced, forces, given
         self.memory = {} if memory is None else memory
         self.rest = rest or NO_LAW * (motion.parameter is not None or bool(motion.turned_back))
-        self._rates = rates
+        self._rates, self._failed = rates, np.zeros(len(motion.time), dtype=np.int64)
 
     @cached_property
     def path(self) -> PathDerivatives:
@@ -227,8 +239,13 @@ class MotionState(State):
     @cached_property
     def forces(self) -> Forces:
         """The forces of the motion along its laws, or at rest, in rows in which they are well determined."""
-        if self._known is not None:
-            return self._known()
+        from gimcli.dynamics.force_motion import failures
+
+        found = self._forces_found() if self._known is None else self._known()
+        self._failed = failures(self.motion, found)
+        return found
+
+    def _forces_found(self) -> Forces:
         from gimcli.dynamics.forces import piece_forces
         from gimcli.dynamics.kinematic_history import Courses
         from gimcli.dynamics.statics import statics
@@ -238,6 +255,13 @@ class MotionState(State):
             given = np.concatenate([motion.inputs[None], np.zeros((2, *motion.inputs.shape))])
         courses = Courses(self.mechanism, given=given)
         return piece_forces(statics(self.mechanism), courses, motion, turns=self._turns)
+
+    def failures(self) -> Any:
+        """Return the status of solved rows (rows,) whose rates or forces are not determined; 0 in others."""
+        if self._rates is None:
+            return self._failed
+        missing = self.motion.good & ~np.isfinite(self._rates.nodes).all(axis=(0, 1))
+        return np.maximum(self._failed, np.where(missing, int(Status.SINGULAR), 0))
 
     @property
     def _turns(self) -> Turns:
