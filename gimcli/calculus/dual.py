@@ -97,6 +97,17 @@ class Dual(ArrayNumber):
         return super().__array_function__(function, types, arguments, options)
 
 
+def variables(values: Any, more: int = 0) -> Dual:
+    """Return values (rows, variables) as dual numbers: the tangents are the variables, and `more` of something else."""
+    return Dual(values, np.eye(values.shape[1] + more, values.shape[1])[:, None])
+
+
+def first_of(number: Any, tangents: int) -> tuple[float, Any]:
+    """Return the first element of a number, dual or plain, and its derivatives (tangents,)."""
+    slopes = number.slopes.reshape(tangents, -1)[:, 0] if isinstance(number, Dual) else np.zeros(tangents)
+    return float(np.ravel(nominal(number))[0]), slopes
+
+
 def _along(function: Callable[..., Any], first: Any, *given: Any, **options: Any) -> Dual:
     """Return a linear function of a dual number, or of a list with some: that of the values, and along each tangent."""
     several = isinstance(first, (list, tuple))

@@ -56,12 +56,15 @@ class Recording:
         self.steps: list[tuple[str, tuple[Any, ...]]] = []  # operation and operands: numbers, or places in this list
         self._known: dict[Any, Recorded] = {}
         self._moved: dict[int, Dual] = {}  # nominal numbers with their derivatives, by places
+        self._slopes: set[int] = set()  # places of derivatives and of what is computed from them
+        self._variables: list[frozenset[int]] = []  # the numbers of the variables on which each step depends
         self.variables: list[Recorded] = []
 
     def variable(self, value: float) -> Recorded:
         """Return a new variable with a nominal value."""
         number = Recorded(self, len(self.steps), float(value))
         self.steps.append(("variable", (len(self.variables),)))
+        self._variables.append(frozenset((len(self.variables),)))
         self.variables.append(number)
         return number
 
@@ -83,7 +86,7 @@ class Recording:
         key = ("slope", number.place, variable)
         if key not in self._known:
             if number.place not in self._moved:
-                plain = [place for place, (name, _) in enumerate(self.steps) if name != "slope"]
+                plain = [place for place in range(len(self.steps)) if place not in self._slopes]
                 self._moved = self.tangents([np.array([one.value]) for one in self.variables], plain)
             value = self._moved[number.place].slopes[variable, 0]
             self._known[key] = self._recorded("slope", (number, variable), value)
@@ -91,6 +94,10 @@ class Recording:
 
     def _recorded(self, name: str, operands: Sequence[Any], value: Any) -> Recorded:
         """Append an operation with a nominal result."""
+        own = [one.place for one in operands if isinstance(one, Recorded)]
+        if name == "slope" or not self._slopes.isdisjoint(own):
+            self._slopes.add(len(self.steps))
+        self._variables.append(frozenset[int]().union(*(self._variables[place] for place in own)))
         self.steps.append((name, tuple(operands)))
         return Recorded(self, len(self.steps) - 1, complex(value) if np.iscomplexobj(value) else float(value))
 
@@ -123,10 +130,9 @@ class Recording:
         count = len(self.variables)
         return self.evaluate([Dual(own, np.eye(count)[k][:, None]) for k, own in enumerate(values)], wanted)
 
-    def variables_of(self, wanted: Sequence[int]) -> set[int]:
+    def variables_of(self, wanted: Sequence[int]) -> frozenset[int]:
         """Return the numbers of the variables on which the numbers at some places depend."""
-        steps = [self.steps[place] for place in self._needed(wanted)]
-        return {operands[0] for name, operands in steps if name == "variable"}
+        return frozenset[int]().union(*(self._variables[place] for place in wanted))
 
     def _needed(self, wanted: Sequence[int]) -> list[int]:
         """Return the places on which the wanted ones depend, in order."""

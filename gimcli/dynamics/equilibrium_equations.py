@@ -110,7 +110,7 @@ class TapeBalance:
                     tape.dots(a + i * n + j, [], terms)
                 tape.dots(first + i, [], sides)
             if varied:
-                tape.emit(kernels.ELIMINATE, first, a, tape.take(3), self.weak, f=n)
+                tape.emit(kernels.ELIMINATE, first, a, tape.take(2 + n * (n - 1) // 2), self.weak, f=n)
         self._found |= {c: TapeNumber(tape, Lane(first + j), float(columns[c])) for j, c in enumerate(block.columns)}
 
 

@@ -15,9 +15,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gimcli.calculus.dual import Dual
-from gimcli.calculus.numbers import RuleNumber, nominal
-from gimcli.dynamics.equilibrium_equations import Balance, coefficients, equilibrium, right_side
+from gimcli.calculus.numbers import RuleNumber
+from gimcli.dynamics.equilibrium_equations import Balance, equilibrium, right_side
 from gimcli.dynamics.kinematic_history import Course, Courses, Turns, reading
 from gimcli.dynamics.loading import Loading
 from gimcli.dynamics.physical import effort_shares, input_units, require_action
@@ -200,8 +199,6 @@ def inverse_dynamics(
     """
     loads = Loading(statics, course, turns)
     right, z = right_side(statics, loads), course.nodes[0]
-    if isinstance(right, Dual):
-        return Forces(statics, course, loads, *_dual(statics, z, right, run))
     with np.errstate(all="ignore"):  # singular rows become NaN
         if statics.surplus:
             found, free, weakest = _least(statics, z, right)
@@ -221,23 +218,6 @@ def _with_gears(
 
         add_across(statics, z, found, free)
     return found, free
-
-
-def _dual(statics: Statics, z: Any, right: Dual, run: Run) -> tuple[Any, FloatArray, FloatArray]:
-    """Return the unknowns in dual numbers, no self-stresses, and the least ratio of pivots.
-
-    A x = r gives A x' = r' - A' x for each tangent.
-    """
-    balance, place = Balance(statics), nominal(z)
-    with np.errstate(all="ignore"):  # singular rows become NaN
-        found, weakest = balance.solve(place, right.value, run)
-        found, rest = np.where(np.isfinite(found), found, np.nan), [right[k] for k in range(len(right))]
-        for value, reaction in zip(found, statics.reactions, strict=True):
-            for row, coefficient in coefficients(statics, reaction, z):
-                rest[row] = rest[row] - coefficient * value
-        changes: Any = np.stack(rest)
-        slopes = [balance.solve(place, own, run)[0] for own in changes.slopes]
-    return Dual(found, np.stack(slopes)), np.zeros((0, *found.shape)), weakest
 
 
 def motion_forces(motion: Motion, run: Run = plain) -> Forces:

@@ -109,7 +109,7 @@ class MassPart(LoadedPart):
     def kinetic(self) -> Any:
         """The kinetic energy (rows,) [J]."""
         speed, omega = self.point(1), self.turning(1)
-        return 0.5 * self.mass * self.metre**2 * abs(speed) ** 2 + 0.5 * self.moment * omega**2
+        return 0.5 * self.mass * self.metre**2 * (speed.conjugate() * speed).real + 0.5 * self.moment * omega**2
 
     @property
     def kinetic_rate(self) -> Any:

@@ -13,13 +13,14 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
+from gimcli.calculus.dual import Dual
 from gimcli.canonical import TURN, phase
 from gimcli.families.column_names import SOLVED, TYPE, ColumnNames
 from gimcli.families.design_motions import DesignMotions
 from gimcli.families.family import ONE, kernel_name, mode_of
 from gimcli.families.four_bar_type import four_bar_types
 from gimcli.families.position_state import design_number
-from gimcli.mechanism import FRAME, ComplexArray, FloatArray, IntArray
+from gimcli.mechanism import FRAME, FloatArray, IntArray
 from gimcli.positions.dispatch import choose, plain
 from gimcli.positions.inputs import scales
 from gimcli.quantities.catalogue import catalogue
@@ -125,22 +126,28 @@ def filled(values: FloatArray) -> FloatArray:
 
 
 class DesignColumns(State):
-    """The columns of some designs along the laws."""
+    """The columns of some designs along the laws; in dual numbers with the derivatives by the dimensions, or plain."""
 
-    def __init__(self, motions: DesignMotions, names: ColumnNames, outcome: IntArray | None = None) -> None:
-        """Take the motions; `outcome` (designs,) is a status to which those of quantities are added."""
+    def __init__(
+        self, motions: DesignMotions, names: ColumnNames, outcome: IntArray | None = None, dual: bool = False
+    ) -> None:  # fmt: skip
+        """Take the motions; `outcome` (designs,) is a status to which those of quantities are added.
+
+        Dual numbers raise ApartError where they are not possible, also later for a column.
+        """
         super().__init__(motions.mechanism)
-        self.motions, self.names = motions, names
+        self.motions, self.names, self.dual = motions, names, dual
         self.solved, self.designs = motions.solved, motions.solved.designs
+        self.moving = motions.with_slopes() if dual else motions
         self._columns: dict[str, Any] = {}
-        self._angles: dict[int, FloatArray] = {}
+        self._angles: dict[int, Any] = {}
         family, mode = motions.family, motions.options.get("jit", "auto")  # compiled where the positions are
         run = choose(mode_of(family.plan, mode), ONE * len(self.designs), None, (kernel_name(family.plan),))
         self._options: dict[str, Any] = {
             "jit": "off" if run is plain else "on",
             "notify": motions.options.get("notify"),
         }
-        self._rates: tuple[ComplexArray, FloatArray] | None = None
+        self._rates: tuple[Any, Any] | None = None
         self._forces: dict[Callable[[Forces], Any], Any] = {}
         self._failed = np.zeros(self.solved.codes.shape, dtype=np.int64)  # failures of what is computed one by one
         self.outcome = np.zeros(len(self.designs), dtype=np.int64) if outcome is None else outcome
@@ -161,7 +168,7 @@ class DesignColumns(State):
                 found = [np.where(self.solved.good, self._column(item), np.nan) for item in items]
             return np.stack(found) if len(found) > 1 else found[0]
         if name in self.names.dimensions:
-            return self.designs[:, self.names.dimensions.index(name), None]
+            return self.moving.solved.designs[:, self.names.dimensions.index(name), None]
         if name == TYPE:
             return four_bar_types(self.mechanism, self.motions.tables, self.solved.z[:, :, 0])[:, None]
         return (self.solved.solved.astype(float) if name == SOLVED else self.solved.reachable)[:, None]
@@ -171,7 +178,7 @@ class DesignColumns(State):
         k = [a.name for a in self.mechanism.actuators].index(actuator)
         motions, row = self.motions.at_input(k, self.mechanism.value_from_file(k, value))
         same = motions is self.motions
-        return ColumnsAtRow(self if same else DesignColumns(motions, self.names, self.outcome), row)
+        return ColumnsAtRow(self if same else DesignColumns(motions, self.names, self.outcome, self.dual), row)
 
     @property
     def status(self) -> IntArray:
@@ -198,22 +205,24 @@ class DesignColumns(State):
         np.maximum(self.outcome, failed.reshape(-1, *failed.shape[-2:]).max(axis=(0, 2)), out=self.outcome)
         return np.any(failed, axis=-1, keepdims=True)
 
-    def _column(self, item: Item) -> FloatArray:
+    def _column(self, item: Item) -> Any:
         """Return a column of all designs together where that is possible, else of one design after the other."""
         try:
-            return np.asarray(np.broadcast_to(self.value(*item), self.solved.codes.shape))
+            return np.broadcast_to(self.value(*item), self.solved.codes.shape)
         except ApartError:
+            if self.dual:
+                raise
             return self._one_by_one(item.head.name)
 
     # -- the state ---------------------------------------------------------------------------------------
 
     def node(self, node: int, order: int = 0) -> Any:
         """Return the place of a node (designs, rows), or a derivative of it."""
-        return self.rates(order)[0][:, order, node] if order else self.solved.z[:, node]
+        return self.rates(order)[0][:, order, node] if order else self.moving.solved.z[:, node]
 
     def local(self, table: str, row: int) -> Any:
         """Return a complex number of each design (designs, 1)."""
-        return design_number(self.motions.tables, table, row)
+        return design_number(self.moving.tables, table, row)
 
     def turning(self, member: int, order: int) -> Any:
         """Return omega, alpha or angular jerk of a member (designs, rows)."""
@@ -224,38 +233,42 @@ class DesignColumns(State):
         if find not in self._forces:
             used = (item.quantity for name in sorted(self.names.used) for item in self.names.find(name))
             every = dict.fromkeys((find, *(one.own.find for one in used if isinstance(one, ForceQuantity))))
-            made, given, motions = self.motions.family.forces, self.motions.input_rates(2), self.motions
+            made, given, moving = self.motions.family.forces, self.moving.input_rates(2), self.moving
             if made is None:
                 raise ApartError
-            time = motions.time * motions.durations[:, None]
-            self._forces = made(every, self.designs, self.solved.z, given, time, **self._options)
+            time = moving.time * moving.durations[:, None]
+            self._forces = made(every, self.designs, moving.solved.z, given, time, **self._options)
         return self._forces[find]
 
     def counted(self, member: int) -> Any:
         """Return the direction of a member (designs, rows) in the file's angle unit, full turns counted."""
         if member not in self._angles:
             self._angles[member] = counted_angles(self.motions, member)
+            if self.dual and member != FRAME:
+                first, second = (self.node(node) for node in self.mechanism.members[member].nodes[:2])
+                slopes = np.angle(second - first).slopes * (full_turn(self.mechanism) / TURN)
+                self._angles[member] = Dual(self._angles[member], slopes)
         return self._angles[member]
 
     def row(self, name: str) -> Any:
         """Return the step, the time [s], the residual, or an input (designs or 1, rows)."""
         names = [a.name for a in self.mechanism.actuators]
         if name in names:
-            return self.mechanism.value_to_file(names.index(name), self.solved.inputs[:, names.index(name)])
+            return self.mechanism.value_to_file(names.index(name), self.moving.solved.inputs[:, names.index(name)])
         if name == "residual":
             return self.solved.residual
         if name == "step":
             return self.motions.time * (self.solved.codes.shape[1] - 1)
-        return self.motions.time * self.motions.durations[:, None]
+        return self.motions.time * self.moving.durations[:, None]
 
-    def rates(self, order: int) -> tuple[ComplexArray, FloatArray]:
+    def rates(self, order: int) -> tuple[Any, Any]:
         """Return the derivatives by the time up to an order, in the normal frame of the nominal design.
 
         Those of nodes are (designs, order + 1, nodes, rows), those of members (designs, order, members, rows).
         """
         if self._rates is None or self._rates[1].shape[1] < order:
-            made, given = self.motions.family.rates(order), self.motions.input_rates(order)
-            self._rates = made(self.designs, self.solved.z, given, **self._options)
+            made, moving = self.motions.family.rates(order), self.moving
+            self._rates = made(self.designs, moving.solved.z, moving.input_rates(order), **self._options)
         return self._rates
 
     def _one_by_one(self, name: str) -> FloatArray:

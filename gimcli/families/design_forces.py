@@ -6,30 +6,26 @@ blocks) is that of the nominal design.
 
 from __future__ import annotations
 
-from collections import defaultdict
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from copy import copy
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, is_dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gimcli.calculus.dual import Dual
-from gimcli.calculus.numbers import RuleNumber, nominal
+from gimcli.calculus.numbers import RuleNumber
 from gimcli.calculus.recorded import Recorded, Recording
 from gimcli.dynamic_data import TIME
 from gimcli.dynamics.equilibrium_equations import TapeBalance, right_side
-from gimcli.dynamics.forces import Forces, inverse_dynamics
+from gimcli.dynamics.forces import Forces
 from gimcli.dynamics.kinematic_history import Course, Turns
 from gimcli.dynamics.loading import Loading
 from gimcli.dynamics.statics import Statics, statics
-from gimcli.families.design_rates import DesignTapes
+from gimcli.families.design_rates import DesignFormulas
 from gimcli.kernels import tape as kernels
-from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.positions.dispatch import choose
-from gimcli.positions.newton import Run
 from gimcli.quantities.state import ApartError
 from gimcli.rates.derivatives import ORDERS, PLAIN
 from gimcli.rates.plan_rates import Differentiated
@@ -60,11 +56,6 @@ class DesignForces:
         self.statics = statics(recorded)
         if self.statics.surplus:
             raise ApartError
-        _ = self.statics.blocks, self.statics.scales, self.statics.pole, [member.ends for member in recorded.members]
-        wanted = defaultdict[int, float](float)
-        self.plain: set[int] = set()  # parts without recorded numbers
-        _with_numbers(self.statics, wanted, self.plain)
-        self.wanted = list(wanted)
         self.used = _used(recorded, self.recording, names)
         self.amounts, self.free = (
             [x.place for x in some if isinstance(x, Recorded)]
@@ -73,36 +64,25 @@ class DesignForces:
         self._tapes: dict[tuple[Formula, ...], ForceTape] = {}
 
     def __call__(
-        self, formulas: Iterable[Formula], designs: FloatArray, z: ComplexArray, given: FloatArray, time: FloatArray,
+        self, formulas: Iterable[Formula], designs: FloatArray, z: Any, given: Any, time: FloatArray,
         jit: str = "auto", notify: Any = None,
-    ) -> dict[Formula, NDArray[Any]]:  # fmt: skip
+    ) -> dict[Formula, Any]:  # fmt: skip
         """Return formulas of forces (designs, rows) of designs in positions z (designs, nodes, rows).
 
-        given (designs or 1, 3, actuators, rows): inputs and their derivatives at times [s] (designs or 1, rows).
+        given (designs or 1, 3, actuators, rows): inputs and their derivatives at times [s] (designs or 1, rows). z and
+        given may be dual numbers whose first tangents are the dimensions; the results are dual numbers then.
         """
         key = tuple(formulas)
         if key not in self._tapes:
             self._tapes[key] = ForceTape(self.statics, self.recording, key)
         known = self.recording.evaluate(designs.T, [*self.amounts, *self.free])
-        if any(np.any(known[place] == 0.0) for place in self.free):
-            raise ApartError
+        if not isinstance(z, Dual) and any(np.any(known[place] == 0.0) for place in self.free):
+            raise ApartError  # the ends of such a spring may meet
         found = self._tapes[key](designs, z, given, time, jit, notify)
         refused = np.any([np.zeros(len(designs)), *(known[place] < 0.0 for place in self.amounts)], axis=0)
-        for values in found.values():
-            values[refused] *= np.nan  # both components
+        if refused.any():
+            found = {own: np.where(refused[:, None], np.nan * values, values) for own, values in found.items()}
         return found
-
-    def dual(self, design: FloatArray, course: Course, run: Run, turns: Turns) -> Forces:
-        """Return the forces of one design (dimensions,) along a course in dual numbers.
-
-        The tangents are the dimensions, and the inputs after them. `turns` continues the angles of springs.
-        """
-        found, more = self.recording.tangents(design[:, None], self.wanted), len(course.inputs)
-        numbers = {place: Dual(x.value, np.pad(x.slopes, ((0, more), (0, 0)))) for place, x in found.items()}
-        return inverse_dynamics(_with_numbers(self.statics, numbers, self.plain), course, run, turns)
-
-
-KINDS: tuple[Any, Any] = complex, float
 
 
 class ForceTape:
@@ -130,23 +110,22 @@ class ForceTape:
             op = kernels.WRITE_ANGLE if real else kernels.WRITE_POINT
             tape.emit(op, tape.lane(found), 0, len(self.formulas[real]))
             self.formulas[real].append(formula)
-        self.tapes, self.operations = DesignTapes([tape], recording), len(tape.heads)
+        numbers = ((1, len(some)) for some in self.formulas)
+        self.results, self.operations = DesignFormulas(tape, recording, *numbers), len(tape.heads)
 
     def __call__(
-        self, designs: FloatArray, z: ComplexArray, given: FloatArray, time: FloatArray, jit: str, notify: Any
-    ) -> dict[Formula, NDArray[Any]]:
+        self, designs: FloatArray, z: Any, given: Any, time: FloatArray, jit: str, notify: Any
+    ) -> dict[Formula, Any]:
         """Return the formulas (designs, rows)."""
-        count, _, rows = z.shape
-        more = np.empty((max(len(given), len(time)), len(self.functions), *given.shape[2:]))
-        for k, (over, function) in enumerate(self.functions):
-            more[:, k] = function(time if over == TIME else given[:, 0, over])[:, None]
-        given = np.concatenate([np.broadcast_to(given, (len(more), *given.shape[1:])), more], axis=1)
-        points, angles = (
-            np.empty((count, 1, len(some), rows), kind) for some, kind in zip(self.formulas, KINDS, strict=True)
-        )
-        run = choose(jit, PLAIN * self.operations * count * rows, notify, ("play_designs",))
-        self.tapes(designs, z, given, points, angles, run)
-        pairs = zip(self.formulas, (points, angles), strict=True)
+        count, _, actuators, rows = given.shape
+        shape = max(count, len(time)), 1, actuators, rows
+        more = [np.broadcast_to(given, (shape[0], *given.shape[1:]))]
+        for over, function in self.functions:
+            at = time if over == TIME else given[:, 0, over]
+            found: Any = at.through(function) if isinstance(at, RuleNumber) else function(at)
+            more.append(np.broadcast_to(found[:, None, None], shape))
+        run = choose(jit, PLAIN * self.operations * len(z) * rows, notify, ("play_designs",))
+        pairs = zip(self.formulas, self.results(designs, z, np.concatenate(more, axis=1), run), strict=True)
         return {formula: own[:, 0, k] for some, own in pairs for k, formula in enumerate(some)}
 
 
@@ -183,14 +162,6 @@ class TapeTurns(Turns):
         return TapeNumber(angle.tape, angle.tape.real(kernels.FOLLOW, angle.lanes.lane, f=drawn))
 
 
-class DualTurns(Turns):
-    """Continues the angles of springs in dual numbers."""
-
-    def followed(self, key: int, angle: Any, drawn: Any) -> Any:
-        """Return an angle [rad] without jumps (rows,)."""
-        return Dual(super().followed(key, nominal(angle), float(np.ravel(nominal(drawn))[0])), angle.slopes)
-
-
 def dynamic_dimensions(mechanism: Mechanism, names: Sequence[str]) -> set[str]:
     """Return the dimensions of masses, loads, springs, dampers, friction and rotors among the names."""
     recorded, recording = mechanism.written.recorded(mechanism, names, True)
@@ -198,9 +169,7 @@ def dynamic_dimensions(mechanism: Mechanism, names: Sequence[str]) -> set[str]:
 
 
 def _used(recorded: Mechanism, recording: Recording, names: Sequence[str]) -> set[str]:
-    own = defaultdict[int, float](float)
-    _with_numbers(recorded.dynamics, own, set())
-    used = recording.variables_of(list(own))
+    used = recording.variables_of(list(_places(recorded.dynamics)))
     return {name for k, name in enumerate(names) if k in used}
 
 
@@ -219,25 +188,12 @@ def _given(number: Any) -> bool:
     return isinstance(number, RuleNumber) or number != 0.0
 
 
-def _with_numbers(part: Any, found: Mapping[int, Any], plain: set[int]) -> Any:
-    """Return a part of a mechanism or of its equations with numbers in place of the recorded ones.
-
-    `plain` has the identities of parts without recorded numbers; those that are found are added.
-    """
-    if id(part) in plain:
-        return part
+def _places(part: Any) -> Iterator[int]:
+    """Yield the places of the recorded numbers in a part of a mechanism."""
     if isinstance(part, Recorded):
-        return found[part.place]
-    if isinstance(part, tuple) or (isinstance(part, np.ndarray) and part.dtype == object):
-        several = [_with_numbers(one, found, plain) for one in part]
-        if any(new is not old for new, old in zip(several, part, strict=True)):
-            return several
+        yield part.place
+    elif isinstance(part, tuple) or (isinstance(part, np.ndarray) and part.dtype == object):
+        for one in part:
+            yield from _places(one)
     elif is_dataclass(part):
-        fields = {name: _with_numbers(old, found, plain) for name, old in vars(part).items() if name != "_derived"}
-        if any(new is not vars(part)[name] for name, new in fields.items()):
-            own: Any = copy(part)
-            own.__dict__.pop("_derived", None)
-            own.__dict__.update(fields)
-            return own
-    plain.add(id(part))
-    return part
+        yield from _places(tuple(own for name, own in vars(part).items() if name != "_derived"))

@@ -6,11 +6,14 @@ They also say where an input has a given value.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from copy import copy
+from dataclasses import replace
 from functools import cached_property, partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from gimcli.calculus.dual import Dual, variables
 from gimcli.errors import ModelError
 from gimcli.families.designs import Designs
 from gimcli.families.family import Family
@@ -18,6 +21,7 @@ from gimcli.families.float_tables import FloatTables
 from gimcli.mechanism import FloatArray, IntArray, Mechanism
 from gimcli.motion.motion import Motion, stream
 from gimcli.numerics.roots import bisected
+from gimcli.positions.dispatch import choose
 from gimcli.positions.inputs import law_inputs
 from gimcli.positions.options import Options
 from gimcli.quantities.state import ApartError
@@ -80,13 +84,33 @@ class DesignMotions:
         return self.family.tables(self.solved.designs)
 
     @cached_property
-    def durations(self) -> FloatArray:
+    def durations(self) -> Any:
         """The duration of the motion of each design (designs or 1,) [s]."""
-        nominal, last = self.mechanism.duration, len(self.solved.designs) - 1
-        ends = [self.alone(k) for k in (0, last)]
-        if all(own is None or own.duration == nominal for own in ends):
-            return np.array([nominal])
-        return np.array([nominal if own is None else own.duration for own in map(self.alone, range(last + 1))])
+        return self.family.durations(np.moveaxis(self.solved.designs, 1, 0))
+
+    def with_slopes(self) -> DesignMotions:
+        """Return the motions in dual numbers, whose tangents are the dimensions.
+
+        Raises ApartError for redundant constraints, with which one dimension alone cannot change, and for laws that
+        change from design to design, in rows that were moved.
+        """
+        family, solved = self.family, self.solved
+        if family.plan.surplus or (family.drawn_laws and np.any(self.time != solved.time)):
+            raise ApartError
+        count, designs = len(family.names), variables(solved.designs)
+        tables = family.tables(designs)
+        run = choose("on" if self.compiled else "off", 0.0, None, ("play_designs",))
+        by = np.moveaxis(family.slopes(solved.designs, solved.z, solved.inputs, run)[0], 1, 0)
+        inputs, slopes = family.law_inputs(solved.time, tables), by[:count]
+        if family.drawn_laws:
+            slopes = slopes + np.einsum("adnr,kdar->kdnr", by[count:], inputs.slopes)
+        inputs = inputs if family.drawn_laws else solved.inputs
+        dual: dict[str, Any] = {"designs": designs, "z": Dual(solved.z, slopes), "inputs": inputs}
+        found = copy(self)
+        found.solved = replace(solved, **dual)
+        vars(found).pop("durations", None)
+        vars(found)["tables"] = tables
+        return found
 
     def input_rates(self, order: int) -> FloatArray:
         """Return the inputs and their derivatives by the real time (designs or 1, order + 1, actuators, rows).
@@ -95,7 +119,7 @@ class DesignMotions:
         """
         actuators, orders = self.mechanism.actuators, range(1, order + 1)
         by_time = [[np.stack([a.law(row, k) for a in actuators]) for k in orders] for row in self.time]
-        found = np.array(by_time) / np.array([self.durations**k for k in orders]).T[..., None, None]
+        found = np.array(by_time) / np.stack([self.durations**k for k in orders], axis=1)[..., None, None]
         if self.family.drawn_laws:
             spans, nominal = (
                 np.diff(t.laws)[..., 0] for t in (self.tables, self.family.tables(self.family.nominal[None]))

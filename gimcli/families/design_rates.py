@@ -23,7 +23,8 @@ from gimcli.progress import Notify
 from gimcli.rates.derivatives import ORDERS, Differentiator, parts
 from gimcli.rates.plan_rates import Differentiated
 from gimcli.rates.slots import POSITION, Slot
-from gimcli.rates.tape import Tape, tape_values
+from gimcli.rates.tangents import Tangents, Varying
+from gimcli.rates.tape import Tape
 from gimcli.structure.plan import make_plan
 
 TOGETHER = 16
@@ -63,42 +64,76 @@ class DesignTapes:
                 )  # fmt: skip
 
 
+class DesignFormulas:
+    """Results of one tape for many designs, also in dual numbers: then its tangents are recorded, once for each set."""
+
+    def __init__(self, tape: Tape, recording: Recording, points: tuple[int, int], angles: tuple[int, int]) -> None:
+        """Take the numbers of slots of points and of angles, and how many the tape writes in each."""
+        self.tape, self.recording, self.points, self.angles = tape, recording, points, angles
+        self._tapes = {b"": DesignTapes([tape], recording)}
+
+    def __call__(self, designs: FloatArray, z: Any, given: Any, run: Run) -> tuple[Any, Any]:
+        """Return points (designs, slots, points, rows) and angles (designs, slots, angles, rows).
+
+        Arguments are those of `DesignTapes`; z and given may be dual numbers whose first tangents are the dimensions.
+        """
+        tapes, parts = self._tapes[b""], 1
+        if isinstance(z, Dual):
+            tapes, parts = self._with_tangents(z, given), 1 + len(z.slopes)
+            z, given = _in_one(z, parts), _in_one(given, parts)
+        points, angles = (
+            np.zeros((len(z), parts * slots, count, z.shape[-1]), kind)
+            for (slots, count), kind in ((self.points, complex), (self.angles, float))
+        )
+        tapes(designs, z, given, points, angles, run)
+        return (points, angles) if parts == 1 else (_divided(points, parts), _divided(angles, parts))
+
+    def _with_tangents(self, z: Dual, given: Any) -> DesignTapes:
+        """Return tapes with the tangents along which the given numbers change."""
+        count = len(z.slopes)
+        inputs = given.slopes if isinstance(given, Dual) else np.zeros((count, *given.shape))
+        varying = Varying(np.any(np.abs(z.slopes) > 0.0, axis=(1, 3)), np.any(np.abs(inputs) > 0.0, axis=(1, 4)))
+        key = b" ".join(np.packbits(own).tobytes() for own in varying)
+        if key not in self._tapes:
+            results = self.points[0], self.angles[0]
+            self._tapes[key] = DesignTapes([
+                Tangents(self.tape, self.recording, varying, range(k, min(k + TOGETHER, count)), results).made
+                for k in range(0, count, TOGETHER)
+            ], self.recording)  # fmt: skip
+        return self._tapes[key]
+
+
+def _in_one(number: Any, parts: int) -> Any:
+    """Return the derivatives of dual numbers (designs, slots, ...) after their values, in one axis of slots."""
+    if not isinstance(number, Dual):
+        number = Dual(number, np.zeros((parts - 1, *number.shape)))
+    found = np.moveaxis(np.concatenate([number.value[None], number.slopes]), 0, 1)
+    return found.reshape(len(found), parts * found.shape[2], *found.shape[3:])
+
+
+def _divided(found: Any, parts: int) -> Dual:
+    """Return dual numbers from their values and derivatives in one axis of slots."""
+    own = np.moveaxis(found.reshape(len(found), parts, found.shape[1] // parts, *found.shape[2:]), 1, 0)
+    return Dual(own[0], own[1:])
+
+
 class DesignRates:
     """Computes velocities, accelerations and jerks of nodes and members."""
 
     def __init__(self, order: int, recorded: Mechanism, recording: Recording) -> None:
         """Differentiate the plan of a mechanism with recorded numbers up to an order."""
         self.made = Differentiator(recorded, make_plan(recorded), ORDERS[:order], recorded.nodes)
-        self.tapes = DesignTapes([self.made.tape], recording)
-
-    def dual(self, design: FloatArray, z: Dual, given: Dual) -> tuple[Any, Any]:
-        """Return points[order, node] and angles[order - 1, member - 1] (1, rows) of one design in dual numbers.
-
-        design (dimensions,); z (nodes, rows) and given (order + 1, actuators, rows) with tangents by the dimensions
-        and by the inputs.
-        """
-        more, numbers, maker = len(z.slopes) - len(design), list[list[Any]](), self.tapes.maker
-        for values, slopes in zip(maker.flat(design[None]), maker.flat_tangents(design[None]), strict=True):
-            own = np.pad(slopes, ((0, more), (0, 0))).T[..., None]
-            numbers.append([Dual([x], d) if d.any() else x for x, d in zip(values[0], own, strict=True)])
-        factors, constants = numbers
-        w = dict(enumerate(constants, start=self.tapes.first[0]))
-        found = tape_values(self.made.heads, list(zip(factors[::2], factors[1::2], strict=True)), w, z, given)
-        points, angles = ({key: (x + 0.0 * z[0].real)[None] for key, x in one.items()} for one in found)
-        return points, angles
+        self.formulas = DesignFormulas(self.made.tape, recording, self.made.points, self.made.angles)
 
     def __call__(
-        self, designs: FloatArray, z: ComplexArray, given: FloatArray, jit: str = "auto", notify: Notify | None = None
-    ) -> tuple[ComplexArray, FloatArray]:
+        self, designs: FloatArray, z: Any, given: Any, jit: str = "auto", notify: Notify | None = None
+    ) -> tuple[Any, Any]:
         """Return nodes (designs, order + 1, nodes, rows) and omega, alpha ... (designs, order, members, rows).
 
-        Arguments are those of a tape; inputs and their derivatives are given up to the order.
+        Arguments are those of `DesignFormulas`; inputs and their derivatives are given up to the order.
         """
-        run = choose(jit, self.made.plain_seconds(z[:, 0].size), notify, ("play_designs",))
-        nodes = np.empty((len(z), *self.made.points, z.shape[-1]), dtype=complex)
-        angles = np.empty((len(z), *self.made.angles, z.shape[-1]))
-        self.tapes(designs, z, given, nodes, angles, run)
-        return nodes, angles
+        run = choose(jit, self.made.plain_seconds(len(z) * z.shape[-1]), notify, ("play_designs",))
+        return self.formulas(designs, z, given, run)
 
 
 class PositionSlopes:

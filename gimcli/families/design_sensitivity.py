@@ -11,22 +11,23 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from gimcli.calculus.dual import Dual
+from gimcli.calculus.dual import Dual, variables
 from gimcli.errors import UsageError
 from gimcli.families.family import Family
-from gimcli.families.float_tables import FloatTables, with_inputs
-from gimcli.families.position_state import PositionState, dual_state
+from gimcli.families.float_tables import FloatTables
+from gimcli.families.position_state import PositionState
 from gimcli.kernels.plan_steps import Program
 from gimcli.mechanism import ANGLE, SPAN, BoolArray, ComplexArray, FloatArray, Mechanism
+from gimcli.positions.dispatch import plain
 from gimcli.positions.newton import Run
 from gimcli.positions.program import plan_program
+from gimcli.quantities.forces import ForceQuantity
 from gimcli.quantities.quantity import Item
 from gimcli.quantities.state import Needs
 from gimcli.structure.plan import make_plan
 
 if TYPE_CHECKING:
-    from gimcli.dynamics.forces import Forces
-    from gimcli.dynamics.kinematic_history import Turns
+    from gimcli.families.design_forces import Formula
 
 FIXED = 1e-6
 """Derivative of a constraint's error, relative to the largest one of a node, above which the constraint is violated."""
@@ -92,9 +93,11 @@ class DesignSensitivity:
         own = [name for name in dimensions if name not in actuators]
         self.family = Family(mechanism, own)
         nominal = self.family.nominal[None]
-        self.numbers, self.tangents = self.family.tables(nominal), self.family.tangents(nominal)
+        self.tables = self.family.tables(variables(nominal, len(actuators)))
         forced = [item.head.name for item in self.quantities if _has_forces(mechanism, item)]
         self.forces = self.family.forces if forced else None
+        own_forces = (item.quantity for item in self.quantities if isinstance(item.quantity, ForceQuantity))
+        self._formulas = [one.own.find for one in own_forces]
         if self.forces is None and forced:
             raise UsageError(
                 f"of '{forced[0]}': forces have exact derivatives without dry friction, gears, inputs that follow"
@@ -104,7 +107,6 @@ class DesignSensitivity:
         self._chosen = [order.index(name) for name in dimensions]
         units = [mechanism.value_from_file(k, 1.0) - mechanism.value_from_file(k, 0.0) for k in range(len(actuators))]
         self._units = np.array([*[1.0] * len(own), *units])
-        self._padded = FloatTables(*(with_inputs(table, len(actuators)) for table in self.tangents))
 
     def __call__(
         self, z: ComplexArray, inputs: FloatArray, rates: FloatArray | None = None, time: FloatArray | None = None
@@ -116,14 +118,11 @@ class DesignSensitivity:
         """
         given = inputs[None] if rates is None else np.concatenate([inputs[None], rates])
         width = max(1, BLOCK // max(1, len(self._units) * len(z)))
-        starts = range(0, z.shape[1], width)
+        if self.forces is not None and any(gauge.rotary for gauge in self.mechanism.gauges):
+            width = z.shape[1]  # the turns of springs are counted from the first row on
         clock = np.zeros(z.shape[1]) if time is None else time
-        from gimcli.families.design_forces import DualTurns  # imported late: few ask for forces
-
-        turns = DualTurns()
-        parts = [
-            self._block(z[:, k : k + width], given[..., k : k + width], clock[k : k + width], turns) for k in starts
-        ]
+        starts = range(0, z.shape[1], width)
+        parts = [self._block(z[:, k : k + width], given[..., k : k + width], clock[k : k + width]) for k in starts]
         values, slopes, good = (np.concatenate(some, axis=-1) for some in zip(*parts, strict=True))
         return QuantitySlopes(values, slopes, good)
 
@@ -135,43 +134,38 @@ class DesignSensitivity:
         by, good = self._derivatives(z[:, some], inputs[:, some])
         if not good.any():
             return ()
-        by, own = by[:, : len(self.family.names)], z[None, :, some]
-        at = dual_state(self.mechanism, own[..., good], self.numbers, by[..., good], self.tangents)
-        found = contradicting(at).tolist()
-        return tuple(name for name, fixed in zip(self.family.names, found, strict=True) if fixed)
+        own = Dual(z[None, :, some], np.moveaxis(by, 1, 0))
+        found = contradicting(PositionState(self.mechanism, own[..., good], self.tables))
+        return tuple(name for name, fixed in zip(self.family.names, found.tolist(), strict=False) if fixed)
 
     def _derivatives(self, z: ComplexArray, inputs: FloatArray) -> tuple[ComplexArray, BoolArray]:
         """Return derivatives of positions (1, dimensions + inputs, nodes, rows), and whether they exist (rows,)."""
         by, good = self.family.slopes(self.family.nominal[None], z[None], inputs[None], self.run)
         return by, good[0]
 
-    def _block(self, z: ComplexArray, given: FloatArray, time: FloatArray, turns: Turns) -> QuantitySlopes:
-        inputs = given[0]
+    def _block(self, z: ComplexArray, given: FloatArray, time: FloatArray) -> QuantitySlopes:
+        inputs, nominal = given[0], self.family.nominal[None]
         by, good = self._derivatives(z, inputs)
         moved = np.zeros((by.shape[1], *given.shape))
         moved[len(self.family.names) :, 0] = np.eye(len(inputs))[..., None]
+        at, moving = Dual(z[None], np.moveaxis(by, 1, 0)), Dual(given[None], moved[:, None])
+        mode = "off" if self.run is plain else "on"
 
         @cache
         def rates(order: int) -> Any:
-            made = self.family.rates(order)
-            return made.dual(self.family.nominal, Dual(z, by[0]), Dual(given, moved)[: order + 1])
+            found = self.family.rates(order)(nominal, at, moving[:, : order + 1], mode)
+            return tuple(np.moveaxis(one, 0, 2) for one in found)
 
-        @cache
-        def forces() -> Forces:
-            from gimcli.dynamics.kinematic_history import Course  # imported late: few ask for forces
+        known: dict[Formula, Any] = {}
 
-            points, angles = rates(2)
-            nodes = np.stack([np.stack([points[order, node][0] for node in range(len(z))]) for order in range(3)])
-            members = range(len(self.mechanism.members) - 1)
-            turning = [np.stack([angles[order, member][0] for member in members]) for order in range(2 * bool(members))]
-            course = Course(time, at, nodes, np.stack(turning) if turning else None)
+        def forces(find: Formula) -> Any:
             assert self.forces is not None
-            return self.forces.dual(self.family.nominal, course, self.run, turns)
+            if find not in known:
+                every = dict.fromkeys((find, *self._formulas))
+                known.update(self.forces(every, nominal, at, moving[:, :3], time[None], mode))
+            return known[find]
 
-        at: Any = Dual(inputs, moved[:, 0])
-        state = dual_state(
-            self.mechanism, z[None], self.numbers, by, self._padded, rates, lambda find: find(forces()), at
-        )
+        state = PositionState(self.mechanism, at, self.tables, rates, forces, moving[0, 0])
         values, own = state.values(self.quantities)[:, 0], state.slopes(self.quantities)[:, 0]
         with np.errstate(all="ignore"):
             if self.mechanism.couplings:
@@ -187,7 +181,8 @@ def _has_forces(mechanism: Mechanism, item: Item) -> bool:
     return Needs(mechanism, [item.quantity]).forced
 
 
-def moves_nodes(tangents: FloatTables) -> BoolArray:
-    """Return which dimensions (dimensions,) change a length, an angle or a place of the mechanism."""
-    tables = (table[0].reshape(table.shape[1], -1) for table in tangents[:-1])  # without the laws
-    return np.asarray(np.any([np.any(table != 0.0, axis=1) for table in tables], axis=0))
+def moves_nodes(tables: FloatTables) -> BoolArray:
+    """Return which tangents (tangents,) of dual numbers change a length, an angle or a place of the mechanism."""
+    every: Any = tables[:-1]  # without the laws
+    changes = (table.slopes.reshape(len(table.slopes), -1) for table in every)
+    return np.asarray(np.any([np.any(slopes != 0.0, axis=1) for slopes in changes], axis=0))

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gimcli.calculus.recorded import Recorded
 from gimcli.errors import GimError, ModelError, StructureError, UsageError
 from gimcli.families.coupling_slopes import CouplingSlopes
 from gimcli.families.design_rates import DesignRates, PositionSlopes
@@ -83,17 +84,9 @@ class Family:
 
     # -- numbers ------------------------------------------------------------------------------
 
-    def tables(self, designs: FloatArray) -> FloatTables:
-        """Return the numbers of the plan for designs (designs, dimensions) in the file's units."""
-        return self.maker.values(np.asarray(designs, dtype=float))
-
-    def tangents(self, designs: FloatArray) -> FloatTables:
-        """Return the derivatives of the plan's numbers by the dimensions (file's units), leading axes of `designs`.
-
-        designs: (dimensions,), result with leading axis dimensions; or (designs, dimensions), with designs, dimensions.
-        """
-        found = self.maker.tangents(np.atleast_2d(np.asarray(designs, dtype=float)))
-        return found if np.ndim(designs) == 2 else FloatTables(*(table[0] for table in found))
+    def tables(self, designs: Any) -> FloatTables:
+        """Return the numbers of the plan for designs (designs, dimensions) in the file's units, plain or dual."""
+        return self.maker.tables(designs)
 
     def without_effect(self, *designs: FloatArray, forces: bool = False) -> list[str]:
         """Return the dimensions whose values in designs (designs, dimensions) change neither positions nor time.
@@ -122,19 +115,26 @@ class Family:
         except ModelError:
             return True
 
-    def law_inputs(self, time: FloatArray, tables: FloatTables) -> FloatArray:
-        """Return the inputs (designs or 1, actuators, rows) at times (rows,)."""
+    def law_inputs(self, time: FloatArray, tables: FloatTables) -> Any:
+        """Return the inputs (designs or 1, actuators, rows) at times (rows,), in dual numbers if the tables are."""
         shared = law_inputs(self.mechanism)(time)[None]
         if not self.drawn_laws:
             return shared
-        inputs = np.repeat(shared, len(tables.laws), axis=0)
+        inputs = list(np.repeat(shared, len(tables.laws), axis=0).swapaxes(0, 1))
         for k, actuator in enumerate(self.mechanism.actuators):
             law: Any = actuator.law
-            if not math.isnan(tables.laws[0, k, 0]):
-                first, last = tables.laws[:, k, :1], tables.laws[:, k, 1:]
-                inputs[:, k] = first + (last - first) * law.profile(time)
-                inputs[:, k, time == 1.0] = last
-        return inputs
+            first, last = tables.laws[:, k, :1], tables.laws[:, k, 1:]
+            if not np.isnan(first[0, 0]):
+                inputs[k] = np.where(time == 1.0, last, first + (last - first) * law.profile(time))
+        return np.stack(inputs, axis=1)
+
+    def durations(self, dimensions: Any) -> Any:
+        """Return the durations of motions [s] (designs or 1,) of values of the dimensions (dimensions, designs)."""
+        mechanism, recording = self.recorded
+        duration = mechanism.duration
+        if not isinstance(duration, Recorded):
+            return np.array([duration])
+        return recording.evaluate(dimensions, [duration.place])[duration.place]
 
     def rates(self, order: int) -> DesignRates:
         """Return what computes the derivatives of nodes and members by the time up to an order."""

@@ -7,13 +7,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from gimcli.calculus.dual import Dual
+from gimcli.calculus.numbers import nominal
 from gimcli.calculus.recorded import Recorded, Recording
 from gimcli.mechanism import FRAME, FloatArray, IntArray, Mechanism
 from gimcli.positions.program import PlanProgram
 
 
 class FloatTables(NamedTuple):
-    """The numbers of a plan, leading axis designs (or dimensions, for derivatives)."""
+    """The numbers of a plan, plain or dual, leading axis designs."""
 
     vz: FloatArray  # (·, vectors, 2) of `Program`
     lv: FloatArray  # (·, loci, 2)
@@ -59,48 +61,30 @@ class TableMaker:
         self.nominal: list[FloatArray] = []
         for table in lists:
             varied = [k for k, x in enumerate(table) if isinstance(x, Recorded)]
-            self.slots.append((np.array(varied, dtype=np.int64), [table[k].place for k in varied]))
+            self.slots.append((varied, [table[k].place for k in varied]))
             self.nominal.append(np.array([x.value if isinstance(x, Recorded) else x for x in table], dtype=float))
         self.wanted = sorted({place for _, own in self.slots for place in own})
 
-    def flat(self, designs: FloatArray) -> list[FloatArray]:
-        """Return each table of designs (designs, dimensions) as its list of numbers (designs, numbers)."""
-        return self._filled(self.recording.evaluate(designs.T, self.wanted), len(designs), self.nominal)
+    def flat(self, designs: Any) -> list[Any]:
+        """Return the numbers (designs, numbers) of each table of designs (designs, dimensions), plain or dual."""
+        found = self.recording.evaluate([designs[:, k] for k in range(designs.shape[1])], self.wanted)
+        return [self._filled(*one, found, designs) for one in zip(self.nominal, self.slots, strict=True)]
 
-    def values(self, designs: FloatArray) -> FloatTables:
-        """Return the tables of designs (designs, dimensions)."""
-        return _shaped(self.flat(designs))
+    def tables(self, designs: Any) -> FloatTables:
+        """Return the tables of designs (designs, dimensions), plain or dual."""
+        own = dict(zip(FloatTables._fields, self.flat(designs), strict=True))
+        own |= {k: np.reshape(x, (len(designs), x.shape[1] // 2, 2)) for k, x in own.items() if k != "reach"}
+        return FloatTables(**own)
 
-    def tangents(self, designs: FloatArray) -> FloatTables:
-        """Return the derivatives of the tables of designs (designs, dimensions), leading axes designs, dimensions."""
-        count, n = designs.shape
-        tables = _shaped(self.flat_tangents(designs))
-        return FloatTables(*(x.reshape(count, n, *x.shape[1:]) for x in tables))
-
-    def flat_tangents(self, designs: FloatArray) -> list[FloatArray]:
-        """Return the derivatives of the lists of numbers (designs x dimensions, numbers)."""
-        found = self.recording.tangents(designs.T, self.wanted)
-        flat = {place: np.ravel(np.swapaxes(one.slopes, 0, 1)) for place, one in found.items()}
-        return self._filled(flat, designs.size, [np.zeros_like(x) for x in self.nominal])
-
-    def _filled(self, found: dict[int, Any], count: int, base: Sequence[FloatArray]) -> list[FloatArray]:
-        tables = []
-        for x, (columns, places) in zip(base, self.slots, strict=True):
-            tables.append(np.repeat(x[None], count, axis=0))
-            for column, place in zip(columns.tolist(), places, strict=True):
-                tables[-1][:, column] = found[place]
-        return tables
-
-
-def _shaped(flat: Sequence[FloatArray]) -> FloatTables:
-    """Return tables from their lists of numbers (designs, numbers)."""
-    pairs = zip(FloatTables._fields, flat, strict=True)
-    return FloatTables(*(x if name == "reach" else x.reshape(len(x), x.shape[1] // 2, 2) for name, x in pairs))
-
-
-def with_inputs(table: FloatArray, inputs: int) -> FloatArray:
-    """Return derivatives (designs, dimensions, ...) with those by inputs after them; they are 0."""
-    return np.concatenate([table, np.zeros((len(table), inputs, *table.shape[2:]))], axis=1)
+    def _filled(self, nominals: FloatArray, slot: Any, found: dict[int, Any], designs: Any) -> Any:
+        """Return a list of numbers with those that differ from design to design."""
+        table = np.repeat(nominals[None], len(designs), axis=0)
+        slopes = np.zeros((len(designs.slopes) if isinstance(designs, Dual) else 0, *table.shape))
+        for column, place in zip(*slot, strict=True):
+            table[:, column] = nominal(found[place])
+            if isinstance(designs, Dual):
+                slopes[..., column] = found[place].slopes
+        return Dual(table, slopes) if isinstance(designs, Dual) else table
 
 
 def spans(mechanism: Mechanism) -> IntArray:

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from gimcli.calculus.dual import Dual
+from gimcli.calculus.dual import Dual, first_of
 from gimcli.canonical import TURN
 from gimcli.errors import UsageError
 from gimcli.families.column_names import TYPE, ColumnNames
@@ -45,9 +45,7 @@ class MotionNumber:
         """Return the number and its derivatives (dimensions,) from the solved rows of a motion."""
         with np.errstate(all="ignore"):
             found = self.kept.expression.value(_DualColumns(self, items, rows), ARRAYS)
-        if not isinstance(found, Dual):
-            return float(np.ravel(found)[0]), np.zeros(rows.slopes.shape[1])
-        return float(found.value.flat[0]), found.slopes.reshape(len(found.slopes), -1)[:, 0]
+        return first_of(found, rows.slopes.shape[1])
 
 
 class _DualColumns:

@@ -7,11 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gimcli.calculus.dual import Dual
 from gimcli.calculus.numbers import nominal
 from gimcli.errors import UsageError
 from gimcli.families.float_tables import FloatTables
-from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.nearest import guess
 from gimcli.quantities.catalogue import catalogue
 from gimcli.quantities.forces import no_forces
@@ -85,20 +84,6 @@ def design_number(tables: FloatTables, table: str, row: int) -> Any:
     """Return a complex number of each design (designs, 1)."""
     pairs = getattr(tables, table)[:, row]
     return (pairs[:, 0] + 1j * pairs[:, 1])[:, None]
-
-
-def dual_state(
-    mechanism: Mechanism, z: ComplexArray, tables: FloatTables, by: ComplexArray, tangents: FloatTables,
-    rates: Callable[[int], Any] | None = None, forces: Callable[[Callable[[Forces], Any]], Any] | None = None,
-    inputs: Any = None,
-) -> PositionState:  # fmt: skip
-    """Return positions in dual numbers from their derivatives.
-
-    by (designs, dimensions + inputs, nodes, rows) and tangents (designs, dimensions + inputs, ...) are those of z and
-    tables; the derivatives of tables by inputs are 0.
-    """
-    duals: Any = (Dual(table, np.moveaxis(own, 1, 0)) for table, own in zip(tables, tangents, strict=True))
-    return PositionState(mechanism, Dual(z, np.moveaxis(by, 1, 0)), FloatTables(*duals), rates, forces, inputs)
 
 
 def position_items(mechanism: Mechanism, text: str, order: int = 0) -> tuple[Item, ...]:

@@ -9,12 +9,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gimcli.calculus.dual import first_of
 from gimcli.families.column_names import REACHABLE, TYPE, ColumnNames
 from gimcli.families.design_columns import DesignColumns
 from gimcli.families.design_motions import DesignMotions
 from gimcli.families.family import Family
 from gimcli.families.quantity_text import quantity
 from gimcli.language.arrays import strict
+from gimcli.language.expression import Expression
 from gimcli.mechanism import FloatArray
 
 STEPS = 360
@@ -41,11 +43,13 @@ class DesignQuantities:
         names = self.names = ColumnNames(family.mechanism, family.names)
         self.tests = [quantity(text, names, ("yes",), "where") for text in where]
         self.goal = quantity(goal, names, ("number",), "goal") if goal else None
-        self._margins = [test.expression for test in self.tests if test.expression.code[-1][0] in MARGINS]
+        self.margins = [test.expression for test in self.tests if test.expression.code[-1][0] in MARGINS]
+        self.goals = [self.goal.expression] if self.goal else []
         used = frozenset[str]().union(*(q.names for q in [*self.tests, *([self.goal] if self.goal else [])]))
         if TYPE in used:
             names.check_type()
         self._reachable = REACHABLE in used
+        self._last: tuple[Any, DesignColumns] | None = None
 
     def hold(self, designs: FloatArray, steps: int = STEPS) -> NDArray[np.bool_]:
         """Return which designs (designs,) satisfy all conditions."""
@@ -55,11 +59,6 @@ class DesignQuantities:
             for test in self.tests:
                 good &= np.broadcast_to(test.values(columns), len(designs))
         return good
-
-    def goals(self, designs: FloatArray, steps: int = STEPS) -> FloatArray:
-        """Return the goal (designs,); NaN where it is not defined."""
-        assert self.goal is not None
-        return np.broadcast_to(np.asarray(self.goal.values(self._columns(designs, steps)), dtype=float), len(designs))
 
     def admitted_goals(self, designs: FloatArray, steps: int) -> FloatArray:
         """Return the goal (designs,); NaN for designs that do not move over the whole law, or violate a condition."""
@@ -71,19 +70,31 @@ class DesignQuantities:
         goals = np.broadcast_to(np.asarray(self.goal.values(columns), dtype=float), len(designs))
         return np.where(good & np.isfinite(goals), goals, np.nan)
 
-    def margins(self, designs: FloatArray) -> FloatArray:
-        """Return by how much designs exceed the bounds of inequalities (designs, inequalities); negative: violated."""
-        columns = self._columns(designs, STEPS)
-        with np.errstate(all="ignore"):
-            found = [np.asarray(one.value(columns, {**strict(columns.lacks), **MARGINS})) for one in self._margins]
-        return np.concatenate([np.empty((len(designs), 0)), *(np.broadcast_to(f, (len(designs), 1)) for f in found)], 1)
+    def numbers(self, expressions: Sequence[Expression], designs: FloatArray) -> FloatArray:
+        """Return numbers of designs (designs, expressions); NaN or infinite where they are not defined.
 
-    @property
-    def inequalities(self) -> int:
-        """The number of conditions that are inequalities; for the others there is no margin."""
-        return len(self._margins)
+        The number of an inequality is by how much its bound is exceeded; negative: it is violated.
+        """
+        found = self._found(expressions, self._columns(designs, STEPS))
+        return np.stack([np.broadcast_to(np.ravel(one), len(designs)) for one in found], axis=1)
+
+    def slopes(self, expressions: Sequence[Expression], design: FloatArray) -> FloatArray:
+        """Return the exact derivatives of numbers of a design (expressions, dimensions); NaN where there are none.
+
+        Raises ApartError if one has none.
+        """
+        columns = DesignColumns(self._columns(design[None], STEPS).motions, self.names, dual=True)
+        return np.array([first_of(one, len(design))[1] for one in self._found(expressions, columns)])
+
+    def _found(self, expressions: Sequence[Expression], columns: DesignColumns) -> list[Any]:
+        with np.errstate(all="ignore"):
+            functions = strict(columns.lacks)
+            return [one.value(columns, functions | (MARGINS if one in self.margins else {})) for one in expressions]
 
     def _columns(self, designs: FloatArray, steps: int) -> DesignColumns:
-        options: dict[str, Any] = {"reachable": self._reachable, "jit": "on"}
-        solved = self.family.solve(designs, steps, **options)
-        return DesignColumns(DesignMotions(self.family, solved, options), self.names)
+        key = steps, designs.shape, designs.tobytes()
+        if self._last is None or self._last[0] != key:  # a design is asked for its goal, margins and derivatives
+            options: dict[str, Any] = {"reachable": self._reachable, "jit": "on"}
+            motions = DesignMotions(self.family, self.family.solve(designs, steps, **options), options)
+            self._last = key, DesignColumns(motions, self.names)
+        return self._last[1]

@@ -1,15 +1,17 @@
 """Least errors or goals under conditions: sequential quadratic programming from a given design.
 
-The gradient of the error is exact. Conditions and goals are extremes over a motion, which have no derivative where
-another row becomes the extreme; their gradients are differences, computed for all dimensions in one call.
+Gradients are exact; conditions and goals are extremes over a motion, which have no derivative where another row becomes
+the extreme. Those of quantities without exact derivatives are differences, computed for all dimensions in one call.
 Source: Kraft, A software package for sequential quadratic programming, DFVLR-FB 88-28 (1988): SLSQP of SciPy.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
-from typing import Any
+from functools import partial
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -17,7 +19,9 @@ from gimcli.fitting.conditions import DesignQuantities
 from gimcli.fitting.least_squares import EXACT, FitProblem, Trials, joined, trials
 from gimcli.fitting.starts import moves
 from gimcli.fitting.targets import FREE, GIVEN, TURN
+from gimcli.language.expression import Expression
 from gimcli.mechanism import FloatArray
+from gimcli.quantities.state import ApartError
 
 
 @dataclass(frozen=True)
@@ -37,7 +41,12 @@ CONSTANTS = ConstrainedConstants()
 
 TINY = float(np.finfo(float).tiny)
 
-Valued = Callable[[FloatArray], tuple[Any, FloatArray]]
+
+class Rated(NamedTuple):
+    """A function of unknowns with its slopes, which are asked for after the values, if at all."""
+
+    values: Callable[[FloatArray], Any]
+    slopes: Callable[[FloatArray], FloatArray]
 
 
 def constrained_fit(problem: FitProblem, quantities: DesignQuantities, start: Trials) -> Trials:
@@ -46,17 +55,12 @@ def constrained_fit(problem: FitProblem, quantities: DesignQuantities, start: Tr
     scale = np.concatenate((span, np.ones(start.own.shape[1])))
     base = np.concatenate((problem.lower, np.zeros(start.own.shape[1])))
 
-    def error(x: FloatArray) -> tuple[float, FloatArray]:
+    def error(x: FloatArray) -> tuple[FloatArray, FloatArray]:
         at = base + scale * x
         value, gradient = _error(problem, at[None, :dimensions], at[None, dimensions:])
-        return value, gradient * scale
+        return np.array([value]), gradient[None] * scale
 
-    def margins(x: FloatArray) -> tuple[FloatArray, FloatArray]:
-        values, slopes = _with_differences(
-            quantities.margins, (base + scale * x)[:dimensions], problem.lower, problem.upper
-        )
-        return values, np.concatenate((slopes * span, np.zeros((len(values), start.own.shape[1]))), axis=1)
-
+    margins = _rated(quantities, quantities.margins, problem.lower, problem.upper)
     conditions = [_inequality(margins)]
     if problem.targets.timing == FREE and start.sense[0]:
         conditions.append(_inequality(_order(problem, dimensions, float(start.sense[0]))))
@@ -64,7 +68,9 @@ def constrained_fit(problem: FitProblem, quantities: DesignQuantities, start: Tr
     limits = problem.targets.range
     ends = (limits.low, limits.high) if problem.targets.timing == FREE and not limits.turning else (None, None)
     unit = CONSTANTS.unit / EXACT * problem.zero
-    found = base + scale * _least(error, conditions, first, np.where(problem.periodic, np.inf, 1.0), unit, ends)
+    found = base + scale * _least(
+        _remembered(error), conditions, first, np.where(problem.periodic, np.inf, 1.0), unit, ends
+    )
     return trials(problem, found[None, :dimensions], found[None, dimensions:], start.sense)
 
 
@@ -73,17 +79,9 @@ def constrained_goal(
 ) -> FloatArray:
     """Return the design (dimensions,) with the least goal that satisfies the inequalities, from one design."""
     span = upper - lower
-
-    def goal(x: FloatArray) -> tuple[float, FloatArray]:
-        values, slopes = _with_differences(lambda d: quantities.goals(d)[:, None], lower + span * x, lower, upper)
-        return float(values[0]), slopes[0] * span
-
-    def margins(x: FloatArray) -> tuple[FloatArray, FloatArray]:
-        values, slopes = _with_differences(quantities.margins, lower + span * x, lower, upper)
-        return values, slopes * span
-
-    conditions = [_inequality(margins)] if quantities.inequalities else []
-    return np.asarray(lower + span * _least(goal, conditions, (design - lower) / span, np.ones(len(span)), TINY))
+    goal = _rated(quantities, quantities.goals, lower, upper)
+    margins = [_inequality(_rated(quantities, quantities.margins, lower, upper))] if quantities.margins else []
+    return np.asarray(lower + span * _least(goal, margins, (design - lower) / span, np.ones(len(span)), TINY))
 
 
 def under_conditions(problem: FitProblem, quantities: DesignQuantities, found: Trials) -> Trials:
@@ -91,7 +89,7 @@ def under_conditions(problem: FitProblem, quantities: DesignQuantities, found: T
     held = quantities.hold(found.designs)
     good, others = found[held], found[~held].best(len(found))
     parts, last, limit = [good], -np.inf, float(np.min(good.error, initial=np.inf))
-    for k in range(len(others)) if quantities.inequalities else ():
+    for k in range(len(others)) if quantities.margins else ():
         if others.error[k] >= limit or len(parts) > CONSTANTS.most or problem.stop():
             break
         if others.error[k] > last * (1.0 + CONSTANTS.alike) + problem.zero:
@@ -102,8 +100,43 @@ def under_conditions(problem: FitProblem, quantities: DesignQuantities, found: T
     return joined([good, moved]).best(len(found))
 
 
+def _rated(
+    quantities: DesignQuantities, expressions: Sequence[Expression], lower: FloatArray, upper: FloatArray
+) -> Rated:
+    """Return numbers of designs as a function of unknowns, the first of which are dimensions relative to the bounds."""
+    span, dimensions = upper - lower, len(lower)
+
+    def values(x: FloatArray) -> FloatArray:
+        return np.asarray(quantities.numbers(expressions, (lower + span * x[:dimensions])[None])[0])
+
+    def slopes(x: FloatArray) -> FloatArray:
+        design = lower + span * x[:dimensions]
+        found, defined = np.full((len(expressions), dimensions), np.nan), np.isfinite(values(x))
+        with suppress(ApartError):
+            found = quantities.slopes(expressions, design)
+        if not np.isfinite(found[defined]).all():  # of measures along the path, or at a dead point in some row
+            found = _differences(partial(quantities.numbers, expressions), design, lower, upper)
+        return np.pad(found * span, ((0, 0), (0, len(x) - dimensions)))
+
+    return Rated(values, slopes)
+
+
+def _remembered(function: Callable[[FloatArray], tuple[FloatArray, FloatArray]]) -> Rated:
+    """Return a function that has values and slopes together."""
+    last: dict[bytes, tuple[FloatArray, FloatArray]] = {}
+
+    def found(x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        key = x.tobytes()
+        if key not in last:
+            last.clear()
+            last[key] = function(x)
+        return last[key]
+
+    return Rated(lambda x: found(x)[0], lambda x: found(x)[1])
+
+
 def _least(
-    function: Valued,
+    function: Rated,
     conditions: list[dict[str, Any]],
     first: FloatArray,
     most: FloatArray,
@@ -117,43 +150,38 @@ def _least(
     """
     from scipy.optimize import minimize
 
-    unit, dimensions = max(abs(function(first)[0]), unit, TINY), len(most)
+    unit, dimensions = max(abs(float(function.values(first)[0])), unit, TINY), len(most)
 
-    def scaled(x: FloatArray) -> tuple[float, FloatArray]:
-        found, gradient = function(x)
-        if not np.isfinite(found):
-            return CONSTANTS.beyond, np.zeros(len(x))
-        return found / unit, np.nan_to_num(gradient, posinf=0.0, neginf=0.0) / unit
+    def scaled(x: FloatArray) -> float:
+        found = float(function.values(x)[0])
+        return found / unit if np.isfinite(found) else CONSTANTS.beyond
+
+    def gradient(x: FloatArray) -> FloatArray:
+        return np.asarray(np.nan_to_num(function.slopes(x)[0], posinf=0.0, neginf=0.0) / unit)
 
     bounds = [(0.0, 1.0) if np.isfinite(m) else (None, None) for m in most] + [ends] * (len(first) - dimensions)
     options = {"maxiter": CONSTANTS.steps, "ftol": CONSTANTS.accuracy}
-    found = minimize(scaled, first, jac=True, bounds=bounds, constraints=conditions, method="SLSQP", options=options)
+    found = minimize(
+        scaled, first, jac=gradient, bounds=bounds, constraints=conditions, method="SLSQP", options=options
+    )
     x = np.asarray(found.x, dtype=float)
     x[:dimensions] = np.where(np.isfinite(most), np.clip(x[:dimensions], 0.0, 1.0), x[:dimensions])
     return np.asarray(x)
 
 
-def _inequality(function: Valued) -> dict[str, Any]:
+def _inequality(function: Rated) -> dict[str, Any]:
     """Return a condition of SciPy: the values of a function are not negative."""
-    last: dict[bytes, tuple[Any, FloatArray]] = {}
-
-    def found(x: FloatArray) -> tuple[Any, FloatArray]:  # values and slopes are asked for one after the other
-        key = x.tobytes()
-        if key not in last:
-            last.clear()
-            last[key] = function(x)
-        return last[key]
 
     def values(x: FloatArray) -> FloatArray:
-        return np.asarray(np.nan_to_num(found(x)[0], nan=-CONSTANTS.beyond))
+        return np.asarray(np.nan_to_num(function.values(x), nan=-CONSTANTS.beyond))
 
     def slopes(x: FloatArray) -> FloatArray:
-        return np.asarray(np.nan_to_num(found(x)[1], posinf=0.0, neginf=0.0))
+        return np.asarray(np.nan_to_num(function.slopes(x), posinf=0.0, neginf=0.0))
 
     return {"type": "ineq", "fun": values, "jac": slopes}
 
 
-def _order(problem: FitProblem, dimensions: int, sense: float) -> Valued:
+def _order(problem: FitProblem, dimensions: int, sense: float) -> Rated:
     """Return the condition that the inputs of the targets follow each other in a sense, within one turn."""
     count = len(problem.targets.values)
     matrix = sense * (np.eye(count, k=1) - np.eye(count))[:-1]
@@ -162,7 +190,7 @@ def _order(problem: FitProblem, dimensions: int, sense: float) -> Valued:
         matrix = np.concatenate((matrix, -matrix.sum(axis=0, keepdims=True)))
         constant = np.append(constant, TURN)
     slopes = np.concatenate((np.zeros((len(matrix), dimensions)), matrix), axis=1)
-    return lambda x: (matrix @ x[dimensions:] + constant, slopes)
+    return Rated(lambda x: np.asarray(matrix @ x[dimensions:] + constant), lambda x: slopes)
 
 
 def _error(problem: FitProblem, design: FloatArray, own: FloatArray) -> tuple[float, FloatArray]:
@@ -177,11 +205,11 @@ def _error(problem: FitProblem, design: FloatArray, own: FloatArray) -> tuple[fl
     return float(np.sum(residual**2)), np.concatenate((by_dimension, by_own))
 
 
-def _with_differences(
+def _differences(
     function: Callable[[FloatArray], FloatArray], design: FloatArray, lower: FloatArray, upper: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Return the values (values,) of a function of designs, and their slopes (values, dimensions)."""
+) -> FloatArray:
+    """Return the slopes (values, dimensions) of a function of designs, by differences."""
     step = CONSTANTS.difference * (upper - lower)
     step = np.where(design + step > upper, -step, step)
     values = function(np.concatenate((design[None], design + np.diag(step))))
-    return values[0], ((values[1:] - values[0]) / step[:, None]).T
+    return np.asarray(((values[1:] - values[0]) / step[:, None]).T)

@@ -6,14 +6,14 @@ Over laws that differ from design to design, inputs are parts of the nominal law
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
+from gimcli.calculus.dual import Dual, variables
 from gimcli.families.designs import Designs
 from gimcli.families.family import Family
-from gimcli.families.float_tables import FloatTables, with_inputs
-from gimcli.families.position_state import PositionState, dual_state
+from gimcli.families.position_state import PositionState
 from gimcli.mechanism import FloatArray
 from gimcli.positions.dispatch import choose
 from gimcli.progress import Notify
@@ -50,7 +50,7 @@ def varied_ends(family: Family, lower: FloatArray, upper: FloatArray) -> FloatAr
     designs = np.tile(family.nominal, (1 + 2 * len(lower), 1))
     every = np.arange(len(lower))
     designs[1 + every, every], designs[1 + len(lower) + every, every] = lower, upper
-    return family.law_inputs(ENDS, family.tables(designs))[:, 0]
+    return np.asarray(family.law_inputs(ENDS, family.tables(designs))[:, 0])
 
 
 class LawQuantity:
@@ -78,7 +78,8 @@ class LawQuantity:
         if not len(designs):
             return self.quantity.rates(designs, inputs)
         found = self.quantity.rates(designs, self.inputs(designs, inputs))
-        ends, slopes = self.family.tables(designs).laws[:, 0], self.family.tangents(designs).laws[:, :, 0]
+        laws: Any = self.family.tables(variables(designs)).laws
+        ends, slopes = laws.value[:, 0], np.moveaxis(laws.slopes[:, :, 0], 0, 1)
         part = self._part(inputs)[..., None]
         moved = slopes[:, None, :, 0] * (1.0 - part) + slopes[:, None, :, 1] * part  # (designs, rows, dimensions)
         ratio = ((ends[:, 1] - ends[:, 0]) / (self.ends[1] - self.ends[0]))[:, None, None]
@@ -115,9 +116,9 @@ class MotionQuantity:
             nothing = self.values(designs, inputs)
             return QuantityRates(nothing, np.empty((*nothing.shape, len(self.family.names))), nothing)
         found, mechanism = self._solved(designs, inputs), self.family.mechanism
-        tables, tangents = self.family.tables(designs), self.family.tangents(designs)
         by, _ = self.family.slopes(designs, found.z, found.inputs, self._run)
-        at = dual_state(mechanism, found.z, tables, by, FloatTables(*(with_inputs(table, 1) for table in tangents)))
+        z, tables = Dual(found.z, np.moveaxis(by, 1, 0)), self.family.tables(variables(designs, 1))
+        at = PositionState(mechanism, z, tables)
         values = np.moveaxis(at.values(self.items), 0, -1) * self._units
         rates = np.moveaxis(at.slopes(self.items), 0, -1) * self._units  # (designs, dimensions + input, rows, columns)
         return QuantityRates(values, np.moveaxis(rates[:, :-1], 1, -1), rates[:, -1])

@@ -89,7 +89,8 @@ def eliminate(w: FloatArray, b: int, a: int, n: int, least: int, weak: int, high
     """Solve the block of n by n lanes from `a` on, with partial pivoting in each row, in place of b.
 
     NaN where it is singular. Lane `weak`: least ratio of pivots so far; that of a single equation is its pivot, at most
-    1. `least` is the first of three scratch lanes.
+    1. `least` is the first of 2 + n (n - 1) / 2 lanes which, with the factors in place of the block, are what `resolve`
+    needs.
     """
     swap = least + 2
     fill(w, least, np.inf, high)
@@ -101,18 +102,30 @@ def eliminate(w: FloatArray, b: int, a: int, n: int, least: int, weak: int, high
             exceed(w, swap, row + k, other + k, high)
             for j in range(k, n):
                 exchange(w, swap, row + j, other + j, high)
-            exchange(w, swap, b + k, b + i, high)
+            swap += 1
         note_pivot(w, row + k, least, high)
         for i in range(k + 1, n):
             other = a + i * n
-            quotient(w, swap, other + k, row + k, 1.0, high)
+            quotient(w, other + k, other + k, row + k, 1.0, high)
             for j in range(k + 1, n):
-                add_product(w, other + j, swap, row + j, -1.0, high)
-            add_product(w, b + i, swap, b + k, -1.0, high)
+                add_product(w, other + j, other + k, row + j, -1.0, high)
+    judge(w, least, weak, high)
+    resolve(w, b, a, n, least, high)
+
+
+@stage
+def resolve(w: FloatArray, b: int, a: int, n: int, least: int, high: int) -> None:
+    """Solve a block that `eliminate` has factored, in place of another right side b."""
+    swap = least + 2
+    for k in range(n):
+        for i in range(k + 1, n):
+            exchange(w, swap, b + k, b + i, high)
+            swap += 1
+        for i in range(k + 1, n):
+            add_product(w, b + i, a + i * n + k, b + k, -1.0, high)
     for k in range(n - 1, -1, -1):
         for j in range(k + 1, n):
             add_product(w, b + k, a + k * n + j, b + j, -1.0, high)
         quotient(w, b + k, b + k, a + k * n + k, 1.0, high)
-    judge(w, least, weak, high)
     for k in range(n):
         multiply(w, b + k, least, high)

@@ -12,7 +12,7 @@ import numpy as np
 
 from gimcli.kernels.choice import where
 from gimcli.kernels.circular import cos_sin
-from gimcli.kernels.equilibrium import combine, eliminate, quotient
+from gimcli.kernels.equilibrium import combine, eliminate, quotient, resolve
 from gimcli.kernels.jit import kernel, stage
 from gimcli.kernels.lanes import ROWS, add_product, fill, imaginary, multiply, pair, real, rows
 from gimcli.kernels.reflections import factor_rows, inverse_square, normalise, solve_rows
@@ -52,7 +52,8 @@ from gimcli.mechanism import FloatArray, IntArray
     PHASE,  # the angle of a
     FOLLOW,  # p with full turns so that it has no jumps from row to row, from f on
     ELIMINATE,  # solve the equations of a block
-) = range(33)
+    RESOLVE,  # solve them for another right side
+) = range(34)
 
 GOOD = 0
 SPARE = 1
@@ -384,6 +385,8 @@ def make_force(w: FloatArray, head: IntArray, f: float, g: float, begins: bool, 
         phase(w, to, a, high)
     elif op == FOLLOW:
         follow(w, to, a, f, begins, high)
+    elif op == RESOLVE:
+        resolve(w, to, a, int(f), b, high)
     else:
         eliminate(w, to, a, int(f), b, c, high)
 

@@ -173,7 +173,7 @@ class DesignChecker:
         family = Family(mechanism, self.family.names)
         own = DesignQuantities(family, given.texts, given.goal.text if given.goal else "")
         held = bool(own.hold(family.nominal[None])[0])
-        return held, float(own.goals(family.nominal[None])[0]) if given.goal else math.nan
+        return held, float(own.numbers(own.goals, family.nominal[None])[0, 0]) if given.goal else math.nan
 
     def _coordinates(self, design: FloatArray) -> dict[str, float]:
         """Return the initial coordinates of moving nodes, and `at` of points, at the start of the law.

@@ -248,7 +248,7 @@ def _input(mechanism: Mechanism, k: int) -> Dimension:
 def _moving(found: DesignSensitivity, chosen: Sequence[Dimension]) -> list[Dimension]:
     """Return the dimensions that move a node or change the forces, if any are asked for, and all inputs."""
     own = found.family.names
-    moves = dict(zip(own, moves_nodes(found.tangents).tolist(), strict=True))
+    moves = dict(zip(own, moves_nodes(found.tables).tolist(), strict=False))
     moves |= dict.fromkeys(() if found.forces is None else found.forces.used, True)
     return [one for one in chosen if moves.get(one.name, True)]
 

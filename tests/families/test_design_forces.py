@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from bundled import MODELS
+from random_mechanisms import Growth
 
 import gimcli
 from gimcli.errors import GimError
@@ -125,3 +126,103 @@ def test_effort_of_a_crank_with_a_mass_has_the_derivatives_of_the_closed_form():
 def test_forces_that_depend_on_more_than_one_design_have_no_derivatives():
     with pytest.raises(GimError, match=r"of 'crank_angle.effort': forces have exact derivatives without dry friction"):
         gimcli.sensitivity(gimcli.load(MODELS / "crank_press.yaml"), of="crank_angle.effort")
+
+
+SLIDER_CRANK = {
+    "units": {"length": "m"}, "nodes": {"O": [0, 0], "A": [0.3, 0.4], "B": [1.9, 0], "G": [4, 0]}, "ground": ["O", "G"],
+    "links": {"crank": {"nodes": ["O", "A"], "length": 0.5}, "rod": {"nodes": ["A", "B"], "length": 1.6}},
+    "prismatic": {"guide": {"node": "B", "guide": ["O", "G"]}},
+    "actuators": {"motor": {"type": "rotary", "pivot": "O", "arm": "A", "law": {"from": 30, "by": 360}}},
+    "loads": {"push": {"on": "B", "force": [-100, 0]}}, "masses": {"crank": {"mass": 0, "inertia": 0}},
+}  # fmt: skip
+
+
+def torque(r, theta, rod=1.6, force=100.0):
+    """Return the torque that holds a piston force, F r (sin t + r sin t cos t / sqrt(l^2 - r^2 sin^2 t)), and dT/dr."""
+    s, c = np.sin(theta), np.cos(theta)
+    q = np.sqrt(rod**2 - (r * s) ** 2)
+    first = -force * (r * s + r**2 * s * c / q)
+    return -first, force * (s + 2.0 * r * s * c / q + r**3 * s**3 * c / q**3)
+
+
+def test_holding_torque_of_a_slider_crank_has_the_derivative_of_its_closed_form():
+    m = gimcli.load(SLIDER_CRANK)
+    found = gimcli.sensitivity(m, of="motor.effort", by=["crank.length", "rod.length"], steps=12)
+    theta = np.radians(np.asarray(gimcli.trace(m, 12)["motor"]))
+    value, slope = torque(0.5, theta)
+    assert np.abs(found.value["motor.effort"]) == pytest.approx(np.abs(value), abs=1e-10)
+    sense = np.sign(np.dot(found.value["motor.effort"], value))
+    own = found.derivatives["motor.effort"]
+    assert own["crank.length"] * sense == pytest.approx(slope, abs=1e-10)
+    s, c = np.sin(theta), np.cos(theta)
+    by_rod = -100.0 * 0.25 * s * c * 1.6 / (1.6**2 - (0.5 * s) ** 2) ** 1.5
+    assert own["rod.length"] * sense == pytest.approx(by_rod, abs=1e-10)
+
+
+def compare(m, chosen, names, limit=1e-7):
+    """Compare derivatives with central differences and one Richardson step; return how many dimensions were compared.
+
+    Dimensions that change the inputs or the time are left out: derivatives are at constant inputs.
+    """
+    found, compared = gimcli.sensitivity(m, of=names, by=chosen, samples=0, steps=6), 0
+    own, inputs = {d.name: d.value for d in dimensions(m)}, ["time", *(a.name for a in m.actuators)]
+    for name in chosen:
+        h = 3e-4 * max(abs(own[name]), 0.1)
+        rows = [{name: own[name] + x} for x in (h, -h, h / 2, -h / 2)]
+        try:
+            curves = [gimcli.sweep(m, row, steps=6, keep=[*names, *inputs], rows=True).curves for row in rows]
+        except GimError:
+            continue
+        if any(np.abs(curves[0][a] - curves[1][a]).max() > 1e-12 * np.abs(curves[0][a]).max() for a in inputs):
+            continue
+        compared += 1
+        for text in names:
+            wide, narrow = ((curves[k][text][0] - curves[k + 1][text][0]) / step for k, step in ((0, 2 * h), (2, h)))
+            wanted, got = (4.0 * narrow - wide) / 3.0, np.asarray(found.derivatives[text][name])
+            size = np.nanmax(np.abs(found.value[text]), initial=0.0) / (3e3 * h) + np.nanmax(
+                np.abs(wanted), initial=0.0
+            )
+            assert np.array_equal(np.isnan(got), np.isnan(wanted)), (text, name)
+            away = np.abs(got - wanted) - 0.05 * np.abs(narrow - wide)  # less what the last step may leave
+            assert np.nanmax(away, initial=0.0) <= limit * size, (text, name)
+    return compared
+
+
+@pytest.mark.parametrize("name", TOGETHER)
+@pytest.mark.few("engine", "balanced_lamp", "pump_jack", "pick_and_place")
+def test_derivatives_of_forces_are_those_of_differences(name):
+    m, chosen = designs(name, 3)
+    names = [text for text in names_of(m) if not text.endswith(".error")]
+    assert compare(m, list(chosen[0])[:5], names)
+
+
+@pytest.mark.parametrize(("kind", "drive", "seed"), [
+    ("rrr", "crank", 8), ("rrp", "distance", 6), ("rpr", "travel", 3), ("prp", "crank", 2), ("triad", "crank", 4),
+    ("true_pair", "distance", 1), ("nary", "elsewhere", 3),
+])  # fmt: skip
+def test_derivatives_of_forces_of_random_mechanisms_are_those_of_differences(kind, drive, seed):
+    grown = Growth(seed, [kind, kind], None if drive == "crank" else drive)
+    data, last = grown.explicit(0.0), list(grown.nodes)[-1]
+    ends = [next(n for n in grown.ground if not grown.at[n] & grown.at[last]), last]
+    data |= {"units": {"length": "m"}, "gravity": [0, -9.81]}
+    data["masses"] = {b: {"mass": 2.0, "inertia": 0.3} for b in (*data["links"], *data["elements"])}
+    data["springs"] = {"coil": {"nodes": ends, "stiffness": 50, "free": 0.7}}
+    data["dampers"] = {"oil": {"nodes": ends, "damping": 3}}
+    m, spread = gimcli.load(data), np.random.default_rng(seed)
+    own = [d.name for d in dimensions(m) if d.given and AWAY.isdisjoint(d.name.split("."))]
+    chosen = spread.choice(own, 8, replace=False).tolist()
+    names = [text for text in names_of(m) if not text.endswith(".error")]
+    assert compare(m, chosen, names, 1e-6) > 3
+
+
+def test_a_spring_of_free_length_0_has_the_force_and_the_derivative_of_other_free_lengths():
+    """Its force is -k (|a - b| - free) u: k u more for each length."""
+    m = gimcli.load("balanced_lamp")
+    lengths = [1.0, 2.0]
+    found = gimcli.sweep(m, {"lower.free": lengths}, keep="shoulder.effort", rows=True, steps=4).curves
+    for own, length in zip(found["shoulder.effort"], lengths, strict=True):
+        alone = gimcli.forces(m.with_({"lower.free": length}), 4)["shoulder.effort"]
+        assert own == pytest.approx(np.asarray(alone, dtype=float), abs=1e-10)
+    slope = gimcli.sensitivity(m, of="shoulder.effort", by="lower.free", steps=4).derivatives["shoulder.effort"]
+    base = np.asarray(gimcli.forces(m, 4)["shoulder.effort"], dtype=float)
+    assert slope["lower.free"] == pytest.approx(found["shoulder.effort"][0] - base, abs=1e-10)  # linear

@@ -107,7 +107,7 @@ def compare(mechanism, motion):
     found = DesignSensitivity(mechanism, [d.name for d in given], quantities, plain)
     result = found(motion.z, motion.inputs)
     compared, fixed = 0, found.fixed(motion.z, motion.inputs)
-    for k in np.flatnonzero(moves_nodes(found.tangents)):
+    for k in np.flatnonzero(moves_nodes(found.tables)):
         wanted = difference(mechanism, given[k], motion.inputs, quantities)
         if given[k].name in fixed:
             assert wanted is None, given[k].name  # the changed mechanism contradicts itself
