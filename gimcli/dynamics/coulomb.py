@@ -18,7 +18,7 @@ solved, and the forces on which they agree are given.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from copy import deepcopy
 from dataclasses import dataclass, field, replace
 from itertools import product
@@ -64,7 +64,12 @@ class RubbingPair(FrictionPair):
 def rubbing_pairs(statics: Statics) -> tuple[RubbingPair, ...]:
     """Return the contacts with dry friction, in the order of the file."""
     dry = [pair for pair in friction_pairs(statics.mechanism) if pair.friction.mu > 0.0]
-    return tuple(RubbingPair(pair.friction, pair.member, pair.first, _forms(statics, pair)) for pair in dry)
+    return tuple(rubbing_pair(statics, pair) for pair in dry)
+
+
+def rubbing_pair(statics: Statics, contact: FrictionPair) -> RubbingPair:
+    """Return a contact with the reactions on which its dry friction depends."""
+    return RubbingPair(contact.friction, contact.member, contact.first, _forms(statics, contact))
 
 
 def _forms(statics: Statics, contact: FrictionPair) -> tuple[dict[int, complex], ...]:
@@ -81,7 +86,7 @@ def _forms(statics: Statics, contact: FrictionPair) -> tuple[dict[int, complex],
     return {normals[0]: complex(mu), normals[1]: complex(mu)}, {normals[0]: -lever, normals[1]: lever}
 
 
-def form_table(pairs: tuple[RubbingPair, ...], unknowns: int) -> ComplexArray:
+def form_table(pairs: Sequence[RubbingPair], unknowns: int) -> ComplexArray:
     """Return the vectors w of all pairs (FORMS, pairs, unknowns); 0 where a pair has only one."""
     table = np.zeros((FORMS, len(pairs), unknowns), dtype=complex)
     for k, pair in enumerate(pairs):

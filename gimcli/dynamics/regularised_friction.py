@@ -18,21 +18,21 @@ from dataclasses import replace
 
 import numpy as np
 
-from gimcli.dynamic_data import AppliedLoad, Friction, Inertia
+from gimcli.dynamic_data import AppliedLoad, Inertia
+from gimcli.dynamics.coulomb import RubbingPair, form_table, rubbing_pair
 from gimcli.dynamics.equilibrium_equations import directions, equilibrium
 from gimcli.dynamics.forces import Forces
 from gimcli.dynamics.kinematic_history import Course
-from gimcli.dynamics.load_arrays import FrictionPair, friction_pairs, ints, moving_loads, with_force_gauges
+from gimcli.dynamics.load_arrays import friction_pairs, ints, moving_loads, with_force_gauges
 from gimcli.dynamics.physical import require_action
 from gimcli.dynamics.reducer import Reducer, free_inputs
 from gimcli.dynamics.statics import Statics, statics
 from gimcli.errors import StructureError
 from gimcli.kernels import body_balance as kernels
-from gimcli.kernels.body_balance import GUIDE, PIN, SLOT, BalancedBodies, Contacts
+from gimcli.kernels.body_balance import GUIDE, PIN, BalancedBodies, Contacts
 from gimcli.kernels.equilibrium import ALONG
 from gimcli.kernels.reduction import DISSIPATED, SUPPLIED
 from gimcli.mechanism import FRAME, SPAN, FloatArray, IntArray, Mechanism
-from gimcli.structure.pair_rows import pair_of
 from gimcli.structure.steps import NONE
 from gimcli.table import Column
 
@@ -52,7 +52,7 @@ class BodyBalance:
         self.unknown = np.full(known + len(couples), -1, dtype=np.int64)
         self.unknown[unknown] = np.arange(len(unknown))
         self.unknowns, self.equations = len(unknown), every.equations
-        self.pairs: list[FrictionPair] = []  # of the contacts
+        self.pairs: list[RubbingPair] = []  # of the contacts
         self.columns: list[int] = []
         self.contacts = self._contacts()
         self.bodies = self._bodies()
@@ -119,41 +119,19 @@ class BodyBalance:
 
     def _contacts(self) -> Contacts:
         """Return the pairs with dry friction: each member on a pin but the first, and the guides."""
-        rows, factors, turning = list[tuple[int, ...]](), list[tuple[float, float]](), 0
-        pairs = friction_pairs(self.mechanism)
-        travel = len(self.readings) - sum(pair.slide != NONE for pair in pairs)  # the last gauges are those of guides
-        for pair in pairs:
-            if pair.slide == NONE:
-                rows.append(self._on_pin(pair, turning))
-                factors.append((pair.friction.circle, 0.0))
-                self.columns.append(int(self.couples[turning]))
-                turning += 1
-            else:
-                rows.append(self._on_guide(pair.friction, travel))
-                factors.append((pair.friction.mu, pair.friction.length))
-                self.columns.append(int(self.readings[travel]))
-                travel += 1
-        dry = [k for k, factor in enumerate(factors) if factor[0] > 0.0]
-        self.columns, self.pairs = [self.columns[k] for k in dry], [pairs[k] for k in dry]
-        table = ints([rows[k] for k in dry], 8)
-        return Contacts(
-            table[:, 0].copy(), table[:, 1].copy(), table[:, 2:].copy(),
-            np.array([factors[k] for k in dry]).reshape(-1, 2),
-        )  # fmt: skip
-
-    def _on_pin(self, pair: FrictionPair, number: int) -> tuple[int, ...]:
-        """Return kind, speed, and unknowns, columns and nodes of the force of a pin on a member."""
-        x, y = pair.forces(self.statics)
-        return (PIN, number, int(self.unknown[x]), int(self.unknown[y]), x, y, pair.friction.node, pair.friction.node)
-
-    def _on_guide(self, friction: Friction, reading: int) -> tuple[int, ...]:
-        """Return kind, speed, and unknowns, columns and nodes of the normal forces of a guide."""
-        slides = pair_of(self.mechanism, friction.slide).slides
-        ends = slides[0], slides[-1]
-        columns = [self.statics.normals[k] for k in ends]
-        nodes = [self.mechanism.slides[k].node for k in ends]
-        kind = GUIDE if len(slides) > 1 and friction.length > 0.0 else SLOT
-        return (kind, self.first + reading, *(int(self.unknown[c]) for c in columns), *columns, *nodes)
+        pairs, speeds = friction_pairs(self.mechanism), list[int]()
+        pin, guide = 0, len(self.readings) - sum(pair.slide != NONE for pair in pairs)  # the last gauges: of guides
+        for pair in (rubbing_pair(self.statics, one) for one in pairs):
+            on_pin = pair.slide == NONE
+            if any(any(form.values()) for form in pair.forms):
+                self.pairs.append(pair)
+                self.columns.append(int(self.couples[pin] if on_pin else self.readings[guide]))
+                speeds.append(pin if on_pin else self.first + guide)
+            pin, guide = pin + on_pin, guide + (not on_pin)
+        first, second = form_table(self.pairs, len(self.unknown))[..., self.unknown >= 0]
+        self.forms = np.stack([first.real, first.imag + second.real], axis=1)
+        kinds = [PIN if pair.slide == NONE else GUIDE for pair in self.pairs]
+        return Contacts(np.array(kinds, dtype=np.int64), np.array(speeds, dtype=np.int64))
 
 
 SOFT = 1e-12
@@ -216,10 +194,10 @@ class RegularisedFriction:
         found, self.failed = self._solved(), False
         if found is None:
             return False
+        self.loop.y[:] = balance.forms @ found[: balance.unknowns]
         done = reducer.run(kernels.find_friction)(
-            balance.bodies, balance.contacts, reducer.acting, reducer.at, reducer.room.velocity, self.slip,
-            room.directions, found, self.loop,
-        )  # fmt: skip
+            balance.contacts, reducer.acting, reducer.at, reducer.room.velocity, self.slip, self.loop
+        )
         self.failed = not done
         if done:
             self._apply(found[:, 0] + found[:, 1:] @ self.loop.f)
@@ -275,11 +253,10 @@ class RegularisedFriction:
         _, values, across = np.linalg.svd(matrix)
         rank = int(np.sum(values > SOFT * values[0]))
         stressed = np.linalg.norm(across[rank:], axis=0)
-        kind, place = self.balance.contacts.kind, self.balance.contacts.place
         open_ones = [
             name
             for k, name in enumerate(self.names)
-            if max(stressed[place[k, 0]], stressed[place[k, 1]] if kind[k] != kernels.SLOT else 0.0) > UNIQUE
+            if np.any(stressed[: self.balance.unknowns][self.balance.forms[k].any(axis=0)] > UNIQUE)
         ]
         if open_ones:
             names = ", ".join(dict.fromkeys(open_ones))
@@ -301,8 +278,9 @@ def with_friction(forces: Forces, friction: FloatArray) -> Forces:
     unknowns[:, good] += np.einsum("rci,ri->cr", np.linalg.pinv(own, rcond=SOFT), right)
     unit = directions(balance.statics, z)
     for k, column in enumerate(balance.columns):
-        if balance.pairs[k].slide != NONE and balance.statics.reactions[balance.contacts.place[k, 2]].on_pin:
-            node = int(balance.contacts.place[k, 4])
+        slide = balance.pairs[k].slide
+        if slide != NONE and balance.statics.reactions[balance.statics.normals[slide]].on_pin:
+            node = mechanism.slides[slide].node
             forces.loads.pins[node] = forces.loads.pins.get(node, 0.0) - friction[k] * unit[column]
     forces.loads.power["friction"] = np.sum(_powers(balance, forces.course, friction), axis=0)
     return replace(forces, unknowns=unknowns)

@@ -30,8 +30,8 @@ from gimcli.kernels.linear import lu_factor, lu_solve
 from gimcli.kernels.reduction import Acting, Reduced, carry, load_force, pin_speed, sense_of, turn
 from gimcli.mechanism import FloatArray, IntArray
 
-PIN, SLOT, GUIDE = range(3)
-"""Kinds of contacts: a pin, the guide of a pin in a slot, and a guide that bears a moment."""
+PIN, GUIDE = range(2)
+"""Kinds of contacts: a pin, and a guide."""
 
 ROUNDS, HALVINGS = 40, 12
 """Most iterations, and most halvings of a correction that increases the error; a few suffice for small friction."""
@@ -66,8 +66,6 @@ class Contacts(NamedTuple):
 
     kind: IntArray  # (contacts,)
     speed: IntArray  # (contacts,) number of its moment in `Acting.rubs`, or variable of the travel
-    place: IntArray  # (contacts, 6) unknowns, columns and nodes of the pin force (x, y) or of the normal forces
-    factor: FloatArray  # (contacts, 2) radius of the friction circle or mu; length between the contacts of a guide
 
 
 class BalanceRoom(NamedTuple):
@@ -215,27 +213,6 @@ def fill(
     fill_bodies(b, p, at, free, factors, out)
 
 
-@stage
-def measure(c: Contacts, v: FloatArray, directions: FloatArray, found: FloatArray, y: FloatArray) -> None:
-    """Compute y0 and G of the contacts from the unknowns `found` (unknowns, 1 + contacts)."""
-    for k in range(c.kind.shape[0]):
-        one, other, factor = c.place[k, 0], c.place[k, 1], c.factor[k, 0]
-        turn_one, turn_other = 0.0, 0.0
-        if c.kind[k] == GUIDE:
-            n, m = c.place[k, 4], c.place[k, 5]
-            hx, hy = 0.5 * (v[2 * n] - v[2 * m]), 0.5 * (v[2 * n + 1] - v[2 * m + 1])  # from the middle
-            lever, i, j = 2.0 * factor / c.factor[k, 1], c.place[k, 2], c.place[k, 3]
-            turn_one = lever * (hx * directions[i, 1] - hy * directions[i, 0])
-            turn_other = -lever * (hx * directions[j, 1] - hy * directions[j, 0])
-        for j in range(found.shape[1]):
-            first = found[one, j]
-            second = found[other, j] if c.kind[k] != SLOT else 0.0
-            if c.kind[k] == PIN:
-                y[k, 0, j], y[k, 1, j] = factor * first, factor * second
-            else:
-                y[k, 0, j], y[k, 1, j] = factor * (first + second), turn_one * first + turn_other * second
-
-
 @kernel
 def miss_of(kind: IntArray, part: float, f: FloatArray, room: LoopRoom) -> tuple[float, float]:
     """Compute |y| and its slopes at f; return the greatest error of the equations, and the greatest |y|."""
@@ -300,15 +277,13 @@ def settle_friction(kind: IntArray, part: float, room: LoopRoom) -> bool:
 
 @kernel
 def find_friction(
-    b: BalancedBodies, c: Contacts, p: Acting, at: InfluencePosition, velocity: FloatArray, slip: float,
-    directions: FloatArray, found: FloatArray, room: LoopRoom,
-) -> bool:  # fmt: skip
+    c: Contacts, p: Acting, at: InfluencePosition, velocity: FloatArray, slip: float, room: LoopRoom
+) -> bool:
     """Compute the friction `room.f` (contacts,), starting from its present values; return whether it was found."""
     for k in range(c.kind.shape[0]):
         i = c.speed[k]
         room.speed[k] = pin_speed(p, at.v, velocity, i) if c.kind[k] == PIN else velocity[i]
         room.share[k] = math.tanh(room.speed[k] / slip)
-    measure(c, at.v, directions, found, room.y)
     if settle_friction(c.kind, 1.0, room):
         return True
     for k in range(c.kind.shape[0]):
