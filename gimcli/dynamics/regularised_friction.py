@@ -189,12 +189,12 @@ class RegularisedFriction:
         """
         reducer, balance, room = self.reducer, self.balance, self.room
         reducer.run(kernels.fill)(
-            balance.bodies, reducer.acting, reducer.at, reducer.room, given, reducer.factors, reducer.out, room
+            balance.bodies, reducer.acting, reducer.at, reducer.room, given, reducer.factors, reducer.out.effort, room
         )  # fmt: skip
         found, self.failed = self._solved(), False
         if found is None:
             return False
-        self.loop.y[:] = balance.forms @ found[: balance.unknowns]
+        np.dot(balance.forms, found[: balance.unknowns], out=self.loop.y)
         done = reducer.run(kernels.find_friction)(
             balance.contacts, reducer.acting, reducer.at, reducer.room.velocity, self.slip, self.loop
         )

@@ -27,7 +27,7 @@ from gimcli.kernels.influence import InfluencePosition, InfluenceScratch
 from gimcli.kernels.jit import kernel, stage
 from gimcli.kernels.laws import damper
 from gimcli.kernels.linear import lu_factor, lu_solve
-from gimcli.kernels.reduction import Acting, Reduced, carry, load_force, pin_speed, sense_of, turn
+from gimcli.kernels.reduction import Acting, carry, load_force, pin_speed, sense_of, turn
 from gimcli.mechanism import FloatArray, IntArray
 
 PIN, GUIDE = range(2)
@@ -138,10 +138,7 @@ def fill_bodies(
 def fill_efforts(
     b: BalancedBodies, p: Acting, at: InfluencePosition, w: FloatArray, free: int, known: FloatArray, out: BalanceRoom
 ) -> None:
-    """Compute the efforts of the readings, of rotors, and of viscous friction in pins, while s'' is 0; and by s''.
-
-    known: efforts on the variables (`Reduced.effort`).
-    """
+    """Compute the efforts of the readings, of rotors, and of viscous friction in pins, while s'' is 0; and by s''."""
     v, unknowns = at.v, out.matrix.shape[1] - free
     for i in range(b.readings.shape[0]):
         c, r = b.readings[i, 0], b.first + i
@@ -174,11 +171,12 @@ def entry(b: BalancedBodies, t: int, v: FloatArray, directions: FloatArray) -> f
 @kernel
 def fill(
     b: BalancedBodies, p: Acting, at: InfluencePosition, room: InfluenceScratch, given: FloatArray, factors: FloatArray,
-    reduced: Reduced, out: BalanceRoom,
+    known: FloatArray, out: BalanceRoom,
 ) -> None:  # fmt: skip
     """Compute the matrix and the right sides of the state in `at` and `room`.
 
-    given: accelerations of the inputs that follow laws, the last independent variables.
+    given: accelerations of the inputs that follow laws, the last independent variables. known: efforts on the
+    variables (`Reduced.effort`).
     """
     v = at.v
     free = at.b.shape[0] - given.shape[0]
@@ -199,7 +197,7 @@ def fill(
         dx, dy = b.vectors[c, 0] * ex - b.vectors[c, 1] * ey, b.vectors[c, 0] * ey + b.vectors[c, 1] * ex
         norm = math.sqrt(dx * dx + dy * dy) if b.turned[t, 3] == 1 else 1.0
         out.directions[c, 0], out.directions[c, 1] = dx / norm, dy / norm
-    fill_efforts(b, p, at, room.velocity, free, reduced.effort, out)
+    fill_efforts(b, p, at, room.velocity, free, known, out)
     for t in range(b.terms.shape[0]):
         row, c, part = b.terms[t, 0], b.terms[t, 1], entry(b, t, v, out.directions)
         if b.unknown[c] >= 0:
