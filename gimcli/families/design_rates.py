@@ -35,7 +35,7 @@ class DesignTapes:
     """Tapes with recorded numbers, which are executed one after another for many designs."""
 
     def __init__(self, tapes: Sequence[Tape], recording: Recording) -> None:
-        self.arrays = [tape.arrays()[:2] for tape in tapes]
+        self.arrays = [tape.operations() for tape in tapes]
         constants = [[part for _, c in tape.constants.values() for part in (c.real, c.imag)] for tape in tapes]
         factors = [[x for pair in tape.factors for x in pair] for tape in tapes]
         self.maker = TableMaker(recording, [*factors, *constants])

@@ -94,7 +94,7 @@ class DesignSensitivity:
         self.family = Family(mechanism, own)
         nominal = self.family.nominal[None]
         self.tables = self.family.tables(variables(nominal, len(actuators)))
-        forced = [item.head.name for item in self.quantities if _has_forces(mechanism, item)]
+        forced = [item.head.name for item in self.quantities if Needs(mechanism, [item.quantity]).forced]
         self.forces = self.family.forces if forced else None
         own_forces = (item.quantity for item in self.quantities if isinstance(item.quantity, ForceQuantity))
         self._formulas = [one.own.find for one in own_forces]
@@ -174,11 +174,6 @@ class DesignSensitivity:
         solved = np.isfinite(z).all(axis=0)
         values[:, ~solved], slopes[..., ~good] = np.nan, np.nan
         return QuantitySlopes(values, slopes, good & np.isfinite(slopes).all(axis=(0, 1)))
-
-
-def _has_forces(mechanism: Mechanism, item: Item) -> bool:
-    """Return whether a quantity depends on forces."""
-    return Needs(mechanism, [item.quantity]).forced
 
 
 def moves_nodes(tables: FloatTables) -> BoolArray:

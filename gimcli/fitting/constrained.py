@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import partial
+from functools import lru_cache, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -123,16 +123,8 @@ def _rated(
 
 def _remembered(function: Callable[[FloatArray], tuple[FloatArray, FloatArray]]) -> Rated:
     """Return a function that has values and slopes together."""
-    last: dict[bytes, tuple[FloatArray, FloatArray]] = {}
-
-    def found(x: FloatArray) -> tuple[FloatArray, FloatArray]:
-        key = x.tobytes()
-        if key not in last:
-            last.clear()
-            last[key] = function(x)
-        return last[key]
-
-    return Rated(lambda x: found(x)[0], lambda x: found(x)[1])
+    found = lru_cache(1)(lambda key: function(np.frombuffer(key)))
+    return Rated(lambda x: found(x.tobytes())[0], lambda x: found(x.tobytes())[1])
 
 
 def _least(

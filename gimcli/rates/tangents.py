@@ -64,7 +64,7 @@ class Tangents:
     def image(self, lane: int, k: int) -> int:
         """Return the lane for the derivative of a lane along tangent k."""
         own = lane if lane < STEP else self.tape.kept + lane - STEP
-        return self.first + self.along.index(k) * self.size + own
+        return self.first + (k - self.along[0]) * self.size + own
 
     def change(self, lane: int, k: int) -> list[int]:
         """Return the lane with the derivative of a number along tangent k; none if it is 0."""

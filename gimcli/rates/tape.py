@@ -96,6 +96,11 @@ class Tape:
 
     def arrays(self) -> tuple[FloatArray, IntArray, FloatArray]:
         """Return the arrays of the kernel: lanes with constants, operations, factors."""
+        factors = [(nominal(f), nominal(g)) for f, g in self.factors]
+        return *self.operations(), np.array(factors, dtype=float).reshape(-1, 2)
+
+    def operations(self) -> tuple[FloatArray, IntArray]:
+        """Return lanes with constants, and operations."""
         heads = np.array(self.heads, dtype=np.int64).reshape(-1, 6)
         constants = self.kept + self.most
         operands = heads[:, 1:]
@@ -106,7 +111,7 @@ class Tape:
         self.fixed[:] = np.array([(nominal(c).real, nominal(c).imag) for _, c in self.constants.values()]).reshape(
             -1, 2, 1
         )
-        return w, heads, np.array([(nominal(f), nominal(g)) for f, g in self.factors], dtype=float).reshape(-1, 2)
+        return w, heads
 
     # -- operations ----------------------------------------------------------------------------
 
