@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from gimcli.calculus.dual import Dual
 from gimcli.calculus.recorded import Recorded, Recording
 from gimcli.input_laws import InputLaw
 from gimcli.mechanism import FloatArray, Mechanism
@@ -26,25 +27,23 @@ class CouplingSlopes:
         """Whether a dimension changes a ratio or a phase."""
         return bool(self._places)
 
-    def followed(self, slopes: FloatArray, nominal: FloatArray, inputs: FloatArray) -> FloatArray:
-        """Return derivatives at constant inputs of the drivers, of those at constant inputs of all actuators.
+    def moving(self, nominal: FloatArray, given: FloatArray) -> Dual:
+        """Return inputs and their derivatives (orders, actuators, rows) in dual numbers, for dimensions (dimensions,).
 
-        Args:
-            slopes: derivatives by the dimensions and by all inputs (quantities, dimensions + actuators, rows).
-            nominal: the dimensions (dimensions,).
-            inputs: the inputs (actuators, rows).
+        The tangents are the dimensions at constant inputs of the drivers, and all inputs; the followers follow them.
         """
-        count, found = len(nominal), slopes.copy()
+        count, actuators = len(nominal), given.shape[1]
         tangents = self.recording.tangents(nominal[:, None], self._places)
+        slopes = np.zeros((count + actuators, *given.shape))
+        slopes[count:, 0] = np.eye(actuators)[..., None]
 
-        def slope(number: Any) -> FloatArray | float:
+        def slope(number: Any) -> Any:
             return tangents[number.place].slopes if isinstance(number, Recorded) else 0.0
 
         for coupling in self.couplings:
-            own = slopes[:, count + coupling.follower]
-            change = slope(coupling.phase) + np.zeros((count, 1))
+            own = slopes[:, :, coupling.follower]
+            own[:count, 0] += slope(coupling.phase)
             for actuator, ratio in coupling.terms:
-                change = change + slope(ratio) * inputs[actuator]
-                found[:, count + actuator] += float(getattr(ratio, "value", ratio)) * own
-            found[:, :count] += own[:, None] * change
-        return found
+                own[:count] += np.reshape(slope(ratio), (-1, 1, 1)) * given[:, actuator]
+                own[count + actuator, 0] += float(getattr(ratio, "value", ratio))
+        return Dual(given, slopes)

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gimcli.calculus.dual import Dual, variables
+from gimcli.calculus.dual import variables
 from gimcli.errors import ModelError
 from gimcli.families.designs import Designs
 from gimcli.families.family import Family
@@ -97,15 +97,12 @@ class DesignMotions:
         family, solved = self.family, self.solved
         if family.plan.surplus or (family.drawn_laws and np.any(self.time != solved.time)):
             raise ApartError
-        count, designs = len(family.names), variables(solved.designs)
+        designs = variables(solved.designs)
         tables = family.tables(designs)
-        run = choose("on" if self.compiled else "off", 0.0, None, ("play_designs",))
-        by = np.moveaxis(family.slopes(solved.designs, solved.z, solved.inputs, run)[0], 1, 0)
-        inputs, slopes = family.law_inputs(solved.time, tables), by[:count]
-        if family.drawn_laws:
-            slopes = slopes + np.einsum("adnr,kdar->kdnr", by[count:], inputs.slopes)
-        inputs = inputs if family.drawn_laws else solved.inputs
-        dual: dict[str, Any] = {"designs": designs, "z": Dual(solved.z, slopes), "inputs": inputs}
+        inputs = family.law_inputs(solved.time, tables) if family.drawn_laws else solved.inputs
+        run = choose("on" if self.compiled else "off", 0.0)
+        dual: dict[str, Any] = {"designs": designs, "inputs": inputs}
+        dual["z"], _ = family.slopes.moving(solved.designs, solved.z, inputs, run)
         found = copy(self)
         found.solved = replace(solved, **dual)
         vars(found).pop("durations", None)

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from gimcli.calculus.dual import Dual
+from gimcli.calculus.numbers import nominal
 from gimcli.calculus.recorded import Recording
 from gimcli.families.float_tables import TableMaker
 from gimcli.kernels import tape as kernels
@@ -165,3 +166,16 @@ class PositionSlopes:
         known = np.isfinite(good[:, 0, 0])
         by.transpose(0, 3, 1, 2)[~known] = np.nan
         return by, known
+
+    def moving(self, designs: FloatArray, z: ComplexArray, inputs: Any, run: Run) -> tuple[Dual, BoolArray]:
+        """Return nodes in dual numbers (designs, nodes, rows), whose first tangents are the dimensions, and the mask.
+
+        Arguments as above; the inputs may be dual numbers, with further tangents.
+        """
+        by, good = self(designs, z, nominal(inputs), run)
+        count = designs.shape[1]
+        slopes = np.moveaxis(by[:, :count], 1, 0)
+        if isinstance(inputs, Dual):
+            more = np.zeros((len(inputs.slopes) - count, *z.shape))
+            slopes = np.concatenate([slopes, more]) + np.einsum("danr,kdar->kdnr", by[:, count:], inputs.slopes)
+        return Dual(z, slopes), good

@@ -131,24 +131,20 @@ class DesignSensitivity:
         if not self.family.plan.surplus:
             return ()
         some = slice(None, None, max(1, z.shape[1] // ROWS))
-        by, good = self._derivatives(z[:, some], inputs[:, some])
+        own, good = self._moving(z[:, some], Dual(inputs[:, some], np.zeros((len(self._units), 1, 1))))
         if not good.any():
             return ()
-        own = Dual(z[None, :, some], np.moveaxis(by, 1, 0))
         found = contradicting(PositionState(self.mechanism, own[..., good], self.tables))
         return tuple(name for name, fixed in zip(self.family.names, found.tolist(), strict=False) if fixed)
 
-    def _derivatives(self, z: ComplexArray, inputs: FloatArray) -> tuple[ComplexArray, BoolArray]:
-        """Return derivatives of positions (1, dimensions + inputs, nodes, rows), and whether they exist (rows,)."""
-        by, good = self.family.slopes(self.family.nominal[None], z[None], inputs[None], self.run)
-        return by, good[0]
+    def _moving(self, z: ComplexArray, inputs: Dual) -> tuple[Dual, BoolArray]:
+        """Return positions in dual numbers (1, nodes, rows), and whether they have derivatives (rows,)."""
+        found, good = self.family.slopes.moving(self.family.nominal[None], z[None], inputs[None], self.run)
+        return found, good[0]
 
     def _block(self, z: ComplexArray, given: FloatArray, time: FloatArray) -> QuantitySlopes:
-        inputs, nominal = given[0], self.family.nominal[None]
-        by, good = self._derivatives(z, inputs)
-        moved = np.zeros((by.shape[1], *given.shape))
-        moved[len(self.family.names) :, 0] = np.eye(len(inputs))[..., None]
-        at, moving = Dual(z[None], np.moveaxis(by, 1, 0)), Dual(given[None], moved[:, None])
+        nominal, own = self.family.nominal[None], self.family.couplings.moving(self.family.nominal, given)
+        (at, good), moving = self._moving(z, own[0]), own[None]
         mode = "off" if self.run is plain else "on"
 
         @cache
@@ -166,11 +162,9 @@ class DesignSensitivity:
             return known[find]
 
         state = PositionState(self.mechanism, at, self.tables, rates, forces, moving[0, 0])
-        values, own = state.values(self.quantities)[:, 0], state.slopes(self.quantities)[:, 0]
+        values, slopes = state.values(self.quantities)[:, 0], state.slopes(self.quantities)[:, 0]
         with np.errstate(all="ignore"):
-            if self.mechanism.couplings:
-                own = self.family.couplings.followed(own, self.family.nominal, inputs)
-            slopes = (own * self._units[:, None])[:, self._chosen]
+            slopes = (slopes * self._units[:, None])[:, self._chosen]
         solved = np.isfinite(z).all(axis=0)
         values[:, ~solved], slopes[..., ~good] = np.nan, np.nan
         return QuantitySlopes(values, slopes, good & np.isfinite(slopes).all(axis=(0, 1)))

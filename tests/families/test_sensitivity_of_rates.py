@@ -66,3 +66,12 @@ def test_derivatives_by_the_input_are_velocity_over_speed():
     for text, then in (("foot.vx", "foot.ax"), ("foot.ay", "foot.jy")):
         size = np.abs(rates[then]).max()
         assert found.derivatives[text]["motor"] * speed == pytest.approx(rates[then], abs=1e-9 * size)
+
+
+@pytest.mark.parametrize("name", ["belt.radii.0", "belt.radii.1", "M.y"])
+def test_rates_of_inputs_that_follow_others_change_with_the_radii_of_their_belt(name):
+    m, texts, inputs = gimcli.load(MODELS / "belt_drive.yaml"), ["T.x", "T.vx", "T.ax", "rod.omega"], {"motor": 30.0}
+    found = gimcli.sensitivity(m, of=texts, by=name, at=inputs).derivatives
+    value = next(d.value for d in dimensions(m) if d.name == name)
+    for text in texts:
+        assert found[text][name] == pytest.approx(difference(m, text, name, value, inputs), rel=1e-6, abs=1e-6), text
