@@ -31,7 +31,7 @@ from gimcli.dynamics.kinematic_history import Course, Turns, reading
 from gimcli.dynamics.load_arrays import FrictionPair, friction_pairs
 from gimcli.dynamics.loading import Loading
 from gimcli.dynamics.physical import effort_shares, input_units, require_action
-from gimcli.dynamics.statics import Statics
+from gimcli.dynamics.statics import Statics, direction
 from gimcli.errors import ModelError
 from gimcli.mechanism import BoolArray, ComplexArray, FloatArray, IntArray
 from gimcli.positions.newton import Run
@@ -163,7 +163,7 @@ def sliding_forces(
         found, weakest = Balance(statics).solve(course.nodes[0], right, run)
         rows = _Rows(statics, course, found, right_side(statics, held) - right, unit)
         unknowns, dry = rows.solved(right, loads.rotors)
-    _act(statics, course, loads, rows, unknowns, dry)
+    rub(loads, rows.pairs, rows.senses.T * rows.moving.friction(unknowns.T).T, dry.powers)
     return loads, unknowns, weakest, dry
 
 
@@ -337,11 +337,11 @@ def _senses(rates: FloatArray) -> tuple[FloatArray, BoolArray]:
     return np.where(rest, 0.0, senses).T, rest
 
 
-def _act(statics: Statics, course: Course, loads: Loading, rows: _Rows, unknowns: FloatArray, dry: DryFriction) -> None:
-    """Add the friction on pins, and its power, to the forces on the bodies."""
-    loads.power["friction"] = np.sum(dry.powers, axis=0)
-    friction = rows.senses.T * rows.moving.friction(unknowns.T).T
-    for k, pair in enumerate(rows.pairs):
+def rub(loads: Loading, pairs: Sequence[RubbingPair], friction: FloatArray, powers: FloatArray) -> None:
+    """Add friction (pairs, rows) on pins, and its powers [W] (any, rows), to the forces on the bodies."""
+    loads.power["friction"] = np.sum(powers, axis=0)
+    for pair, own in zip(pairs, friction, strict=True):
         if pair.on_pin:
-            node = statics.mechanism.slides[pair.slide].node
-            loads.pins[node] = loads.pins.get(node, 0.0) - friction[k] * pair.direction(statics.mechanism, course)
+            node = loads.mechanism.slides[pair.slide].node
+            unit = direction(pair.reaction(loads.statics), loads.course.nodes[0])
+            loads.pins[node] = loads.pins.get(node, 0.0) - own * unit

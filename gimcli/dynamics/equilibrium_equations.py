@@ -39,11 +39,6 @@ def right_side(statics: Statics, loads: Loading) -> Any:
     return np.stack(right)
 
 
-def directions(statics: Statics, z: ComplexArray) -> ComplexArray:
-    """Return the direction of every unknown (unknowns, rows) at positions z (nodes, rows)."""
-    return np.stack([direction(reaction, z) for reaction in statics.reactions])
-
-
 def coefficients(
     statics: Statics, reaction: Reaction, z: Any, wanted: Collection[int] | None = None
 ) -> Iterator[tuple[int, Any]]:

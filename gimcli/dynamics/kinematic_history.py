@@ -9,12 +9,12 @@ import numpy as np
 
 from gimcli.calculus.series import Series
 from gimcli.canonical import beside
-from gimcli.mechanism import FRAME, HEIGHT, SPAN, ComplexArray, FloatArray, Input, Mechanism, PairRow
+from gimcli.mechanism import FRAME, HEIGHT, ComplexArray, FloatArray, Input, Mechanism, PairRow
 from gimcli.motion.motion import Motion
 from gimcli.positions.dispatch import choose
 from gimcli.progress import Notify
 from gimcli.rates.derivatives import ORDERS, Differentiator, law_rates
-from gimcli.structure.carried import measured, unit_of
+from gimcli.structure.carried import measured
 from gimcli.structure.plan import make_plan
 
 FACTORS = np.array([1.0, 1.0, 0.5])
@@ -110,16 +110,11 @@ def turning(mechanism: Mechanism, course: Course, index: int) -> FloatArray:
     return found
 
 
-def reading(mechanism: Mechanism, gauge: Input, course: Course) -> tuple[FloatArray, FloatArray, ComplexArray]:
-    """Return value, rate and unit direction of the quantity of a gauge or an actuator (rows,)."""
-    z = course.nodes[0]
+def reading(mechanism: Mechanism, gauge: Input, course: Course) -> tuple[FloatArray, FloatArray]:
+    """Return value and rate of the quantity of a gauge or an actuator (rows,)."""
     with np.errstate(divide="ignore", invalid="ignore"):  # NaN in unsolved rows, and where the ends of a length meet
-        found = measured(mechanism, gauge, course.moving)
-        value, rate = found.c
-        if gauge.kind == SPAN:
-            return value, rate, (z[gauge.nodes[1]] - z[gauge.node]) / value
-    unit = unit_of(mechanism, z, gauge.members[0] if gauge.rotary else gauge.guide)
-    return value, rate, np.broadcast_to(unit * (gauge.arm if gauge.rotary else gauge.normal), np.shape(value))
+        value, rate = measured(mechanism, gauge, course.moving).c
+    return value, rate
 
 
 def travel_along(slide: PairRow, name: str) -> Input:

@@ -17,7 +17,7 @@ from gimcli.dynamics.kinematic_history import Course, reading, travel_along, tur
 from gimcli.dynamics.statics import Reaction, Statics
 from gimcli.kernels.equilibrium import COUPLE
 from gimcli.kernels.reduction import Acting
-from gimcli.mechanism import FRAME, HEIGHT, SPAN, ComplexArray, FloatArray, Input, IntArray, Mechanism
+from gimcli.mechanism import FRAME, HEIGHT, SPAN, FloatArray, Input, IntArray, Mechanism
 from gimcli.structure.carried import carried_direction
 from gimcli.structure.rotation import members_of, rotation_classes
 from gimcli.structure.steps import NONE
@@ -47,15 +47,8 @@ class FrictionPair:
             own, other = (turning(mechanism, course, member)[0] for member in (self.member, self.first))
             found: FloatArray = own - other
             return found
-        return self._travel(mechanism, course)[1]
-
-    def direction(self, mechanism: Mechanism, course: Course) -> ComplexArray:
-        """Return the direction of sliding of a sliding pair, of the node along the guide (rows,)."""
-        return self._travel(mechanism, course)[2]
-
-    def _travel(self, mechanism: Mechanism, course: Course) -> tuple[FloatArray, FloatArray, ComplexArray]:
         slide = mechanism.slides[self.slide]
-        return reading(mechanism, travel_along(slide, slide.name), course)
+        return reading(mechanism, travel_along(slide, slide.name), course)[1]
 
     def forces(self, statics: Statics) -> tuple[int, int]:
         """Return the unknowns of the force of a pin on the member that turns."""

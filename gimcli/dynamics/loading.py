@@ -166,7 +166,7 @@ class Loading:
         """Value and rate (rows,) of each gauge."""
         found = []
         for number, gauge in enumerate(self.mechanism.gauges):
-            value, rate, _ = reading(self.mechanism, gauge, self.course)
+            value, rate = reading(self.mechanism, gauge, self.course)
             found.append((self.turns.followed(number, value, gauge.drawn) if gauge.rotary else value, rate))
         return found
 

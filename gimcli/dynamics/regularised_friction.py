@@ -19,8 +19,8 @@ from dataclasses import replace
 import numpy as np
 
 from gimcli.dynamic_data import AppliedLoad, Inertia
-from gimcli.dynamics.coulomb import RubbingPair, form_table, rubbing_pair
-from gimcli.dynamics.equilibrium_equations import directions, equilibrium
+from gimcli.dynamics.coulomb import RubbingPair, form_table, rub, rubbing_pair
+from gimcli.dynamics.equilibrium_equations import equilibrium
 from gimcli.dynamics.forces import Forces
 from gimcli.dynamics.kinematic_history import Course
 from gimcli.dynamics.load_arrays import friction_pairs, ints, moving_loads, with_force_gauges
@@ -268,21 +268,13 @@ class RegularisedFriction:
 
 def with_friction(forces: Forces, friction: FloatArray) -> Forces:
     """Return reactions without dry friction plus those to the friction of a simulation (contacts, rows)."""
-    mechanism = forces.mechanism
-    balance = BodyBalance(mechanism, free_inputs(mechanism))
-    z, good = forces.course.nodes[0], np.flatnonzero(forces.good)
-    table = equilibrium(balance.statics, z[:, good])
+    balance, good = BodyBalance(forces.mechanism, free_inputs(forces.mechanism)), np.flatnonzero(forces.good)
+    table = equilibrium(balance.statics, forces.course.nodes[0][:, good])
     right = np.einsum("rik,kr->ri", table[:, :, balance.columns], friction[:, good])
     own = table[:, :, : len(forces.statics.reactions)]  # the other columns are gauges and moments in pins
     unknowns = forces.unknowns.copy()
     unknowns[:, good] += np.einsum("rci,ri->cr", np.linalg.pinv(own, rcond=SOFT), right)
-    unit = directions(balance.statics, z)
-    for k, column in enumerate(balance.columns):
-        slide = balance.pairs[k].slide
-        if slide != NONE and balance.statics.reactions[balance.statics.normals[slide]].on_pin:
-            node = mechanism.slides[slide].node
-            forces.loads.pins[node] = forces.loads.pins.get(node, 0.0) - friction[k] * unit[column]
-    forces.loads.power["friction"] = np.sum(_powers(balance, forces.course, friction), axis=0)
+    rub(forces.loads, balance.pairs, friction, _powers(balance, forces.course, friction))
     return replace(forces, unknowns=unknowns)
 
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from bundled import MODELS, changed
 
-from gimcli.dynamics.equilibrium_equations import directions
 from gimcli.dynamics.forces import motion_forces
 from gimcli.dynamics.gear_pivots import across
+from gimcli.dynamics.statics import direction
 from gimcli.kernels.equilibrium import COUPLE
 from gimcli.mechanism import FRAME
 from gimcli.motion.motion import trace
@@ -88,7 +88,7 @@ def moved(mechanism, steps=24):
 def total_on_frame(forces):
     """Return force [N] and moment [N m] on the frame, the sums of the reactions."""
     z, metre = forces.course.nodes[0], forces.mechanism.dynamics.metre
-    along = directions(forces.statics, z)
+    along = np.array([direction(one, z) for one in forces.statics.reactions])
     force, moment = np.zeros(z.shape[1], dtype=complex), np.zeros(z.shape[1])
     for k, reaction in enumerate(forces.statics.reactions):
         for side, sense, node in ((reaction.plus, 1, reaction.node), (reaction.minus, -1, reaction.other)):
