@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 from bundled import MANUAL
 from package_source import modules, nodes
-from verbs import CALLS, OTHERS, run
+from verbs import CALLS, OTHERS, result
 
 import gimcli
 from gimcli import Mechanism
@@ -70,9 +70,15 @@ def attributes(found: Any) -> list[str]:
     return [name for name in names if not inspect.isroutine(getattr(found, name))]
 
 
+@cache
+def returned(call: str) -> Any:
+    """Return the result of a call, computed once."""
+    return MORE[call]() if call in MORE else result(call)
+
+
 @pytest.mark.parametrize("call", [*CALLS, *OTHERS, *MORE])
 def test_inner_objects_are_not_public(call: str) -> None:
-    found, known = MORE[call]() if call in MORE else run(call), documented()
+    found, known = returned(call), documented()
     if not isinstance(found, Mechanism):
         assert not [
             f"{name}: {one}" for name in attributes(found) for one in inner(getattr(found, name), name in known)
@@ -82,7 +88,7 @@ def test_inner_objects_are_not_public(call: str) -> None:
 @pytest.mark.parametrize("call", [*CALLS, *OTHERS, *MORE])
 def test_public_methods_take_and_return_no_inner_objects(call: str) -> None:
     """Except those that the manual has, and those of every result, which give contents of files for `save`."""
-    found = type(MORE[call]() if call in MORE else run(call))
+    found = type(returned(call))
     known = {*documented(), *vars(Result), *(cls.__name__ for cls in found.__mro__)}
     for name, method in inspect.getmembers(found, inspect.isroutine):
         if found is not Mechanism and not name.startswith("_") and name not in known:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from bundled import MODELS
-from verbs import CALLS, OTHERS, TIMED, run
+from verbs import CALLS, OTHERS, TIMED, result, run
 
 import gimcli
 
@@ -29,7 +29,7 @@ def test_the_list_has_all_verbs() -> None:
 
 @pytest.mark.parametrize("verb", CALLS)
 def test_a_result_is_a_mapping_a_dict_and_a_table(verb):
-    found = run(verb)
+    found = result(verb)
     names = list(found)
     assert names == list(found.table().names) == list(found.keys())
     assert (len(found), bool(found)) == (len(names), True)
@@ -55,7 +55,7 @@ def test_a_result_is_a_mapping_a_dict_and_a_table(verb):
 
 def test_pandas_makes_columns_of_a_result():
     """Pandas asks whether the data are a dict, and then for keys and values."""
-    found = run("trace")
+    found = result("trace")
     assert isinstance(found, dict)
     pandas = pytest.importorskip("pandas")
     assert pandas.DataFrame(found).equals(found.to_frame())
@@ -64,7 +64,7 @@ def test_pandas_makes_columns_of_a_result():
 
 @pytest.mark.parametrize("verb", CALLS)
 def test_time_inputs_and_status_are_those_of_the_rows_or_of_all_rows(verb):
-    found = run(verb)
+    found = result(verb)
     rows, inputs = len(found.table()), [one.name for one in found.mechanism.actuators]
     for name in inputs:
         assert name not in found or found.inputs[name] is not None
@@ -75,14 +75,14 @@ def test_time_inputs_and_status_are_those_of_the_rows_or_of_all_rows(verb):
 
 def test_time_and_inputs_follow_the_law():
     """The crank of the model turns once in 1 s."""
-    found = run("trace")
+    found = result("trace")
     assert found.time == pytest.approx(np.linspace(0.0, 1.0, 5))
     assert found.inputs["motor"] == pytest.approx(np.linspace(0.0, 360.0, 5))
     assert list(found.status) == ["ok"] * 5
     one = gimcli.holding_forces(MODELS / "lift_table.yaml", cylinder=0.5, time=2.0)
     assert (one.time, one.inputs, one.status) == (2.0, {"cylinder": pytest.approx(0.5)}, "ok")
     with pytest.raises(AttributeError, match="time"):
-        _ = run("groups").time
+        _ = result("groups").time
 
 
 def test_a_fit_has_every_quantity_at_its_targets():
@@ -133,8 +133,7 @@ def test_inputs_of_several_machines():
 @pytest.mark.parametrize("verb", CALLS | OTHERS)
 def test_a_verb_takes_what_load_takes(verb):
     wanted = run(verb, path=gimcli.load)
-    for path in (str, Path):
-        found = run(verb, path=path)
+    for found in (result(verb), run(verb, path=Path)):
         if verb in OTHERS:
             assert type(found) is type(wanted)
         elif verb not in TIMED:

@@ -1,6 +1,7 @@
 """The syntax trees of the package's files, parsed once in a process."""
 
 import ast
+import gc
 from functools import cache
 from pathlib import Path
 
@@ -11,8 +12,13 @@ PACKAGE = Path(gimcli.__file__).parent
 
 @cache
 def trees() -> dict[Path, ast.Module]:
-    """Return the tree of each Python file, by path relative to the package."""
-    return {path.relative_to(PACKAGE): ast.parse(path.read_text(encoding="utf-8")) for path in PACKAGE.rglob("*.py")}
+    """Return the tree of each Python file, by path relative to the package; the garbage collector never visits them."""
+    gc.disable()
+    texts = {path.relative_to(PACKAGE): path.read_text(encoding="utf-8") for path in PACKAGE.rglob("*.py")}
+    found = {path: ast.parse(text) for path, text in texts.items()}
+    gc.freeze()
+    gc.enable()
+    return found
 
 
 @cache
