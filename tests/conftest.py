@@ -8,9 +8,13 @@ import os
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as the command line does; read when numpy is imported
 
 from pathlib import Path
+from unittest.mock import patch
 
 import pytest
 from bundled import CHOSEN, FILES, run_model
+
+from gimcli.comparison.timing import TIMING
+from gimcli.output import FORMATS, Format
 
 gc.disable()  # until all tests are collected: they live to the end, none of their objects is garbage
 
@@ -23,6 +27,21 @@ def trace_model():
 @pytest.fixture(params=FILES, ids=lambda path: path.stem)
 def model(request):
     return request.param
+
+
+@pytest.fixture
+def unrendered():
+    """Pictures are composed, but not rendered: that takes longer than all the rest."""
+    quick = Format("picture", lambda picture, path: path.write_text(type(picture).__name__), printed=True)
+    with patch.dict(FORMATS, {suffix: quick for suffix, known in FORMATS.items() if known.content == "picture"}):
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def one_round():
+    """Measure computing times once: tests that need them better give their own `timing`."""
+    with patch.dict(TIMING.__dict__, rounds=1, fewest=1, least=0.0):
+        yield
 
 
 def pytest_collection_finish():

@@ -564,6 +564,7 @@ def test_an_impossible_picture_is_refused_before_the_computation(command, gim, t
     assert files(tmp_path) == ["file"]
 
 
+@pytest.mark.usefixtures("unrendered")
 @pytest.mark.parametrize("command", ["solve", "solve --all", "sequence", "groups", "circuits --samples 8"])
 def test_written_files_are_reported(command, gim, tmp_path):
     name, *more = command.split()

@@ -62,6 +62,7 @@ def contents(folder):
     return {path.name: path.read_bytes() for path in folder.iterdir() if path.is_file()}
 
 
+@pytest.mark.usefixtures("unrendered")
 @pytest.mark.few(6)
 @pytest.mark.parametrize(("name", "more"), CASES)
 def test_no_command_overwrites_a_file_that_its_model_is_read_from(name, more, folder, monkeypatch, capsys):
@@ -116,6 +117,7 @@ def named(folder):
     return {path.name for path in folder.rglob("*") if path.is_file()} - {"m.yaml", *TABLES}
 
 
+@pytest.mark.usefixtures("unrendered")
 @pytest.mark.parametrize("name", ANALYSES)
 def test_only_some_commands_write_files_by_default(name, folder, monkeypatch, capsys):
     assert run(monkeypatch, [name, "m.yaml", *FEW.get(name, [])]) == 0
@@ -123,6 +125,7 @@ def test_only_some_commands_write_files_by_default(name, folder, monkeypatch, ca
     assert named(folder) == ({WRITERS[name] + kind for kind in kinds} if name in WRITERS else set())
 
 
+@pytest.mark.usefixtures("unrendered")
 @pytest.mark.few(4)
 @pytest.mark.parametrize("name", ANALYSES)
 def test_only_named_files_are_written(name, folder, monkeypatch, capsys):

@@ -112,6 +112,7 @@ def test_panels_have_one_window_with_equal_axes(tmp_path):
     assert all(inside)
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_configurations_that_do_not_fit_the_picture_are_reported(tmp_path):
     """Six dyads between the crank and the ground: two sides each, 64 configurations."""
     model, letters = tmp_path / "dyads.yaml", "PQRSTU"

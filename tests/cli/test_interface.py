@@ -57,6 +57,7 @@ def test_every_key_of_a_file_is_still_accepted():
         assert set(keys) <= set(found[part]), part
 
 
+@pytest.mark.usefixtures("unrendered")
 @pytest.mark.parametrize("name", KNOWN["json"])
 def test_keys_and_columns_do_not_change(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

@@ -123,6 +123,7 @@ class Now:
         pass
 
 
+@pytest.mark.usefixtures("unrendered")
 @pytest.mark.few(15)
 @pytest.mark.parametrize("as_json", [False, True])
 @pytest.mark.parametrize("name", PHASES)

@@ -465,7 +465,7 @@ def test_ten_runs_under_load_give_the_same_advice(name, loaded):
     """A dyadic mechanism is solved fastest by `auto`, about as fast as by a trace of 100 000 steps."""
     mechanism, advice = load(MODELS / f"{name}.yaml"), set()
     for _ in range(10):
-        found = tradeoff(mechanism, jit="on", seconds=10.0)
+        found = tradeoff(mechanism, jit="on", timing=Timing(), seconds=10.0)
         advice.add(
             tuple((a.digits, a.best and (a.best.method.options, a.best.tolerance), a.reference) for a in advise(found))
         )
@@ -491,5 +491,5 @@ def test_a_comparison_takes_at_most_ten_seconds(model):
     mechanism = load(model)
     tradeoff(mechanism, timing=QUICK)  # compiles
     began = time.process_time()
-    tradeoff(mechanism, seconds=10.0)
+    tradeoff(mechanism, timing=Timing(), seconds=10.0)
     assert time.process_time() - began < 10.0

@@ -13,7 +13,7 @@ from in_process import printed, refused
 from gimcli.cli import COMMANDS
 from gimcli.dynamics.integrators import INTEGRATORS
 from gimcli.manual.pages import command_names, manual_text, page_names, summary
-from gimcli.output import FORMATS, Format
+from gimcli.output import FORMATS
 from gimcli.quantities.kinds import KINDS
 
 REGISTRIES = (INTEGRATORS, KINDS, FORMATS)
@@ -30,18 +30,13 @@ def registries():
         one.stop()
 
 
-unrendered = Format("picture", lambda picture, path: path.write_text(type(picture).__name__), printed=True)
-
-
 def name(page):
     return page.stem
 
 
-@pytest.mark.usefixtures("registries")
+@pytest.mark.usefixtures("registries", "unrendered")
 @pytest.mark.parametrize("page", PAGES, ids=name)
 def test_blocks_run(page, tmp_path):
-    """Pictures are composed, but not rendered: that takes longer than all the rest."""
-    FORMATS.update({suffix: unrendered for suffix, known in FORMATS.items() if known.content == "picture"})
     Reader(tmp_path).read(page)
 
 
