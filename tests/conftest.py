@@ -13,7 +13,7 @@ from unittest.mock import patch
 import pytest
 from bundled import CHOSEN, FILES, run_model
 
-from gimcli.comparison.timing import TIMING
+from gimcli.comparison import timing
 from gimcli.output import FORMATS, Format
 
 gc.disable()  # until all tests are collected: they live to the end, none of their objects is garbage
@@ -40,7 +40,7 @@ def unrendered():
 @pytest.fixture(scope="session", autouse=True)
 def one_round():
     """Measure computing times once: tests that need them better give their own `timing`."""
-    with patch.dict(TIMING.__dict__, rounds=1, fewest=1, least=0.0):
+    with patch.dict(timing.TIMING.__dict__, rounds=1, fewest=1, least=0.0):
         yield
 
 

@@ -35,7 +35,7 @@ KINDS = ("bash", "yaml", "csv", "python", "output", "text")
 SHELL = set("|&;<>$`*?~")
 QUOTED = r"""'[^']*'|["][^"$`]*["]"""
 NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
-FEWER = {"fit": ("--starts", "2000")}
+FEWER = {"fit": ("--starts", "500")}
 ALONE = rf"(?<![\w.]){NUMBER}(?!\w)"
 
 
