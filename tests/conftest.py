@@ -46,6 +46,7 @@ def one_round():
 
 def pytest_collection_finish():
     gc.freeze()
+    gc.set_threshold(20_000, 20, 20)  # results are seldom in cycles: few collections find any
     gc.enable()
 
 

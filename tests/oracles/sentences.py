@@ -64,7 +64,7 @@ class Names(dict):
 
 def cases(table):
     """Return the cases of a table, each with the text of its model."""
-    data = yaml.safe_load(table.read_text(encoding="utf-8"))
+    data = yaml.load(table.read_text(encoding="utf-8"), getattr(yaml, "CSafeLoader", yaml.SafeLoader))
     return [(case, _text(case, data.get("models", {}))) for case in data["sentences"]]
 
 
