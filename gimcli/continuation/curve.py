@@ -163,7 +163,7 @@ class PositionCurve:
         """Return the derivatives of the equations (m, n + 1)."""
         q, n = float(p[-1]), self.system.n
         table = self.system.jacobians(p[:-1], self.inputs(q))
-        return np.hstack([table[:, :n], table[:, n:] @ self._inputs(q, 1)[:, None]])
+        return np.concatenate([table[:, :n], table[:, n:] @ self._inputs(q, 1)[:, None]], axis=1)
 
     def jacobian_along(self, p: FloatArray, v: FloatArray) -> FloatArray:
         """Return the derivative of the Jacobian (m, n + 1) along v (n + 1,)."""

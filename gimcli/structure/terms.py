@@ -17,6 +17,9 @@ from gimcli.mechanism import FloatArray, Mechanism
 
 ONE, VALUE, SQUARE, COSINE, SINE = range(5)
 
+DERIVATIVES = {ONE: (0.0, ONE), VALUE: (1.0, ONE), SQUARE: (2.0, VALUE), COSINE: (-1.0, SINE), SINE: (1.0, COSINE)}
+"""The derivative of each function: a factor and a function."""
+
 
 @dataclass(frozen=True)
 class Term:
@@ -88,7 +91,13 @@ class TermArrays:
         listed = [(ONE, self.width - 1), *((k, u) for k in (COSINE, SINE) for u in angles)]
         listed += [(k, u) for k in (VALUE, SQUARE) for u in lengths]
         number = {one: k for k, one in enumerate(listed)}
-        self._own = np.array([number[one] for one in zip(kinds, owners, strict=True)], dtype=np.int64)
+        sign = np.array([DERIVATIVES[kind][0] for kind, _ in listed])
+        after = np.array([number.get((DERIVATIVES[kind][1], u), 0) for kind, u in listed], dtype=np.int64)
+        owns, self._signs = np.array([number[one] for one in zip(kinds, owners, strict=True)], dtype=np.int64), [1.0]
+        self._owns = [owns]
+        for _ in range(3):  # of each term's function and its derivatives: a sign or factor, and which one it is
+            self._signs.append(self._signs[-1] * sign[self._owns[-1]])
+            self._owns.append(after[self._owns[-1]])
         self._angles, self._lengths = np.array(angles, dtype=np.int64), np.array(lengths, dtype=np.int64)
         self._begin = np.flatnonzero(np.diff(self.row, prepend=-1))  # the first term of each equation
         self._nest()
@@ -98,6 +107,7 @@ class TermArrays:
         self._part = part[column[part] < self.width - 1]  # derivatives by a, by b and by u, in the order of the table
         self._first_part = np.flatnonzero(np.diff(where[self._part], prepend=-1))  # of each place in the table
         self._place = where[self._part][self._first_part]
+        self._weigh()
 
     def _nest(self) -> None:
         """Write each equation as a sum of a (sum of c f b): half of a term a b stands under a and half under b.
@@ -111,7 +121,7 @@ class TermArrays:
         where = self.row[term] * self.width + (column + 1) % self.width
         order = np.argsort(where, kind="stable")
         self._nested, self._inner = term[order], np.append(high, low[halved])[order]
-        self._share = np.where(halved, 0.5, 1.0)[self._nested]
+        self._share, self._inner_owns = np.where(halved, 0.5, 1.0)[self._nested], self._owns[0][self._nested]
         self._first_inner = np.flatnonzero(np.diff(where[order], prepend=-1))  # of each a
         ahead = order[self._first_inner]
         self._outer, self._first_outer = column[ahead], np.flatnonzero(np.diff(self.row[term[ahead]], prepend=-1))
@@ -120,6 +130,12 @@ class TermArrays:
         """Multiply the equations by factors (equations,); terms in the first `unknowns` below `least` become 0."""
         self.factor = self.factor * factors[self.row]
         self.factor[(np.abs(self.factor) < least) & (np.minimum(self.first, self.second) < unknowns)] = 0.0
+        self._weigh()
+
+    def _weigh(self) -> None:
+        """Multiply what is known of the terms by their factors."""
+        self._weights = [sign * self.factor for sign in self._signs]
+        self._inner_weights = self.factor[self._nested] * self._share
 
     def parts(self, v: FloatArray) -> FloatArray:
         """Return the values of all terms (..., terms)."""
@@ -129,7 +145,7 @@ class TermArrays:
         """Return the values of the equations (..., equations)."""
         if not self.count:
             return self.parts(v)
-        inner = self._functions(v, 0)[0].take(self._nested, axis=-1) * self._share * v.take(self._inner, axis=-1)
+        inner = self._inner_weights * self._every(v).take(self._inner_owns, axis=-1) * v.take(self._inner, axis=-1)
         outer = np.add.reduceat(inner, self._first_inner, axis=-1) * v.take(self._outer, axis=-1)
         return np.asarray(np.add.reduceat(outer, self._first_outer, axis=-1))
 
@@ -158,17 +174,13 @@ class TermArrays:
 
     def _functions(self, v: FloatArray, order: int) -> list[FloatArray]:
         """Return c f (..., terms) of the terms, and the derivatives by their readings up to an order."""
-        turn, u, one, found = (
-            np.exp(1j * v.take(self._angles, axis=-1)),
-            v.take(self._lengths, axis=-1),
-            v[..., -1:],
-            [],
-        )
-        for k in range(order + 1):
-            every = np.concatenate([one, turn.real, turn.imag, *_powers(u, k)], axis=-1)
-            found.append(self.factor * every.take(self._own, axis=-1))
-            one, turn = 0.0 * one, 1j * turn
-        return found
+        every = self._every(v)
+        return [self._weights[k] * every.take(self._owns[k], axis=-1) for k in range(order + 1)]
+
+    def _every(self, v: FloatArray) -> FloatArray:
+        """Return 1, the cosines and sines of the angles, and the lengths and their squares (..., functions)."""
+        turn, u = np.exp(1j * v.take(self._angles, axis=-1)), v.take(self._lengths, axis=-1)
+        return np.concatenate([v[..., -1:], turn.real, turn.imag, u, u * u], axis=-1)
 
     def _sums(self, parts: FloatArray) -> FloatArray:
         """Return the sums (..., equations) of the terms (..., terms) of each equation."""
@@ -181,10 +193,3 @@ class TermArrays:
             every = np.concatenate(parts, axis=-1).take(self._part, axis=-1)
             table[..., self._place] = np.add.reduceat(every, self._first_part, axis=-1)
         return table.reshape(*table.shape[:-1], self.count, self.width)
-
-
-def _powers(u: FloatArray, order: int) -> tuple[FloatArray, FloatArray]:
-    """Return u and its square, or their derivatives of an order."""
-    if order == 0:
-        return u, u * u
-    return (u**0, 2.0 * u) if order == 1 else (0.0 * u, 2.0 * (order < 3) * u**0)
