@@ -93,11 +93,9 @@ class TermArrays:
         number = {one: k for k, one in enumerate(listed)}
         sign = np.array([DERIVATIVES[kind][0] for kind, _ in listed])
         after = np.array([number.get((DERIVATIVES[kind][1], u), 0) for kind, u in listed], dtype=np.int64)
-        owns, self._signs = np.array([number[one] for one in zip(kinds, owners, strict=True)], dtype=np.int64), [1.0]
-        self._owns = [owns]
-        for _ in range(3):  # of each term's function and its derivatives: a sign or factor, and which one it is
-            self._signs.append(self._signs[-1] * sign[self._owns[-1]])
-            self._owns.append(after[self._owns[-1]])
+        own = np.array([number[one] for one in zip(kinds, owners, strict=True)], dtype=np.int64)
+        self._owns = (own, after[own], after[after[own]], after[after[after[own]]])  # f and its three derivatives
+        self._signs = np.cumprod([np.ones(len(own)), *(sign[one] for one in self._owns[:3])], axis=0)
         self._angles, self._lengths = np.array(angles, dtype=np.int64), np.array(lengths, dtype=np.int64)
         self._begin = np.flatnonzero(np.diff(self.row, prepend=-1))  # the first term of each equation
         self._nest()
@@ -107,7 +105,7 @@ class TermArrays:
         self._part = part[column[part] < self.width - 1]  # derivatives by a, by b and by u, in the order of the table
         self._first_part = np.flatnonzero(np.diff(where[self._part], prepend=-1))  # of each place in the table
         self._place = where[self._part][self._first_part]
-        self._weigh()
+        self.scale(np.ones(self.count), 0.0, 0)
 
     def _nest(self) -> None:
         """Write each equation as a sum of a (sum of c f b): half of a term a b stands under a and half under b.
@@ -130,11 +128,7 @@ class TermArrays:
         """Multiply the equations by factors (equations,); terms in the first `unknowns` below `least` become 0."""
         self.factor = self.factor * factors[self.row]
         self.factor[(np.abs(self.factor) < least) & (np.minimum(self.first, self.second) < unknowns)] = 0.0
-        self._weigh()
-
-    def _weigh(self) -> None:
-        """Multiply what is known of the terms by their factors."""
-        self._weights = [sign * self.factor for sign in self._signs]
+        self._weights = self._signs * self.factor
         self._inner_weights = self.factor[self._nested] * self._share
 
     def parts(self, v: FloatArray) -> FloatArray:
@@ -143,8 +137,6 @@ class TermArrays:
 
     def values(self, v: FloatArray) -> FloatArray:
         """Return the values of the equations (..., equations)."""
-        if not self.count:
-            return self.parts(v)
         inner = self._inner_weights * self._every(v).take(self._inner_owns, axis=-1) * v.take(self._inner, axis=-1)
         outer = np.add.reduceat(inner, self._first_inner, axis=-1) * v.take(self._outer, axis=-1)
         return np.asarray(np.add.reduceat(outer, self._first_outer, axis=-1))
@@ -166,7 +158,8 @@ class TermArrays:
     def third(self, v: FloatArray, along: FloatArray) -> FloatArray:
         """Return the third derivative of the equations (..., equations) along a direction, taken three times."""
         (a, b, _), (da, db, du), (_, g, h, k) = self._factors(v), self._factors(along), self._functions(v, 3)
-        return self._sums(du * (du * du * k * a * b + 3.0 * du * h * (da * b + a * db) + 6.0 * g * da * db))
+        parts = du * (du * du * k * a * b + 3.0 * du * h * (da * b + a * db) + 6.0 * g * da * db)
+        return np.asarray(np.add.reduceat(parts, self._begin, axis=-1))
 
     def _factors(self, v: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return the variables a, b and u of all terms (..., terms)."""
@@ -182,14 +175,9 @@ class TermArrays:
         turn, u = np.exp(1j * v.take(self._angles, axis=-1)), v.take(self._lengths, axis=-1)
         return np.concatenate([v[..., -1:], turn.real, turn.imag, u, u * u], axis=-1)
 
-    def _sums(self, parts: FloatArray) -> FloatArray:
-        """Return the sums (..., equations) of the terms (..., terms) of each equation."""
-        return np.asarray(np.add.reduceat(parts, self._begin, axis=-1)) if self.count else parts
-
     def _table(self, *parts: FloatArray) -> FloatArray:
         """Return a table (..., equations, columns) of the derivatives by a, by b and by u (..., terms)."""
         table = np.zeros((*parts[0].shape[:-1], self.count * self.width))
-        if len(self._place):
-            every = np.concatenate(parts, axis=-1).take(self._part, axis=-1)
-            table[..., self._place] = np.add.reduceat(every, self._first_part, axis=-1)
+        every = np.concatenate(parts, axis=-1).take(self._part, axis=-1)
+        table[..., self._place] = np.add.reduceat(every, self._first_part, axis=-1)
         return table.reshape(*table.shape[:-1], self.count, self.width)
