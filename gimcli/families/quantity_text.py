@@ -80,6 +80,8 @@ def quantity(
         found = ExpressionReader(text, names).whole()
         if found.kind.what == "rows" and "rows" not in kinds:
             raise ExpressionError(f"the column has a value for every row; write for example min({text.strip()})")
+        if found.kind.columns > 1:
+            raise ExpressionError(f"it has {found.kind.columns} columns; name one of them")
         if found.kind.what not in kinds:
             example = ", such as min(P.y) > 10" if "yes" in kinds else ""
             raise ExpressionError(f"expected {NAMED[kinds[0]]}{example}, got {NAMED[found.kind.what]}")
@@ -95,6 +97,6 @@ def texts_of(keep: Sequence[str], names: ColumnNames) -> tuple[str, ...]:
     for text in keep:
         try:
             found += ExpressionReader(text, names).texts()
-        except (ExpressionError, UsageError):
-            found.append(text)  # its reader has the reason
+        except (ExpressionError, UsageError) as error:
+            raise UsageError(f"keep '{text if len(text) <= LONGEST else text[:40]}': {error}") from None
     return tuple(dict.fromkeys(" ".join(text.split()) for text in found))

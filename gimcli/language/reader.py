@@ -213,6 +213,8 @@ class ExpressionReader:
             raise ExpressionError("at() takes a column, such as at(P.y, motor=30)")
         if kind.columns != 1:
             raise ExpressionError(f"at() takes one column, but a measure here has {kind.columns}; name one of them")
+        if Expression("", tuple(self.code[start:])).reduces:
+            raise ExpressionError("at() takes a column: write a number of all rows, such as max(P.y), outside of it")
         self.need(",")
         actuator, equals, _ = self.rest().partition("=")
         if not equals:

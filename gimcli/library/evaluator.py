@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gimcli.errors import UsageError
+from gimcli.library.machines import names_of
 from gimcli.library.sweep import sweep
 from gimcli.mechanism import Mechanism
 from gimcli.status import Status
@@ -17,8 +18,10 @@ from gimcli.status import Status
 class Evaluator:
     """Computes `quantities` (texts) for values of `dimensions` (names); see `evaluator`."""
 
-    def __init__(self, mechanism: Mechanism, dimensions: Sequence[str], keep: Sequence[str], steps: int) -> None:
-        nominal = {name: [mechanism.written.dimension(name).value] for name in dimensions}
+    def __init__(
+        self, mechanism: Mechanism, dimensions: str | Sequence[str], keep: str | Sequence[str], steps: int
+    ) -> None:
+        nominal = {name: [mechanism.written.dimension(name).value] for name in names_of(dimensions)}
         verb: Any = sweep
         self._job = verb.begin(mechanism, nominal, steps=steps, keep=keep).job
         self.dimensions, self.quantities = self._job.table.names, tuple(one.text for one in self._job.kept)
@@ -40,12 +43,14 @@ class Evaluator:
         return np.stack(found, axis=1), np.array([status.word for status in Status])[columns.status]
 
 
-def evaluator(mechanism: Mechanism, dimensions: Sequence[str], keep: Sequence[str], steps: int = 72) -> Evaluator:
+def evaluator(
+    mechanism: Mechanism, dimensions: str | Sequence[str], keep: str | Sequence[str], steps: int = 72
+) -> Evaluator:
     """Return a function of designs for an optimiser: `values, statuses = evaluate([[40, 70], [42, 69]])`.
 
     Args:
         mechanism: from `load` or `loads`.
-        dimensions: names of the dimensions that vary, such as ["crank.length", "rod.length"].
+        dimensions: names of the dimensions that vary, a text or a list, such as ["crank.length", "rod.length"].
         keep: quantities of each design, as in `sweep`: numbers such as "range(P.y)" or "max(motor.effort)".
         steps: number of steps of each motion, 1 to 10 000 000.
 

@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gimcli.errors import UsageError
-from gimcli.families.column_names import ColumnNames
 from gimcli.families.design_table import design_table, listed_designs
 from gimcli.families.family import ONE, kernel_name, mode_of
 from gimcli.families.grid import contents_hash, model_hash
@@ -117,7 +116,7 @@ def sweep(
     with explained(mechanism):
         make_plan(mechanism)
         refuse_unmoved(mechanism, "add an actuator")
-    texts = texts_of(texts, ColumnNames(mechanism, table.names)) or default_keep(mechanism, rows)
+    texts = texts_of(texts, SweepJob(mechanism, table).names) or default_keep(mechanism, rows)
     size = chunk_size(mechanism, steps)
     job = SweepJob(mechanism, table, steps, texts, where, goal, best, tolerance, size, rows=rows, notify=notify)
     job.check()

@@ -84,7 +84,8 @@ class Catalogue(KnownNames):
         """
         if name not in self._named:
             text, word, column = self.mechanism.quantities.get(name), *name.partition(":")[::2]
-            if text is None and word in SHORT and bool(column) == (word != "worst_transmission"):
+            one = column in self.members or bool(self.find(column)) or not set(column) & set(" ()+-*/<>=!,|")
+            if text is None and word in SHORT and one and bool(column) == (word != "worst_transmission"):
                 turn = 360.0 if self.mechanism.angle_unit == "deg" else 2.0 * np.pi
                 own = f"{column}.angle" if column in self.members else column
                 text = SHORT[word].format(own, turn)

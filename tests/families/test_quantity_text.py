@@ -118,3 +118,33 @@ def test_units(mechanism):
     units = {"min(P.x)": "mm", "range(rocker.omega)": "deg/s", "max(P.x) - min(P.y)": "mm", "max(P.x)/2": ""}
     table = swept(mechanism, list(units)).table()
     assert {column.name: column.unit for column in table.columns if column.name in units} == units
+
+
+ROCKER = gimcli.load("crank_rocker")
+
+
+def test_a_short_name_ends_where_its_column_ends():
+    keep = ["stroke:P, solved", "stroke:P.x + 3, stroke:P.x - stroke:P.y", "range(P.x)", "range(P.y)"]
+    found = gimcli.sweep(ROCKER, {"crank.length": [40]}, steps=12, keep=keep)
+    x, y = found["range(P.x)"], found["range(P.y)"]
+    assert found["stroke:P"] == np.hypot(x, y)
+    assert found["stroke:P.x + 3"] == x + 3.0
+    assert found["stroke:P.x - stroke:P.y"] == x - y
+    with pytest.raises(UsageError, match="no column or measure 'nope'"):
+        gimcli.trace(ROCKER, 4, measure="stroke:nope")
+
+
+@pytest.mark.parametrize(("keep", "rows", "sentence"), [
+    ("P.v", True, "it has 2 columns; name one of them"),
+    ("at(P.x / max(P.x), motor=30)", False, "outside of it"),
+    ("min(P.x), nope(P.x)", False, "no function 'nope'"),
+])  # fmt: skip
+def test_what_has_no_value_of_a_row_or_a_design_is_refused(keep, rows, sentence):
+    with pytest.raises(UsageError, match=sentence):
+        gimcli.sweep(ROCKER, {"crank.length": [40]}, keep=keep, rows=rows)
+
+
+def test_an_evaluator_takes_one_name():
+    values, statuses = gimcli.evaluator(ROCKER, "crank.length", "at(P.x, motor=0)", 12)([[40.0]])
+    assert values == pytest.approx(np.array([[gimcli.solve(ROCKER, motor=0)["P.x"]]]))
+    assert statuses.tolist() == ["ok"]
