@@ -69,8 +69,8 @@ class _DualColumns:
     def at(self, actuator: str, value: float) -> Any:
         """Raise UsageError: a position is requested by its input value."""
         raise UsageError(
-            f"of '{self._own.name}': at({actuator}={value:g}) is not possible here; ask for the position: --at"
-            f" {actuator}={value:g}"
+            f"of '{self._own.name}': at({actuator}={value:g}) is not possible here; ask for the column in the"
+            f" position {actuator}={value:g}"
         )
 
 

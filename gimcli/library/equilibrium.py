@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -117,7 +118,8 @@ class EquilibriumResult(Result):
 
     def __init__(self, mechanism: Mechanism, found: Equilibria, time: float, extras: Extras) -> None:
         self.mechanism, self._found, self.time, self.limited = mechanism, found, time, found.limited
-        self._measured = extras.beside(self._state, ()) if self._state and extras.wanted else []
+        own = extras.beside(self._state, ()) if extras.wanted else []
+        self._measured = [replace(column, values=column.values[: self.count]) for column in own]
 
     # -- what was found -------------------------------------------------------------------------------
 
@@ -150,13 +152,15 @@ class EquilibriumResult(Result):
         return [assembly_of(self.mechanism, one.z, one.inputs) for one in self._found.found]
 
     @cached_property
-    def _state(self) -> SeparateState | None:
-        """The equilibria at rest, of which any quantity may be asked by its name; None without any."""
-        each = self._found.found
-        if not each:
-            return None
-        inputs, z = np.stack([one.inputs for one in each], axis=1), np.stack([one.z for one in each], axis=1)
-        return positions_at_rest(self.mechanism, self.time, inputs, z)
+    def _state(self) -> SeparateState:
+        """The equilibria at rest, of which any quantity may be asked by its name; without any the initial position."""
+        own, each = self.mechanism, [(one.inputs, one.z) for one in self._found.found]
+        inputs, z = (np.stack(some, axis=1) for some in zip(*(each or [(own.start_inputs, own.drawn)]), strict=True))
+        return positions_at_rest(own, self.time, inputs, z)
+
+    def _asked(self, columns: list[NDArray[Any]]) -> Any:
+        """Return one column (equilibria,), or several (equilibria, columns)."""
+        return super()._asked([column[: self.count] for column in columns])
 
     @property
     def released(self) -> tuple[str, ...]:

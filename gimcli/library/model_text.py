@@ -63,7 +63,7 @@ def model_text(mechanism: Mechanism, z: ComplexArray) -> ModelText:
     names = f"{', '.join(wrong[:NAMED])}{', ...' * (len(wrong) > NAMED)}"
     raise UsageError(
         f"{mechanism.files[0].name}: the solved coordinates would change {names}, which the file takes from its"
-        " coordinates: give these dimensions in the file (`length`, `shape`, `local`, `free`), or a smaller --tolerance"
+        " coordinates: give these dimensions in the file (`length`, `shape`, `local`, `free`), or a smaller tolerance"
     )
 
 

@@ -254,6 +254,7 @@ class Result(Columns):
             raise KeyError(f"{name}: {error}") from None
         except UsageError as error:
             alone = not set(name) & set(" ():|+*/") and not no_forces(self.mechanism, name)
+            alone = alone and name not in known.members
             raise (
                 unknown(name, [*dict.fromkeys((*table.names, *known.columns))]) if alone else KeyError(str(error))
             ) from None

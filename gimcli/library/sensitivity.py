@@ -223,7 +223,7 @@ def _quantities(mechanism: Mechanism, texts: Sequence[str], whole: bool) -> tupl
     if others:
         raise UsageError(f"of '{others[0]}': the others are numbers of the whole motion: ask for them in a second call")
     if not whole:
-        raise UsageError(f"of '{numbers[0]}': a number of the whole motion; remove the input value (--at)")
+        raise UsageError(f"of '{numbers[0]}': a number of the whole motion; remove the values of the inputs")
     quantities: list[Item] = []
     return [motion_number(mechanism, text, quantities) for text in numbers], quantities
 

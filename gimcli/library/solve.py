@@ -271,7 +271,7 @@ class SolveResult(Result):
         if self.residual > EXACT:
             raise UsageError(
                 f"the position has a length error of {self.residual:.1e} of the size; a model file with solved"
-                f" coordinates needs {EXACT:.0e} or less: use a smaller --tolerance"
+                f" coordinates needs {EXACT:.0e} or less: use a smaller tolerance"
             )
         return text
 

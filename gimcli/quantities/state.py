@@ -39,12 +39,12 @@ class ApartError(Exception):
 
 
 NO_LAW = (
-    "velocities and accelerations need a motion along the laws: `gim trace` without --circuit and --at-limit reverse"
+    "velocities and accelerations need a motion along the laws, not a circuit or a motion that turns back at a limit"
 )
 """Why rows along a curve have no rates."""
 
 AT_REST = "a mechanism at rest has no velocities: `gim solve` and `gim trace` have them"
-NO_JERK = "jerks need a motion along the laws: `gim trace -d 3` has them"
+NO_JERK = "jerks need a motion along the laws: `gim trace` and `gim forces` have them"
 NO_MOTION = "it belongs to a motion: `gim trace` has it"
 
 

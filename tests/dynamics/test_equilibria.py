@@ -639,3 +639,12 @@ def test_all_starts_without_convergence_leave_the_answer_open():
     assert found.count == 0
     assert found.report()["failed"] == 4
     assert not found.answered
+
+
+def test_without_equilibria_quantities_have_no_rows():
+    found = equilibrium("engine", measure=["|A.f|", "rod.angle"])
+    assert found.count == 0
+    assert [found[name].shape for name in ("|A.f|", "rod.angle", "crank.angle", "A.f")] == [(0,), (0,), (0,), (0, 2)]
+    assert {"|A.f|", "rod.angle"} <= set(found)
+    with pytest.raises(KeyError, match="did you mean 'piston"):
+        found["piston"]
