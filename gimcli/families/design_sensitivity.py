@@ -94,6 +94,7 @@ class DesignSensitivity:
         self.family = Family(mechanism, own)
         nominal = self.family.nominal[None]
         self.tables = self.family.tables(variables(nominal, len(actuators)))
+        self.order = Needs(mechanism, (item.quantity for item in self.quantities)).order
         forced = [item.head.name for item in self.quantities if Needs(mechanism, [item.quantity]).forced]
         self.forces = self.family.forces if forced else None
         own_forces = (item.quantity for item in self.quantities if isinstance(item.quantity, ForceQuantity))
@@ -148,8 +149,8 @@ class DesignSensitivity:
         mode = "off" if self.run is plain else "on"
 
         @cache
-        def rates(order: int) -> Any:
-            found = self.family.rates(order)(nominal, at, moving[:, : order + 1], mode)
+        def rates() -> Any:
+            found = self.family.rates(self.order)(nominal, at, moving[:, : self.order + 1], mode)
             return tuple(np.moveaxis(one, 0, 2) for one in found)
 
         known: dict[Formula, Any] = {}
@@ -161,7 +162,7 @@ class DesignSensitivity:
                 known.update(self.forces(every, nominal, at, moving[:, :3], time[None], mode))
             return known[find]
 
-        state = PositionState(self.mechanism, at, self.tables, rates, forces, moving[0, 0])
+        state = PositionState(self.mechanism, at, self.tables, lambda _: rates(), forces, moving[0, 0])
         values, slopes = state.values(self.quantities)[:, 0], state.slopes(self.quantities)[:, 0]
         with np.errstate(all="ignore"):
             slopes = (slopes * self._units[:, None])[:, self._chosen]

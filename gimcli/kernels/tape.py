@@ -53,7 +53,8 @@ from gimcli.mechanism import FloatArray, IntArray
     FOLLOW,  # p with full turns so that it has no jumps from row to row, from f on
     ELIMINATE,  # solve the equations of a block
     RESOLVE,  # solve them for another right side
-) = range(34)
+    ADD_ACROSS,
+) = range(35)
 
 GOOD = 0
 SPARE = 1
@@ -173,11 +174,11 @@ def inverse(w: FloatArray, to: int, a: int, high: int) -> None:
 
 @stage
 def across(w: FloatArray, to: int, a: int, b: int, p: int, high: int) -> None:
-    """Fill with (a x b) p."""
+    """Add (a x b) p."""
     t, s, u, v = w[real(to)], w[pair(a)], w[pair(b)], w[real(p)]
     for r in rows(high):
         i = imaginary(r)
-        t[r] = (s[r] * u[i] - s[i] * u[r]) * v[r]
+        t[r] += (s[r] * u[i] - s[i] * u[r]) * v[r]
 
 
 @stage
@@ -335,7 +336,9 @@ def make_real(w: FloatArray, head: IntArray, f: float, g: float, high: int) -> N
         add_dot(w, to, a, b, f, high)
     elif op == AFFINE:
         affine(w, to, a, f, g, high)
-    elif op == ACROSS:
+    elif op in (ACROSS, ADD_ACROSS):
+        if op == ACROSS:
+            fill(w, to, 0.0, high)
         across(w, to, a, b, c, high)
     elif op == INVERSE:
         inverse(w, to, a, high)
@@ -411,7 +414,7 @@ def play(
             f, g = factors[k, 0], factors[k, 1]
             if op in (TIMES, ADD_TIMES, CONJUGATE, ADD_CONJUGATE, TURN, ADD_TURN):
                 multiply_lanes(w, head, f, g, high)
-            elif op in (DOT, ADD_DOT, PRODUCT, ADD_PRODUCT, AFFINE, ACROSS, INVERSE, DETERMINANT):
+            elif op in (DOT, ADD_DOT, PRODUCT, ADD_PRODUCT, AFFINE, ACROSS, ADD_ACROSS, INVERSE, DETERMINANT):
                 make_real(w, head, f, g, high)
             elif op == NODE:
                 read_node(w, to, z[a, done : done + high], high)

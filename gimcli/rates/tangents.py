@@ -98,16 +98,16 @@ class Tangents:
                 self.made.emit(op, own, (k + 1) * self.results[op == kernels.WRITE_ANGLE] + slot, number)
 
     def product(self, head: list[int], f: Any, _: Any) -> None:
-        """Record the derivatives of f a b, which may be added to the result."""
-        op, to, a, b = head[:4]
-        first, more, count, (m, n) = PRODUCTS[op]
-        moved, before = self.moving(a, m) | self.moving(b, n) | self.variables(f), set[int]()
-        if op == more:
-            before = self.moving(to, count)
+        """Record the derivatives of a product of numbers and of the factor f, which may be added to the result."""
+        op, to = head[:2]
+        first, more, count, widths = PRODUCTS[op]
+        used, varying = head[2 : 2 + len(widths)], self.variables(f)
+        before = self.moving(to, count) if op == more else set[int]()
+        moved = varying.union(*map(self.moving, used, widths))
         for k in moved:
-            terms = [(x, b, f) for x in self.change(a, k)] + [(a, x, f) for x in self.change(b, k)]
-            for p, q, factor in terms + [(a, b, self.recording.slope(f, k))] * (k in self.variables(f)):
-                self.made.emit(more if k in before else first, self.image(to, k), p, q, f=factor)
+            terms = [([*used[:n], x, *used[n + 1 :]], f) for n, lane in enumerate(used) for x in self.change(lane, k)]
+            for own, factor in terms + [(used, self.recording.slope(f, k))] * (k in varying):
+                self.made.emit(more if k in before else first, self.image(to, k), *own, f=factor)
                 before = before | {k}
         self.note(to, count, moved | before)
 
@@ -179,18 +179,10 @@ class Tangents:
         self.note(to, rows, moved)
 
 
-def _cross(a: Any, da: Any, b: Any, db: Any) -> Any:
-    """Return the derivative of a x b."""
-    return (a.conjugate() * db).imag - (b.conjugate() * da).imag
-
-
 FORMULAS: dict[int, tuple[int, tuple[int, ...], Callable[..., Any]]] = {
     kernels.COS_SIN: (2, (1,), lambda v, p, dp: 1j * v * dp),
     kernels.UNIT: (2, (2,), lambda v, a, da: 1j * v * ((v.conjugate() * da).imag / (v.conjugate() * a).real)),
     kernels.INVERSE: (1, (2,), lambda v, a, da: -2.0 * v * v * (a.conjugate() * da).real),
-    kernels.ACROSS: (1, (2, 2, 1), lambda v, a, da, b, db, p, dp: (
-        _cross(a, da, b, db) * p + (a.conjugate() * b).imag * dp
-    )),
     kernels.PHASE: (1, (2,), lambda v, a, da: (da / a).imag),
     kernels.QUOTIENT: (1, (1, 1), lambda v, p, dp, q, dq: (dp - v * dq) / q),
     kernels.ROOT: (1, (1,), lambda v, p, dp: 0.5 * dp / v),
@@ -203,12 +195,12 @@ SUMS = {
 }  # fmt: skip
 """The lanes of a number, and how many numbers there are."""
 
-PRODUCTS: dict[int, tuple[int, int, int, tuple[int, int]]] = {
+PRODUCTS: dict[int, tuple[int, int, int, tuple[int, ...]]] = {
     op: (first, more, count, operands)
     for first, more, count, operands in (
         (kernels.TIMES, kernels.ADD_TIMES, 2, (2, 2)), (kernels.CONJUGATE, kernels.ADD_CONJUGATE, 2, (2, 2)),
         (kernels.TURN, kernels.ADD_TURN, 2, (1, 2)), (kernels.DOT, kernels.ADD_DOT, 1, (2, 2)),
-        (kernels.PRODUCT, kernels.ADD_PRODUCT, 1, (1, 1)),
+        (kernels.PRODUCT, kernels.ADD_PRODUCT, 1, (1, 1)), (kernels.ACROSS, kernels.ADD_ACROSS, 1, (2, 2, 1)),
     )
     for op in (first, more)
 }  # fmt: skip
