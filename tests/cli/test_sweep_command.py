@@ -339,11 +339,12 @@ def test_workers_of_a_script_that_starts_them_on_import(tmp_path):
 
 
 def test_a_cluster_loses_nothing_with_one_of_its_two_workers(small_chunks):
-    distributed = pytest.importorskip("distributed")
-    killed = []
-    with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, dashboard_address=None, silence_logs=50
-    ) as cluster:
+    distributed, dask = pytest.importorskip("distributed"), pytest.importorskip("dask")
+    killed, once = [], {"distributed.worker.multiprocessing-method": "forkserver"}  # imports once for all workers
+    with (
+        dask.config.set(once),
+        distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None, silence_logs=50) as cluster,
+    ):
 
         def progress(phase):
             def report(done, of):
