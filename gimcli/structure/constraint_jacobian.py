@@ -149,14 +149,13 @@ def full_pivoting(table: FloatArray, tolerance: float = RANK) -> tuple[int, list
     rows = list(range(a.shape[0]))
     rank, first = 0, 0.0
     for k in range(min(a.shape)):
-        at = np.unravel_index(first_greatest(np.abs(a[k:, k:]).ravel()), a[k:, k:].shape)
-        i, j = int(at[0]) + k, int(at[1]) + k
+        i, j = (k + at for at in divmod(first_greatest(np.abs(a[k:, k:]).ravel()), a.shape[1] - k))
         first = first or abs(a[i, j])
         if not abs(a[i, j]) > tolerance * max(first, 1e-300):
             break
         a[[k, i]], rows[k], rows[i] = a[[i, k]], rows[i], rows[k]
         a[:, [k, j]] = a[:, [j, k]]
-        a[k + 1 :] -= np.outer(a[k + 1 :, k] / a[k, k], a[k])
+        a[k + 1 :, k:] -= (a[k + 1 :, k] / a[k, k])[:, None] * a[k, k:]
         rank += 1
     return rank, sorted(rows[rank:])
 

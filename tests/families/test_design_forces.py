@@ -47,7 +47,7 @@ def names_of(m):
 
 @pytest.mark.parametrize("name", TOGETHER + SINGLY)
 def test_forces_of_designs_are_those_of_each_changed_model(name):
-    m, chosen = designs(name, 1)
+    m, (*chosen, _) = designs(name, 1)
     names = names_of(m)
     assert (Family(m, list(chosen[0])).forces is not None) == (name in TOGETHER)
     found = gimcli.sweep(m, chosen, steps=STEPS, keep=names, rows=True)

@@ -426,12 +426,15 @@ def test_targets_that_are_no_columns_are_refused(through):
         fit(load(FOUR_BAR), {"r2": (1.0, 1.8)}, through)
 
 
-def test_same_seed_same_design():
-    one, other = (fitted("S6", starts=100, seed=3) for _ in range(2))
-    assert one.dimensions == other.dimensions
+@pytest.fixture(scope="module")
+def six():
+    return fitted("S6", starts=100, seed=3)
 
 
-def test_report_is_complete_json():
-    found = fitted("S6", starts=100)
-    report = json.loads(json.dumps(found.report()))
+def test_same_seed_same_design(six):
+    assert fitted("S6", starts=100, seed=3).dimensions == six.dimensions
+
+
+def test_report_is_complete_json(six):
+    report = json.loads(json.dumps(six.report()))
     assert {"error", "rms", "dimensions", "transmission", "starts", "feasible", "inputs"} <= set(report)

@@ -94,6 +94,7 @@ def test_three_poses_with_a_varied_law(tmp_path):
     assert np.max(own_distances(found, targets)) < 1e-7
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("seed", range(4))
 def test_reported_distances_are_those_of_the_written_text(tmp_path, seed):
     """Of targets that no design meets."""
@@ -116,7 +117,9 @@ def test_end_at_seconds_and_at_an_interrupt(tmp_path):
     late = fit(written(tmp_path), bounds, xy, seconds=0.3)
     assert late.status == "work-limit"
     assert not late.complete
-    stopped = fit(written(tmp_path), bounds, xy, progress=lambda _: lambda *_: signal.raise_signal(signal.SIGINT))
+    stopped = fit(
+        written(tmp_path), bounds, xy, starts=1000, progress=lambda _: lambda *_: signal.raise_signal(signal.SIGINT)
+    )
     assert stopped.status == "interrupted"
     assert stopped.feasible
     assert stopped.on_bounds == ("crank.length",)

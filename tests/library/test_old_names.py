@@ -32,7 +32,7 @@ def test_an_argument_is_not_given_by_both_names():
         gimcli.simulate("watt_durango", duration=0.1, time=0.2)
 
 
-@pytest.mark.parametrize(("verb", "model"), [("equilibrium", "hatch"), ("modes", "double_pendulum")])
+@pytest.mark.parametrize(("verb", "model"), [("equilibrium", "snap_hinge"), ("modes", "double_pendulum")])
 def test_released_inputs_were_the_second_argument(verb, model):
     m, call = gimcli.load(model), getattr(gimcli, verb)
     name = m.actuators[0].name
