@@ -94,7 +94,20 @@ class Vocabulary(KnownNames):
         if parts:
             return PartKind("rows", self.unit(parts[0]), len(parts))
         count = sum(len(group.quantities) for group in self.groups(name))
-        return PartKind("rows" if count else "", "", count + 2)
+        own = self._named(name)
+        return PartKind("rows" if count else "", "", count + 2) if own is None else own.kind
+
+    def code(self, name: str) -> Sequence[Any]:
+        """Return the code of a name: the name itself, or the expression that it is short for."""
+        own = self._named(name)
+        return (name,) if own is None else own.code
+
+    def _named(self, name: str) -> Expression | None:
+        """Return the expression of a name that is no column, such as stroke:P or one of the file; None for others."""
+        own = None if self.parts(name) or self.groups(name) else self.catalogue.named(name)
+        return (
+            own if own is not None and (len(own.code) == 1 or all(len(self.parts(n)) == 1 for n in own.names)) else None
+        )
 
     def unknown(self, name: str, rest: str) -> UsageError:
         """Return the error for an unknown name, with a similar one."""

@@ -134,6 +134,10 @@ class Catalogue(KnownNames):
                 f"measure '{text}': expected a column, with a value for each row, such as hypot(P.x, P.y); `gim sweep"
                 " --keep` has numbers of a motion"
             )
+        if own.kind.columns > 1:
+            raise UsageError(
+                f"measure '{text}': it has {own.kind.columns} columns; name one of them, or write |{text}|"
+            )
         return tuple(_items(Formula(self, own)))
 
     # -- the names of expressions ------------------------------------------------------------------------
@@ -197,7 +201,7 @@ class Catalogue(KnownNames):
             yield from self._of_kind(name)
         elif name in self.mechanism.quantities:
             own = self.named(name)
-            if own is not None and own.kind.what == "rows" and not own.reduces:
+            if own is not None and own.kind.what == "rows" and own.kind.columns == 1 and not own.reduces:
                 yield Item(Formula(self, own, name), 0)
         else:
             vectors = [one for one in self.forces if one.own.vector and one.spec in (name, f"{name}.f")]

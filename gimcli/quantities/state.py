@@ -38,9 +38,7 @@ class ApartError(Exception):
     """A state does not have what a formula asks for; each of its motions may have it. The text says who has it."""
 
 
-NO_LAW = (
-    "velocities and accelerations need a motion along the laws, not a circuit or a motion that turns back at a limit"
-)
+NO_LAW = "velocities and accelerations need a motion along the laws: `gim trace` that follows no circuit nor turns back"
 """Why rows along a curve have no rates."""
 
 AT_REST = "a mechanism at rest has no velocities: `gim solve` and `gim trace` have them"

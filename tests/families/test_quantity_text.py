@@ -148,3 +148,22 @@ def test_an_evaluator_takes_one_name():
     values, statuses = gimcli.evaluator(ROCKER, "crank.length", "at(P.x, motor=0)", 12)([[40.0]])
     assert values == pytest.approx(np.array([[gimcli.solve(ROCKER, motor=0)["P.x"]]]))
     assert statuses.tolist() == ["ok"]
+
+
+def test_graphs_and_columns_have_numbers_and_vectors_by_name():
+    own = {"swing": "range(rocker.angle)", "part": "P.x/swing", "speed": "P.v"}
+    text = ROCKER.written.source.text + f"\nquantities: {own}\n".replace("'", '"')
+    named, plain = gimcli.loads(text), gimcli.trace(ROCKER, 12, measure=["P.vx", "P.vy", "rocker.angle"])
+    swing, speed = np.ptp(plain["rocker.angle"]), np.hypot(plain["P.vx"], plain["P.vy"])
+    stroke = np.hypot(np.ptp(plain["P.x"]), np.ptp(plain["P.y"]))
+    expected = {
+        "swing": 0.0 * plain["P.x"] + swing, "part": plain["P.x"] / swing, "|speed|": speed,
+        "(P.x/stroke:P)": plain["P.x"] / stroke, "(P.y - swing/2)": plain["P.y"] - swing / 2.0,
+    }  # fmt: skip
+    for plot, values in expected.items():
+        curve = gimcli.trace(named, 12, plot=plot).graphs()[0].curves[0]
+        assert curve.y == pytest.approx(values, rel=1e-12), plot
+    assert gimcli.trace(named, 12, measure="|speed|")["|speed|"] == pytest.approx(speed)
+    for text in ("speed", "P.v*2"):
+        with pytest.raises(UsageError, match="it has 2 columns"):
+            gimcli.trace(named, 12, measure=text)
