@@ -1,8 +1,8 @@
 """Forces on each body along a motion (inertia, gravity, loads, springs, dampers, friction), and their power.
 
 Forces are in N and positions in the normal frame, so moments are in N times the length unit of the normal frame. The
-numbers are arrays over the rows, or dual numbers with the derivatives by the dimensions. Powers and energies are
-computed when they are asked for.
+numbers are arrays over the rows, plain or dual, or numbers of a tape. Powers and energies are computed when they are
+asked for.
 """
 
 from __future__ import annotations

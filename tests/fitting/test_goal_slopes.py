@@ -106,3 +106,9 @@ def test_least_torque_with_a_bound_of_the_stroke():
     assert found.dimensions["crank.length"] == pytest.approx(25.0, rel=1e-6)  # a stroke is twice the crank
     assert found.dimensions["rod.length"] == pytest.approx(150.0)  # a longer rod leaves less
     assert found.error == pytest.approx(peak(25.0, 150.0), rel=1e-6)
+
+
+def test_a_goal_without_exact_derivatives_is_fitted_by_differences():
+    """The path of the crank pin is a circle, with the crank as radius. A measure along the path has no derivatives."""
+    found = gimcli.fit(PRESS, {"crank.length": (5, 60)}, goal="(max(curvature:A) - 20)**2", starts=20)
+    assert found.dimensions["crank.length"] == pytest.approx(20.0, rel=1e-4)
