@@ -114,6 +114,7 @@ def test_measure_help_lists_every_kind():
     assert all(kind in listed for kind in KINDS)
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_rows_that_are_not_solved_leave_the_measures_empty(tmp_path):
     (tmp_path / "model.yaml").write_text(
         "nodes: {A: [0,0], B: [4,0.5], C: [5.2,2.4], D: [4,0]}\nground: [A,D]\n"

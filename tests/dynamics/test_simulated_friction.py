@@ -376,6 +376,7 @@ def test_without_dry_friction_nothing_changes():
 # -- errors and the command -----------------------------------------------------------------------------
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_the_command_reports_the_slip_speed(tmp_path):
     found = gim("simulate", "spring_block", "--time", "1.6", "--slip", "1e-4", "--reactions", "-o", f"{tmp_path}/")
     assert "guide sticks" in found.text

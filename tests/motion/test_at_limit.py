@@ -256,6 +256,7 @@ def test_a_branch_that_does_not_exist_is_an_error(tmp_path: Path) -> None:
     assert trace(kite, 20, branch=2).solved == 21
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_the_circuit_keeps_the_columns(tmp_path: Path) -> None:
     got = report("trace", MODELS / "chebyshev.yaml", "--circuit", "-n", 50, "-o", tmp_path)
     rows = rows_of(tmp_path / "chebyshev.csv")
