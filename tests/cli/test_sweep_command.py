@@ -343,7 +343,7 @@ def test_a_cluster_loses_nothing_with_one_of_its_two_workers(small_chunks):
     killed, once = [], {"distributed.worker.multiprocessing-method": "forkserver"}  # imports once for all workers
     with (
         dask.config.set(once),
-        distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None, silence_logs=50) as cluster,
+        distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0", silence_logs=50) as cluster,
     ):
 
         def progress(phase):
