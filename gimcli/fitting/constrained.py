@@ -148,14 +148,12 @@ def _least(
         found = float(function.values(x)[0])
         return found / unit if np.isfinite(found) else CONSTANTS.beyond
 
-    def gradient(x: FloatArray) -> FloatArray:
-        return np.asarray(np.nan_to_num(function.slopes(x)[0], posinf=0.0, neginf=0.0) / unit)
-
     bounds = [(0.0, 1.0) if np.isfinite(m) else (None, None) for m in most] + [ends] * (len(first) - dimensions)
     options = {"maxiter": CONSTANTS.steps, "ftol": CONSTANTS.accuracy}
     found = minimize(
-        scaled, first, jac=gradient, bounds=bounds, constraints=conditions, method="SLSQP", options=options
-    )
+        scaled, first, jac=lambda x: np.nan_to_num(function.slopes(x)[0], posinf=0.0, neginf=0.0) / unit,
+        bounds=bounds, constraints=conditions, method="SLSQP", options=options,
+    )  # fmt: skip
     x = np.asarray(found.x, dtype=float)
     x[:dimensions] = np.where(np.isfinite(most), np.clip(x[:dimensions], 0.0, 1.0), x[:dimensions])
     return np.asarray(x)
@@ -163,14 +161,11 @@ def _least(
 
 def _inequality(function: Rated) -> dict[str, Any]:
     """Return a condition of SciPy: the values of a function are not negative."""
-
-    def values(x: FloatArray) -> FloatArray:
-        return np.asarray(np.nan_to_num(function.values(x), nan=-CONSTANTS.beyond))
-
-    def slopes(x: FloatArray) -> FloatArray:
-        return np.asarray(np.nan_to_num(function.slopes(x), posinf=0.0, neginf=0.0))
-
-    return {"type": "ineq", "fun": values, "jac": slopes}
+    return {
+        "type": "ineq",
+        "fun": lambda x: np.nan_to_num(function.values(x), nan=-CONSTANTS.beyond),
+        "jac": lambda x: np.nan_to_num(function.slopes(x), posinf=0.0, neginf=0.0),
+    }
 
 
 def _order(problem: FitProblem, dimensions: int, sense: float) -> Rated:
