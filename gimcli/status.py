@@ -44,7 +44,7 @@ class Status(IntEnum):
 
     @property
     def plain_text(self) -> str:
-        """The message for commands that have neither --tolerance nor --method."""
+        """The message where there is no choice of tolerance and method."""
         return _PLAIN.get(self, self.text)
 
 
@@ -75,16 +75,16 @@ _TEXTS = {
     " reachable interval, or let the input turn back there (`gim trace --at-limit reverse`)",
     Status.NOT_ASSEMBLED: "no position was found that satisfies all constraints: correct the lengths in `links` and"
     " `elements`, use initial coordinates closer to an assembled position, or change the inputs",
-    Status.NOT_CONVERGED: "the iteration did not reach the tolerance: loosen --tolerance or use --method auto",
+    Status.NOT_CONVERGED: "the iteration did not reach the tolerance: loosen the tolerance or use the method auto",
     Status.SINGULAR: "the position is singular: the inputs do not determine it to the requested tolerance; start from"
-    " another position (the initial configuration, or the start of the law), or loosen --tolerance",
+    " another position (the initial configuration, or the start of the law), or loosen the tolerance",
     Status.JUMPED: "the iteration converged to another configuration than that of the continuous motion: use more steps"
-    " or --method auto",
+    " or the method auto",
     Status.STALLED: "the sweeps stagnate before they reach the tolerance: the position is singular or unreachable, or"
-    " the sequence converges too slowly; use --strategy spectral, more steps, or --method auto",
+    " the sequence converges too slowly; use the strategy spectral, more steps, or the method auto",
     Status.CYCLING: "the sweeps repeat a cycle and do not reach the tolerance: change the initial coordinates (avoid"
-    " nodes in line), choose another --strategy, or use --method auto",
-    Status.DIVERGED: "the iterates diverged: use --strategy spectral, more steps, or --method auto",
+    " nodes in line), choose another strategy, or use the method auto",
+    Status.DIVERGED: "the iterates diverged: use the strategy spectral, more steps, or the method auto",
     Status.JAMMED: "dry friction jams the mechanism: no forces continue the motion, or several do; use a smaller `mu`,"
     " a longer guide or smaller pins, or other loads",
     Status.CONTRADICTORY: "a redundant constraint contradicts the others: correct its dimension or remove it",

@@ -184,7 +184,7 @@ def _entries(
 
 def _left_out(method: MotionMethod, tolerance: float, rows: int, spent: float) -> Entry:
     """Return the entry for a tolerance at which a slow method is not run."""
-    return _empty(method, tolerance, rows, f"left out: coarser tolerances took {spent:.1f} s; --seconds allows more")
+    return _empty(method, tolerance, rows, f"left out: coarser tolerances took {spent:.1f} s; more `seconds` allow it")
 
 
 def _empty(method: MotionMethod, tolerance: float, rows: int, reason: str) -> Entry:

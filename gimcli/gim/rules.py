@@ -113,7 +113,7 @@ class PaperRules:
             raise StructureError(
                 f"{row.pair or row.name} cannot be written as a distance or an angle between nodes, as the rules of the"
                 " paper need it (a sliding pair can, as 180 or 0 degrees, on the line of two nodes of its guide): use"
-                " --strategy spectral"
+                " the strategy spectral"
             )
         arm, *_, vertex = sorted(on, key=lambda n: (n in self.fixed, float(abs(drawn[n] - drawn[row.node]))))
         ratio = (drawn[row.node] - drawn[vertex]) / (drawn[arm] - drawn[vertex])  # > 0: 0 degrees, < 0: 180 degrees

@@ -209,7 +209,9 @@ class SequenceSearch:
             best = self._restart(best, nodes, settled, chosen, mine)
         if best is None:
             names = [self.mechanism.nodes[n] for n in nodes]
-            raise StructureError(f"no sequence moves nodes {', '.join(names)} twice each; use --method auto or newton")
+            raise StructureError(
+                f"no sequence moves nodes {', '.join(names)} twice each; use the method auto or newton"
+            )
         return SequenceGroup(best[1], nodes, best[0], self.tried)
 
     def _improved(

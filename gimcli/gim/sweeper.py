@@ -65,7 +65,7 @@ class Sweeper:
             self.moves, carried = self.sequence.moves, self.sequence.carried_by_input
             missing = [mechanism.nodes[n] for group in self.sequence.groups for n in group.missing]
             if missing:
-                cure = f" (spectral radius {self.sequence.radius:.4f}): use --strategy spectral"
+                cure = f" (spectral radius {self.sequence.radius:.4f}): use the strategy spectral"
                 raise StructureError(INCOMPLETE + ", ".join(missing) + cure)
         self.known = carried | set(mechanism.members[FRAME].nodes)
         self.free = [n for n in free_nodes(mechanism) if n not in self.known]

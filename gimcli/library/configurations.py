@@ -197,7 +197,7 @@ class ConfigurationsResult(Placed):
 
         if not self.count:
             return None
-        notes = [f"--assembly {k + 1}" for k in range(self.count)]
+        notes = [f"assembly {k + 1}" for k in range(self.count)]
         return configurations_animation(
             self.mechanism, self._found.z, self.inputs, self.places, self.names(), notes, verdict(self._found)
         )

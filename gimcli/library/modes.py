@@ -114,10 +114,9 @@ def _refusal(found: Linearised, time: float) -> str:
     where = titled(mechanism, in_file_units(mechanism, found.inputs, ROUND))
     others = [str(k) for k in _balanced(found, time)]
     remedy = (
-        f"assembly {' and '.join(others)} of `gim solve --all` is in equilibrium at these inputs: add --assembly"
-        f" {others[0]}"
+        f"assembly {' and '.join(others)} of `gim solve --all` is in equilibrium at these inputs: choose it"
         if others
-        else "give a position of `gim equilibrium` with --at, or go to an equilibrium first with --settle"
+        else "give the inputs of a position of `gim equilibrium`, or settle: go to an equilibrium first"
     )
     return f"{where}: not in equilibrium: {remaining(found)}; {remedy}"
 
@@ -217,7 +216,7 @@ class ModesResult(Result):
             return reason(self.mechanism, self._code, self._inputs)
         rest = remaining(self._found) or "the steps became too short"
         if self._code is Status.LIMIT:
-            cure = "give the position there with --at, or release another input"
+            cure = "give the inputs of a position there, or release another input"
             return f"the forces push a released input to its limit: {rest}; {cure}"
         return f"no equilibrium was reached: {rest}; start from another position, or check the loads"
 

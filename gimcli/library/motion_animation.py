@@ -151,7 +151,7 @@ def rows_of(table: Table, rows: IntArray) -> Table:
     return Table(tuple(Column(c.name, c.values[rows], c.unit) for c in table.columns))
 
 
-STILL = "a single position: velocities need --velocities"
+STILL = "a single position: `gim solve --velocities` has velocities"
 
 NO_RATES = "configurations have no velocities: use `gim solve --velocities` or trace the motion"
 

@@ -162,4 +162,4 @@ def _target(given: Path | str, name: str) -> Path:
 def _refuse_other(path: Path, data: bytes) -> None:
     """Raise OutputError if a file exists and has other content."""
     if path.exists() and not (path.is_file() and path.read_bytes() == data):
-        raise OutputError(f"{path}: exists already; choose another name or folder, or add --force to replace it")
+        raise OutputError(f"{path}: exists already; choose another name or folder, or replace it by force")

@@ -69,12 +69,12 @@ def settled(mechanism: Mechanism) -> Mechanism:
     if opened.coupled and len(choices) == 1:
         z = np.array([choices[0].at[name] for name in mechanism.nodes])
         return with_sides_of(mechanism, mechanism, (z - mechanism.origin) / mechanism.scale, chosen=False)
-    text = "has two possible positions: give `side: left` or `side: right`, or use --assembly"
+    text = "has two possible positions: give `side: left` or `side: right`, or choose an assembly"
     undecided = opened.undecided
     if opened.coupled:
         undecided = tuple(name for name in undecided if len({one.sides.get(name) for one in choices}) > 1)
     error = _refused(mechanism, undecided, text)
-    more = "depends on other nodes without coordinates: give rough coordinates [x, y], or use --assembly"
+    more = "depends on other nodes without coordinates: give rough coordinates [x, y], or choose an assembly"
     coupled = _refused(mechanism, opened.coupled[:1], more).faults if opened.coupled else []
     shown = (*undecided, *opened.coupled)
     numbered = [one for one in choices if one.number is not None] or choices[:LISTED]

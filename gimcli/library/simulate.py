@@ -136,7 +136,7 @@ def simulate(
     if integrator:
         OneOf(INTEGRATORS).refuse("integrator", integrator)
         if INTEGRATORS[integrator].over_input:
-            refuse_linked(mechanism, f"simulate --integrator {integrator}")
+            refuse_linked(mechanism, f"simulate with the integrator {integrator}")
     if any(friction.mu for friction in mechanism.dynamics.frictions):
         refuse_linked(mechanism, "simulate with dry friction")
     _check_slip(mechanism, slip)

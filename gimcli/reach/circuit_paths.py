@@ -174,7 +174,7 @@ def initial_paths(task: WorkspaceTask, progress: Progress = no_progress) -> Init
         circuits, complete, begin = branches.circuits, branches.complete, _x(task, first.places[first.start].p)
     parts = [(circuit, part) for circuit in circuits for part in within(task, circuit)]
     if not parts:
-        raise UnassembledError(f"{unreached(task)}, or search all assemblies with --all")
+        raise UnassembledError(f"{unreached(task)}, or search all assemblies")
     initial = first_least(np.array([np.min(np.linalg.norm(part.x - begin, axis=1)) for _, part in parts]), SETTLED)
     kept = _connected(task, parts, initial)
     curves = [parts[k][1] for k in kept]

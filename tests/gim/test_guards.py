@@ -107,7 +107,7 @@ def test_an_arm_of_length_zero_causes_no_division_by_zero(run):
 
 def test_each_status_text_has_a_correction():
     for status in (Status.STALLED, Status.CYCLING, Status.DIVERGED):
-        assert "--method auto" in status.text
+        assert "the method auto" in status.text
 
 
 @pytest.mark.parametrize("gap", [-1e-3, 0.0, 1e-12])

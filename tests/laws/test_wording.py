@@ -6,7 +6,7 @@ import ast
 import re
 
 from bundled import ROOT
-from package_source import statements, trees
+from package_source import nodes, statements, trees
 
 AVOIDED = {
     "tell": "report, print, determine", "told": "reported, printed, determined", "tells": "reports, prints",
@@ -66,4 +66,22 @@ def test_messages_do_not_pass_on_the_texts_of_libraries():
                 passed = isinstance(value, ast.Name) and value.id == handler.name
                 if passed or (isinstance(value, ast.Attribute) and value.attr in LIBRARY_TEXTS):
                     found.append(f"{path.name}:{text.lineno}: {ast.unparse(value)}")
+    assert found == []
+
+
+OPTION = re.compile(r"`gim [^`]*`|((?<![\w-])--[a-z]+)")
+TERMINAL = ("cli", "manual", "view")
+"""Packages that speak of options; `comparison` lists those of each method."""
+
+
+def test_messages_of_the_library_speak_of_no_options():
+    """Options stand only within a whole command, as in `gim solve --all`: in Python there are none."""
+    found = []
+    for path, tree in sorted(trees().items()):
+        if path.parts[0] in TERMINAL or path.name in ("methods.py", "tradeoff.py"):
+            continue
+        docs = {id(node.value) for node in statements(tree) if isinstance(node, ast.Expr)}
+        for node in nodes(tree):
+            if isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in docs:
+                found += [f"{path}:{node.lineno}: {word}" for word in OPTION.findall(node.value) if word]
     assert found == []
