@@ -465,7 +465,7 @@ def test_nodes_that_depend_on_each_other_list_their_configurations():
     first, *choices = refused(data)
     assert "nodes.C0" in first
     assert "rough coordinates" in first
-    assert "--assembly" in first
+    assert "choose an assembly" in first
     assert any("C0 [10, 10]" in line and "C1 [20, 10]" in line for line in choices)
     numbers = [int(line.split("assembly ")[1].split(":")[0]) for line in choices]
     found = [placed_as(data, number) for number in numbers]
