@@ -10,6 +10,7 @@ import typer
 from gimcli.cli.console import print_records, print_remarks, print_table
 from gimcli.dynamics.forces import MOST
 from gimcli.library.forces import bearing_loads, statistics, works
+from gimcli.library.record import quantity_rows
 from gimcli.rounding import at_inputs, greatest, number
 
 if TYPE_CHECKING:
@@ -33,6 +34,7 @@ def print_holding(result: HoldingResult) -> None:
     else:
         typer.echo(result.headline())
         typer.echo(result.reason)
+    print_records("", quantity_rows(result._measured))
     print_open(result.open if result.complete else [])
     print_remarks(
         (

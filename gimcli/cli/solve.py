@@ -13,6 +13,7 @@ from gimcli.cli.console import note, print_records, print_remarks, print_table
 from gimcli.cli.from_verb import Run, from_verb
 from gimcli.cli.progress import end_bars
 from gimcli.errors import UsageError
+from gimcli.library.record import quantity_rows
 from gimcli.library.solve import SolveResult, input_rates, solve
 from gimcli.rounding import number, titled
 from gimcli.table import per_second
@@ -82,7 +83,7 @@ def _print(method: str, found: SolveResult) -> None:
     _print_known(found._records, "node", "")
     if found._moving is None:
         _print_known(found._members)
-    print_records("", found._quantities)
+    print_records("", quantity_rows(found._measured))
     if law is not None:
         rows = [(str(k), f"{a:.3e}", f"{b:.3e}") for k, (a, b) in enumerate(law.errors)]
         if len(rows) > 2 * SHOWN:

@@ -123,7 +123,9 @@ class Vocabulary(KnownNames):
 
     def refuse_value(self, actuator: str, value: float) -> None:
         """Raise UsageError: a graph has all rows."""
-        raise UsageError(f"plot: at({actuator}={value:g}) is one row; a graph has all of them")
+        raise UsageError(
+            f"plot: at({actuator}={value:g}) is one row, a graph has all of them; `gim sweep --keep` has it"
+        )
 
     def groups(self, name: str) -> list[Group]:
         """Return the groups of a word or of a measure, or the one quantity of WORD:NAME."""

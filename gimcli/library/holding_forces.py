@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -14,9 +14,11 @@ from gimcli.dynamics.force_statistics import UNITS
 from gimcli.dynamics.forces import Forces
 from gimcli.dynamics.physical import require_action
 from gimcli.errors import UsageError
+from gimcli.graphs.extras import Extras
 from gimcli.library.inputs import in_file_units, inputs_of
 from gimcli.library.machines import for_each_machine, loaded_machines
 from gimcli.library.places import places
+from gimcli.library.record import quantity_rows
 from gimcli.library.result import Result
 from gimcli.library.solved_positions import separate
 from gimcli.mechanism import Mechanism
@@ -40,7 +42,7 @@ LEFT_OUT = ("step", "energy.kinetic", "efficiency", "friction", "residual")
 @for_each_machine(loaded_machines)
 def holding_forces(
     mechanism: Mechanism, at: Mapping[str, float | str] | None = None, *, time: float = 0.0, tolerance: float = 1e-10,
-    jit: str = "auto", **inputs: float,
+    jit: str = "auto", measure: str | Sequence[str] = (), **inputs: float,
 ) -> HoldingResult:  # fmt: skip
     """Find the efforts that hold one position at rest, for example `holding_forces(m, motor=60)`.
 
@@ -50,6 +52,7 @@ def holding_forces(
         time: time [s] at which tables of loads over the time are read.
         tolerance: largest accepted error of a constraint, relative to the mechanism's size; from 1e-14 to below 1.
         jit: "auto" compiles the kernels where this saves time; "on", "off". The numbers are the same.
+        measure: quantities of the report and the table, a text or a list, such as "hypot(A.fx, A.fy)".
         inputs: inputs by name, in the file's units. Inputs that are not given have the value at the start of their law.
 
     Returns:
@@ -65,11 +68,11 @@ def holding_forces(
         raise UsageError(f"time: expected a finite number, got {time}")
     chosen = Options.checked("auto", "spectral", tolerance, jit)
     require_action(mechanism)
-    values = inputs_of(mechanism, at, inputs)
+    values, extras = inputs_of(mechanism, at, inputs), Extras(mechanism, measure)
     with explained(mechanism):
         position = solve_position(mechanism, values, chosen)
     require_consistent(mechanism, position.z, position.inputs, position.status, tolerance)
-    return HoldingResult(position, time)
+    return HoldingResult(position, time, extras)
 
 
 class HoldingResult(Result):
@@ -77,8 +80,9 @@ class HoldingResult(Result):
 
     KIND = "holding"
 
-    def __init__(self, position: Position, time: float) -> None:
+    def __init__(self, position: Position, time: float, extras: Extras) -> None:
         self.mechanism, self._found, self.time = position.mechanism, position, time
+        self._measured = extras.beside(self._state, ())
 
     @cached_property
     def _forces(self) -> Forces:
@@ -106,8 +110,8 @@ class HoldingResult(Result):
         return Table(tuple(c for c in table.columns if c.name not in left_out and not c.name.startswith("power.")))
 
     def table(self) -> Table:
-        """Return one row: time, inputs, efforts, reactions, shaking force, potential energy, status."""
-        return self._table
+        """Return one row: time, inputs, efforts, reactions, shaking force, potential energy, status, measures."""
+        return Table((*self._table.columns, *(c for c in self._measured if c.name not in self._table.names)))
 
     @cached_property
     def status(self) -> str:
@@ -162,7 +166,7 @@ class HoldingResult(Result):
         }
         return {
             "status": self.status, "reason": self.reason, "time": self.time, "inputs": self.inputs, "forces": forces,
-            "open": self.open,
+            "open": self.open, **({"measures": quantity_rows(self._measured).by("name")} if self._measured else {}),
         }  # fmt: skip
 
     def picture(self) -> Content | None:

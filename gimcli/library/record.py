@@ -172,5 +172,14 @@ class Records:
         return [field for name in names for field in self.fields if field.name == name] if names else self.fields
 
 
+def quantity_rows(columns: Sequence[Column]) -> Records:
+    """Return the quantities of one position as rows, from their columns (1,)."""
+    return Records(
+        RowField("name", [c.name for c in columns], head="quantity", text=[labelled(c.name, c.unit) for c in columns]),
+        RowField("unit", [c.unit for c in columns]),
+        RowField("value", [float(c.values[0]) for c in columns], float, head="value"),
+    )
+
+
 def _listed(words: Sequence[Any]) -> str:
     return ", ".join(map(str, words))

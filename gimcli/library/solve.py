@@ -14,7 +14,7 @@ from gimcli.errors import UsageError
 from gimcli.library.by_name import ByName
 from gimcli.library.inputs import Jit, Method, OneOf, Seed, Strategy, checked, in_file_units, inputs_of
 from gimcli.library.places import angles, coordinates, places
-from gimcli.library.record import Records, RowField, VectorField
+from gimcli.library.record import Records, RowField, VectorField, quantity_rows
 from gimcli.library.result import Result
 from gimcli.mechanism import Mechanism
 from gimcli.motion.solve import solve as solve_position
@@ -22,7 +22,7 @@ from gimcli.positions.options import Options
 from gimcli.positions.position import Position
 from gimcli.rounding import greatest, titled
 from gimcli.structure.drive_check import explained, require_consistent
-from gimcli.table import Table, labelled, per_second
+from gimcli.table import Table, per_second
 
 if TYPE_CHECKING:
     from gimcli.gim.convergence import ErrorLaw
@@ -216,16 +216,6 @@ class SolveResult(Result):
             ),
         )  # fmt: skip
 
-    @cached_property
-    def _quantities(self) -> Records:
-        """The quantities that were asked for, one row each."""
-        own = self._measured
-        return Records(
-            RowField("name", [c.name for c in own], head="quantity", text=[labelled(c.name, c.unit) for c in own]),
-            RowField("unit", [c.unit for c in own]),
-            RowField("value", [float(c.values[0]) for c in own], float, head="value"),
-        )
-
     def headline(self) -> str:
         """Return the result in one line."""
         return f"{titled(self.mechanism, self.inputs)}: {self.status}, residual {self.residual:.1e}"
@@ -242,7 +232,7 @@ class SolveResult(Result):
             "angles": {name: a for name, a in self.angle.items() if not math.isnan(a)},
             "inputs": self.inputs,
             **({"worst": position.worst, "reason": self.reason} if position.status.value else {}),
-            **({"measures": self._quantities.by("name")} if self._measured else {}),
+            **({"measures": quantity_rows(self._measured).by("name")} if self._measured else {}),
             **({} if law is None else {
                 "history": law.errors.tolist(), "C1": law.c1, "C2": law.c2, "rate": law.rate, "radius": law.radius,
             }),

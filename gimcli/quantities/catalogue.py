@@ -131,8 +131,8 @@ class Catalogue(KnownNames):
         own = self.expression(text, "measure")
         if own.kind.what != "rows" or own.reduces:
             raise UsageError(
-                f"measure '{text}': expected a column, with a value for each row, such as hypot(P.x, P.y); `gim sweep"
-                " --keep` has numbers of a motion"
+                f"measure '{text}': expected a column, with a value for each row, such as hypot(P.x, P.y); `gim trace"
+                " --plot` and `gim sweep --keep` have numbers of a motion"
             )
         if own.kind.columns > 1:
             raise UsageError(
@@ -181,7 +181,7 @@ class Catalogue(KnownNames):
 
     def refuse_value(self, name: str, value: float) -> None:
         """Raise UsageError: a column has all rows."""
-        raise UsageError(f"at({name}={value:g}) is one row; a column has all of them")
+        raise UsageError(f"at({name}={value:g}) is one row, a column has all of them; `gim sweep --keep` has it")
 
     # -- names -------------------------------------------------------------------------------------------
 

@@ -90,6 +90,19 @@ def test_the_command_prints_and_reports_one_position(tmp_path, monkeypatch):
     assert "wrote" not in printed.text
 
 
+def test_quantities_of_one_position(tmp_path, monkeypatch):
+    """The amount of a pin force is that of its components, in the report, in the terminal and as a column."""
+    monkeypatch.chdir(tmp_path)
+    words = ("forces", MODELS / "lift_table.yaml", "--at", "cylinder=0.5", "-m", "|L.f|", "-m", "cylinder.effort / 2")
+    done = gim(*words, "--json", "-o", "p.csv")
+    pin, effort = (done.json["forces"][name] for name in ("L", "cylinder.effort"))
+    found = {name: one["value"] for name, one in done.json["measures"].items()}
+    assert found == pytest.approx({"|L.f|": math.hypot(pin["x"], pin["y"]), "cylinder.effort / 2": effort["value"] / 2})
+    head, row = (line.split(",") for line in (tmp_path / "p.csv").read_text().splitlines())
+    assert float(row[head.index("|L.f|")]) == found["|L.f|"]
+    assert "|L.f| [N]" in gim(*words).text
+
+
 @pytest.mark.parametrize(("more", "words"), [
     (["--at", "cylinder=0.5", "--steps", "9"], "--steps is for a motion"),
     (["--at", "cylinder=0.5", "--full"], "--full is for a motion"),

@@ -179,9 +179,9 @@ def test_elsewhere_sensitivities_name_the_place_that_has_it(hatch, text):
 
 @asked("trace", "Python")
 def test_columns_are_no_numbers(hatch, text):
-    with pytest.raises(GimError, match="`gim sweep --keep` has numbers of a motion"):
+    with pytest.raises(GimError, match="`gim sweep --keep` have numbers of a motion"):
         gimcli.trace(hatch, STEPS, measure=text)
-    with pytest.raises(GimError, match="`gim sweep --keep` has numbers of a motion"):
+    with pytest.raises(GimError, match="`gim sweep --keep` have numbers of a motion"):
         gimcli.forces(hatch, STEPS, measure=text)
 
 
