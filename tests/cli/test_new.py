@@ -59,7 +59,7 @@ def test_an_existing_file_is_kept_without_force(tmp_path):
     done = ran("new", "jansen", "-o", "m.yaml", cwd=tmp_path)
     assert (done.code, (tmp_path / "m.yaml").read_text()) == (6, "mine")
     assert "m.yaml: exists already" in done.error
-    assert "--force" in done.error
+    assert "replace it by force" in done.error
     assert ran("new", "jansen", "-o", "m.yaml", "--force", cwd=tmp_path).code == 0
     assert ran("new", "jansen", "-o", "m.yaml", cwd=tmp_path).code == 0  # the same content
 
