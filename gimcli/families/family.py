@@ -94,10 +94,11 @@ class Family:
         Such as initial coordinates of nodes whose distances are given, and masses. With `forces` those that change no
         forces either.
         """
-        from gimcli.families.design_forces import dynamic_dimensions  # imported late: few ask for forces
+        found, values, acting = [], np.concatenate(designs), set[str]()
+        if forces:
+            from gimcli.families.design_forces import dynamic_dimensions  # imported late: few ask for forces
 
-        found, values = [], np.concatenate(designs)
-        acting = dynamic_dimensions(self.mechanism, self.names) if forces else set()
+            acting = dynamic_dimensions(self.mechanism, self.names)
         for k, name in enumerate(self.names):
             tried = np.tile(self.nominal, (len(values) + 1, 1))
             tried[1:, k] = values[:, k]
