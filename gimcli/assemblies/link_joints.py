@@ -14,10 +14,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gimcli.errors import StructureError
-from gimcli.mechanism import FRAME, HEIGHT, SPAN, ComplexArray, FloatArray, Input, Mechanism, PairRow
+from gimcli.mechanism import HEIGHT, SPAN, ComplexArray, FloatArray, Input, Mechanism, PairRow
 from gimcli.structure.derived import derived
-from gimcli.structure.pair_rows import sliding_pairs
-from gimcli.structure.rotation import rotation_classes
+from gimcli.structure.joints import sliding_pairs
+from gimcli.structure.rotation import Phase, rotation_classes, ties, united
 
 NONE = -1
 PARALLEL = 1e-12
@@ -38,28 +38,6 @@ class BodyJoint:
     through: int = NONE  # pin of the same body through which the rail passes
     parallel: int = NONE  # first joint with a parallel rail that turns with this one
     slack: bool = False  # a redundant pin replaced by a slide; its residual is checked
-
-
-@dataclass(frozen=True)
-class Phase:
-    """The factor constant e^(i turns . inputs)."""
-
-    constant: complex
-    turns: tuple[int, ...]  # factor of every input
-
-    def __mul__(self, other: Phase) -> Phase:
-        turns = tuple(a + b for a, b in zip(self.turns, other.turns, strict=True))
-        return Phase(self.constant * other.constant, turns)
-
-    @property
-    def inverse(self) -> Phase:
-        """The inverse phase."""
-        return Phase(1.0 / self.constant, tuple(-a for a in self.turns))
-
-    def at(self, inputs: FloatArray) -> ComplexArray:
-        """Return the complex factor (rows,) for inputs (actuators, rows)."""
-        angle = np.array(self.turns, dtype=float) @ inputs if self.turns else np.zeros(inputs.shape[1])
-        return np.asarray(self.constant * np.exp(1j * angle))
 
 
 @dataclass(frozen=True)
@@ -177,39 +155,20 @@ def _travel(number: int, a: Input) -> BodyJoint:
 
 def _classes(mechanism: Mechanism, bars: int) -> tuple[tuple[int, ...], tuple[Phase, ...]]:
     """Return class and phase of every body, from prismatic pairs and driven angles."""
-    still = (0,) * len(mechanism.actuators)
-    rotation = rotation_classes(mechanism)
-    count = len(mechanism.members) + bars
-    parent = [*rotation.of, *range(len(mechanism.members), count)]
-    phase = [Phase(c, still) for c in (*rotation.phase, *([1.0 + 0.0j] * bars))]
-
-    def find(body: int) -> tuple[int, Phase]:
-        factor = Phase(1.0 + 0.0j, still)
-        while True:
-            factor = factor * phase[body]
-            if parent[body] == body:
-                return body, factor
-            body = parent[body]
-
-    for k, a in enumerate(mechanism.actuators):
-        if not a.rotary:
-            continue
-        turns = tuple(int(j == k) for j in range(len(still)))
-        ratio = Phase(a.reference / a.arm, turns)
-        (arm, own), (reference, its) = find(a.members[0]), find(a.guide)
-        if arm == reference:
+    still = Phase(turns=(0,) * len(mechanism.actuators))
+    tied = [(tie.body, tie.guide, replace(still, constant=tie.turn)) for tie in ties(mechanism)]
+    inputs = [(k, a) for k, a in enumerate(mechanism.actuators) if a.rotary]
+    turns = [tuple(int(j == k) for j in range(len(still.turns))) for k, _ in inputs]
+    driven = [(a.members[0], a.guide, Phase(a.reference / a.arm, t)) for (_, a), t in zip(inputs, turns, strict=True)]
+    found, idle = united(len(mechanism.members) + bars, [*tied, *driven], still)
+    for number in idle:
+        if number >= len(tied):
             raise StructureError(
-                f"over-driven: actuator '{a.name}' drives an angle that is fixed or already driven; remove it"
+                f"over-driven: actuator '{inputs[number - len(tied)][1].name}' drives an angle that is fixed or"
+                " already driven; remove it"
             )
-        link = ratio * its * own.inverse  # e_arm own = ratio its e_reference
-        if arm == find(FRAME)[0]:
-            arm, reference, link = reference, arm, link.inverse
-        parent[arm], phase[arm] = reference, link
-    found = [find(b) for b in range(count)]
-    frame = found[FRAME]
-    names = {root: k for k, root in enumerate(dict.fromkeys(r for r, _ in found if r != frame[0]))}
-    over = [f * frame[1].inverse if r == frame[0] else f for r, f in found]
-    return tuple(names.get(r, NONE) for r, _ in found), tuple(over)
+    numbers = {root: k for k, root in enumerate(dict.fromkeys(root for root, _ in found), start=NONE)}
+    return tuple(numbers[root] for root, _ in found), tuple(phase for _, phase in found)
 
 
 def _pruned(linkage: Linkage, joints: list[BodyJoint]) -> Linkage:

@@ -19,9 +19,9 @@ import numpy as np
 from gimcli.kernels import bodies as kernels, coordinates
 from gimcli.mechanism import SPAN, ComplexArray, FloatArray, IntArray, Mechanism, PairRow
 from gimcli.positions.newton import Run
+from gimcli.structure.joints import REVOLUTE, bodies_at, joints, sliding_pairs
 from gimcli.structure.kinematic_nodes import loose_nodes
 from gimcli.structure.residual import pose
-from gimcli.structure.rotation import members_of
 from gimcli.structure.steps import NONE
 
 
@@ -83,13 +83,7 @@ class Bodies:
         self.mechanism = mechanism
         self.loose = loose_nodes(mechanism)
         self.count = len(mechanism.members) + len(self.loose)
-        self.bodies_of = list(members_of(mechanism))
-        for k, node in enumerate(self.loose):
-            self.bodies_of[node] = (len(mechanism.members) + k,)
-        self._sliding: dict[str, set[int]] = {}  # bodies that contain all sliding nodes of a pair
-        for slide in mechanism.slides:
-            may = set(self.bodies_of[slide.node]) - {slide.guide}
-            self._sliding[slide.pair] = self._sliding.get(slide.pair, may) & may
+        self.bodies_of = bodies_at(mechanism)
         rows = [
             *((row, NONE) for row in mechanism.pairs),
             *((a, k) for k, a in enumerate(mechanism.actuators) if drivers),
@@ -140,13 +134,11 @@ class Bodies:
         return next(b for b in self.bodies_of[node] if b != other)
 
     def _revolutes(self) -> list[BodyPair]:
-        pairs = []
-        for node, bodies in enumerate(self.bodies_of):
-            for body in bodies[1:]:
-                first = bodies[0]
-                at = self.local(body, node), self.local(first, node)
-                pairs.append(BodyPair(kernels.COINCIDENT, body, first, *at, name=self.mechanism.nodes[node]))
-        return pairs
+        hinges = [joint for joint in joints(self.mechanism) if joint.kind == REVOLUTE]
+        return [
+            BodyPair(kernels.COINCIDENT, k, first, self.local(k, one.node), self.local(first, one.node), name=one.name)
+            for one in hinges for first in one.bodies[:1] for k in one.bodies[1:]
+        ]  # fmt: skip
 
     def _row(self, row: PairRow, actuator: int) -> BodyPair:
         """Return the pair between two bodies for a row of a pair, or of an actuator given by its number."""
@@ -159,8 +151,8 @@ class Bodies:
             second = next((b for b in self.bodies_of[q] if b != first), self.bodies_of[q][0])
             at = self.local(second, q), self.local(first, p)
             return BodyPair(kernels.DISTANCE, second, first, *at, actuator=actuator, name=row.pair)
-        common = self._sliding.get(row.pair)
-        body = min(common) if common else self._body_of(row.node, row.guide)
+        sliding = (pair.bodies[1] for pair in sliding_pairs(self.mechanism) if pair.name == row.pair)
+        body = next(sliding, self._body_of(row.node, row.guide))
         at = self.local(body, row.node), row.point
         return BodyPair(kernels.ON_LINE, body, row.guide, *at, row.normal, actuator=actuator, name=row.pair)
 

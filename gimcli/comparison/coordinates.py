@@ -17,7 +17,7 @@ from __future__ import annotations
 import cmath
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from itertools import combinations
+from itertools import combinations, permutations
 
 import numpy as np
 
@@ -109,17 +109,16 @@ class JointCoordinates(BodyCoordinates):
     def _joints(self) -> Iterator[TreeJoint]:
         """Yield each pair as a joint of the tree, once for each choice of the parent."""
         for number, pair in enumerate(self.bodies.pairs):
-            for parent, child in ((pair.a, pair.b), (pair.b, pair.a)):
+            ends = (pair.a, pair.za), (pair.b, pair.zb)
+            for (parent, za), (child, zb) in permutations(ends):
+                joint = TreeJoint(pairs.HINGE, parent, child, za=za, zb=zb, imposed=(number,))
                 if pair.kind == pairs.COINCIDENT:
-                    at = (pair.za, pair.zb) if parent == pair.a else (pair.zb, pair.za)
-                    joint = TreeJoint(pairs.HINGE, parent, child, za=at[0], zb=at[1], imposed=(number,))
                     yield self._with_angle(joint)
                 elif pair.slides:
-                    yield self._sliding(number, pair, parent, child)
+                    yield self._sliding(joint, pair)
                 elif pair.kind == pairs.DISTANCE:
-                    at = (pair.za, pair.zb) if parent == pair.a else (pair.zb, pair.za)
-                    ram = TreeJoint(pairs.RAM, parent, child, za=at[0], zb=at[1], imposed=(number,))
-                    yield self._with_angle(replace(ram, travel=JointFreedom(actuator=pair.actuator)))
+                    ram = replace(joint, kind=pairs.RAM, travel=JointFreedom(actuator=pair.actuator))
+                    yield self._with_angle(ram)
 
     def _with_angle(self, joint: TreeJoint) -> TreeJoint:
         """Return the joint with its angle free, driven by the rotary input between its bodies, or fixed for a point."""
@@ -132,26 +131,17 @@ class JointCoordinates(BodyCoordinates):
                 return replace(joint, angle=angle, imposed=(*joint.imposed, number))
         return replace(joint, angle=JointFreedom())
 
-    def _sliding(self, number: int, pair: BodyPair, parent: int, child: int) -> TreeJoint:
+    def _sliding(self, joint: TreeJoint, pair: BodyPair) -> TreeJoint:
         """Return a pin in a slot, or a true prismatic pair if the pair has two slides."""
-        along = pair.normal / 1j
-        joint = TreeJoint(pairs.HINGE, parent, child, za=pair.za, zb=pair.zb, db=along, imposed=(number,))
-        if parent == pair.b:
-            joint = replace(joint, za=pair.zb, da=along, zb=pair.za, db=0.0j)
-        second = self._partner(number, pair)
+        along, ahead = pair.normal / 1j, joint.child == pair.a
+        joint = replace(joint, da=along) if ahead else replace(joint, db=along)
+        others = [k for k, other in enumerate(self.bodies.pairs) if other.slides and other.name == pair.name]
+        second = next((k for k in others if k not in joint.imposed), None)
         if second is None:
             return self._with_travel(self._with_angle(joint), pair)
         turn = self._prismatic_turn(pair, self.bodies.pairs[second])
-        angle = JointFreedom(turn if child == pair.a else -turn, variable=False)
-        return self._with_travel(replace(joint, angle=angle, imposed=(number, second)), pair)
-
-    def _partner(self, number: int, pair: BodyPair) -> int | None:
-        """Return the number of the other slide of a true prismatic pair; None for a pin in a slot."""
-        for k, other in enumerate(self.bodies.pairs):
-            same = other.slides and other.name == pair.name and (other.a, other.b) == (pair.a, pair.b)
-            if k != number and same and other.za != pair.za:
-                return k
-        return None
+        angle = JointFreedom(turn if ahead else -turn, variable=False)
+        return self._with_travel(replace(joint, angle=angle, imposed=(*joint.imposed, second)), pair)
 
     def _prismatic_turn(self, first: BodyPair, second: BodyPair) -> float:
         """Return the constant angle [rad] from the guide to the sliding body, in the drawn sense."""

@@ -35,7 +35,7 @@ from gimcli.dynamics.statics import Statics, direction
 from gimcli.errors import ModelError
 from gimcli.mechanism import BoolArray, ComplexArray, FloatArray, IntArray
 from gimcli.positions.newton import Run
-from gimcli.structure.pair_rows import pair_of
+from gimcli.structure.joints import pair_of
 from gimcli.structure.steps import NONE
 
 FORMS = 2
@@ -81,7 +81,7 @@ def _forms(statics: Statics, contact: FrictionPair) -> tuple[dict[int, complex],
     normals = [statics.normals[k] for k in pair.slides]
     if friction.length == 0.0:
         return ({normals[0]: complex(mu)},)
-    one, two = (mechanism.members[pair.body].local(mechanism.slides[k].node) for k in pair.slides)
+    one, two = (mechanism.members[pair.bodies[1]].local(mechanism.slides[k].node) for k in pair.slides)
     lever = complex(mu * abs(two - one) / friction.length)  # 2 |M| / length with M = (N2 - N1) |two - one| / 2
     return {normals[0]: complex(mu), normals[1]: complex(mu)}, {normals[0]: -lever, normals[1]: lever}
 

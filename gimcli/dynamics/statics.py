@@ -25,7 +25,7 @@ from gimcli.mechanism import FRAME, HEIGHT, SPAN, FloatArray, Mechanism, PairRow
 from gimcli.structure.carried import carried_direction
 from gimcli.structure.derived import derived
 from gimcli.structure.dulmage_mendelsohn import EquationBlock, split
-from gimcli.structure.pair_rows import pair_of
+from gimcli.structure.joints import PRISMATIC, sliding_pairs
 from gimcli.structure.rotation import members_of
 from gimcli.structure.steps import NONE, Vector
 
@@ -276,11 +276,9 @@ class _StaticsBuilder:
         return self._add(Reaction(PUSH, body[members[1]], body[members[0]], second, first, force.vector, couples))
 
     def _slider(self, row: PairRow) -> int:
-        """Return the sliding member if a row is a height or travel of a true prismatic pair, else NONE."""
-        for number, slide in enumerate(self.mechanism.slides if row.kind == HEIGHT else ()):
-            if slide.node == row.node and slide.guide == row.guide:
-                return pair_of(self.mechanism, number).body
-        return NONE
+        """Return the sliding member if a height or travel is that of a true prismatic pair, else NONE."""
+        near = (p for p in sliding_pairs(self.mechanism) if row.node in p.nodes and row.guide == p.bodies[0])
+        return next((pair.bodies[1] if pair.kind == PRISMATIC else NONE for pair in near), NONE)
 
     def _ends(self, row: PairRow) -> Sequence[int]:
         """Return the nodes on whose pins a row acts."""

@@ -24,9 +24,9 @@ from gimcli.quantities.extremes import Extreme, Extremes, RateRows, Sought, extr
 from gimcli.quantities.state import State
 from gimcli.quantities.transmission import TransmissionJoint, dyad_joints
 from gimcli.rates.derivatives import MotionRates, law_rates, rates_of_inputs
+from gimcli.structure.joints import sliding_pairs
 from gimcli.structure.kinematic_chain import kinematic_chain
 from gimcli.structure.mechanism_types import driving_links
-from gimcli.structure.pair_rows import sliding_pairs
 from gimcli.structure.plan import make_plan
 from gimcli.structure.steps import NONE
 
@@ -259,13 +259,13 @@ class _Summarizer:
         found: list[tuple[str, str, Sought]] = []
         for pair in sliding_pairs(mechanism):
             if pair.actuator == NONE:
-                guide = "frame" if pair.guide == FRAME else members[pair.guide].name
+                guide = "frame" if pair.bodies[0] == FRAME else members[pair.bodies[0]].name
                 found.append((pair.name, guide, Sought(partial(RateRows.travel, slide=pair.slides[0]), True)))
         hinged = {
             link
             for joint in kinematic_chain(mechanism).joints
-            if joint.kind == "R" and FRAME in joint.links
-            for link in joint.links
+            if joint.kind == "R" and FRAME in joint.bodies
+            for link in joint.bodies
             if 0 < link < len(members)
         }
         for member in sorted(hinged - driving_links(mechanism)):

@@ -23,7 +23,7 @@ from gimcli.quantities import naming
 from gimcli.quantities.quantity import ColumnRange, Head, Kind, Quantity, angle_to_file
 from gimcli.quantities.state import ForceLine, State
 from gimcli.rates.member_angles import full_turn
-from gimcli.structure.pair_rows import pair_of
+from gimcli.structure.joints import PRISMATIC, sliding_pairs
 from gimcli.structure.plan import make_plan
 from gimcli.structure.rigid_triangles import rigid_bodies
 from gimcli.structure.rotation import members_of
@@ -82,12 +82,10 @@ def _joined(mechanism: Mechanism, joint: int) -> Iterator[tuple[ForceLine, Force
     at = [m for m in members_of(mechanism)[joint] if m != FRAME]
     lines = {m: line for m in at if (line := member_line(mechanism, m, joint)) is not None}
     yield from combinations(lines.values(), 2)
-    for number, slide in enumerate(mechanism.slides):
-        if slide.node == joint:
-            body = pair_of(mechanism, number).body
-            for m, line in lines.items():
-                if m not in (slide.guide, body):
-                    yield line, ForceLine(slide.pair, slide=slide)
+    for pair in sliding_pairs(mechanism):
+        for slide in (mechanism.slides[k] for k in pair.slides if mechanism.slides[k].node == joint):
+            own = pair.bodies if pair.kind == PRISMATIC else pair.bodies[:1]
+            yield from ((line, ForceLine(pair.name, slide=slide)) for m, line in lines.items() if m not in own)
     for ram in mechanism.actuators:
         if ram.kind == SPAN and joint in ram.nodes:
             other = ram.nodes[1 - ram.nodes.index(joint)]

@@ -8,12 +8,14 @@ highest contour (a link with n pairs, or a closed loop of n links, has class n).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import permutations
 
 from gimcli.errors import StructureError
 from gimcli.mechanism import FRAME, Mechanism
 from gimcli.structure.dulmage_mendelsohn import split
-from gimcli.structure.lower_pairs import REVOLUTE, LowerPair, LowerPairs, lower_pairs
+from gimcli.structure.joints import CYLINDER, PRISMATIC, REVOLUTE, TRAVEL, TURNLESS, Joint, joints
+from gimcli.structure.kinematic_chain import Links
 from gimcli.structure.steps import NONE
 
 DYADS = ("RRR", "RRP", "RPR", "PRP", "RPP")
@@ -21,12 +23,52 @@ DYADS = ("RRR", "RRP", "RPR", "PRP", "RPP")
 
 
 @dataclass(frozen=True)
+class LowerPairs:
+    """Links by number, the frame first: members, then sliders and rams (linear actuators), then pins.
+
+    A pin in a slot is a separate link (a slider); a linear actuator between two nodes is a binary link of variable
+    length. At a node of three or more links the pin is a separate link, until the order of formation decides which of
+    these links the others are joined to.
+    """
+
+    links: tuple[str, ...]
+    pairs: tuple[Joint, ...]  # of two links each
+    turns: tuple[tuple[int, tuple[int, ...]], ...]  # actuator or NONE, and the two links of every angle
+    rams: dict[int, int]  # {link: actuator} of the links whose length is an input
+    pins: frozenset[int]  # links that are only pins
+
+
+def lower_pairs(mechanism: Mechanism) -> LowerPairs:
+    """Return the links and lower pairs of a mechanism."""
+    links, rams = Links(mechanism), dict[int, int]()
+    for joint in joints(mechanism):
+        if joint.slides:
+            links.slide(joint, joint.name)
+        elif joint.kind == CYLINDER:
+            rams[links.add(joint.name, *joint.nodes)] = joint.actuator
+        elif joint.kind == TRAVEL:  # a driven block on the guide, and a slider across it: the node may leave the line
+            block, across = links.add(joint.name), links.add(f"{joint.name} across", *joint.nodes)
+            links.joints.append(replace(joint, kind=PRISMATIC, bodies=(joint.bodies[0], block)))
+            links.joints.append(Joint(PRISMATIC, f"{joint.name} across", (block, across)))
+    pairs, pins = links.joints, frozenset[int]()
+    for joint in links.revolute:
+        hub = joint.bodies[0]
+        if joint.pairs > 1 and hub != FRAME:
+            hub = links.add(joint.name)
+            pins |= {hub}
+        pairs += [replace(joint, bodies=(hub, link)) for link in joint.bodies if link != hub]
+    turns = [(NONE, joint.bodies) for joint in joints(mechanism) if joint.kind == TURNLESS]
+    turns += [(k, actuator.members) for k, actuator in enumerate(mechanism.actuators) if actuator.rotary]
+    return LowerPairs(tuple(links.names), tuple(pairs), tuple(turns), rams, pins)
+
+
+@dataclass(frozen=True)
 class AssurGroup:
     """A driving link or an Assur group: links that are added together."""
 
     links: tuple[int, ...]
-    outer: tuple[LowerPair, ...]  # pairs with links formed before
-    inner: tuple[LowerPair, ...]
+    outer: tuple[Joint, ...]  # pairs with links formed before
+    inner: tuple[Joint, ...]
     drivers: tuple[int, ...]  # actuators whose inputs determine it
     surplus: int  # constraints minus freedoms
 
@@ -46,7 +88,7 @@ class AssurGroup:
         if self.driving:
             return 1
         pairs = (*self.outer, *self.inner)
-        most = max((sum(link in (p.a, p.b) for p in pairs) for link in self.links), default=2)
+        most = max((sum(link in p.bodies for p in pairs) for link in self.links), default=2)
         return max(2, most, _longest_loop(self.links, self.inner))
 
     @property
@@ -77,7 +119,7 @@ class Formation:
 
     def bases(self, group: AssurGroup) -> list[int]:
         """Return the links that a group is joined to, one for each outer pair."""
-        return [pair.b if pair.a in group.links else pair.a for pair in group.outer]
+        return [next(k for k in pair.bodies if k not in group.links) for pair in group.outer]
 
     @property
     def formula(self) -> tuple[str, ...]:
@@ -130,16 +172,16 @@ def _constraints(parts: LowerPairs, ends: dict[int, list[int]]) -> tuple[list[li
 
     for pair in parts.pairs:
         if pair.kind == REVOLUTE:
-            columns += [bound((0, 2), pair.a, pair.b), bound((1, 2), pair.a, pair.b)]
+            columns += [bound((0, 2), *pair.bodies), bound((1, 2), *pair.bodies)]
         else:
-            columns += [bound((0, 1, 2), pair.a, pair.b), bound((2,), pair.a, pair.b)]
+            columns += [bound((0, 1, 2), *pair.bodies), bound((2,), *pair.bodies)]
             if pair.actuator != NONE:
                 drivers[len(columns)] = pair.actuator
-                columns.append(bound((0, 1, 2), pair.a, pair.b))
-    for actuator, arm, reference in parts.turns:
+                columns.append(bound((0, 1, 2), *pair.bodies))
+    for actuator, bodies in parts.turns:
         if actuator != NONE:
             drivers[len(columns)] = actuator
-        columns.append(bound((2,), arm, reference))
+        columns.append(bound((2,), *bodies))
     return columns, drivers
 
 
@@ -147,21 +189,18 @@ def _groups(parts: LowerPairs, found: list[tuple[list[int], list[int], int]]) ->
     """Return the groups with their pairs; links at a pin are joined to that of them which is formed first."""
     rank = {link: k for k, (links, _, _) in enumerate(found) for link in links} | {FRAME: -1}
     base = {
-        pin: min((pair.b for pair in parts.pairs if pair.a == pin), key=lambda link: (rank[link], link))
+        pin: min((pair.bodies[1] for pair in parts.pairs if pair.bodies[0] == pin), key=lambda k: (rank[k], k))
         for pin in parts.pins
     }
-    pairs = []
-    for pair in parts.pairs:
-        a = base.get(pair.a, pair.a)
-        if a != pair.b:
-            pairs.append(LowerPair(pair.kind, pair.name, a, pair.b, pair.actuator))
+    joined = ((base.get(pair.bodies[0], pair.bodies[0]), pair.bodies[1], pair) for pair in parts.pairs)
+    pairs = [replace(pair, bodies=(a, b)) for a, b, pair in joined if a != b]
     groups = []
     for links, drivers, surplus in found:
         own = {link for link in links if link not in parts.pins}
         if own:
             rams = [parts.rams[link] for link in links if link in parts.rams]
-            outer = [p for p in pairs if (p.a in own) != (p.b in own) and _formed(p, own, rank)]
-            inner = [p for p in pairs if p.a in own and p.b in own]
+            outer = [p for p in pairs if len(own.intersection(p.bodies)) == 1 and _formed(p, own, rank)]
+            inner = [p for p in pairs if own.issuperset(p.bodies)]
             groups.append(AssurGroup(tuple(sorted(own)), tuple(outer), tuple(inner), tuple(drivers + rams), surplus))
     return groups
 
@@ -170,7 +209,7 @@ def _ordered(groups: list[AssurGroup]) -> list[AssurGroup]:
     """Return the groups in the order of formation, each as early as possible: driving links first, then by number."""
     formed, rest, result = {FRAME}, list(groups), []
     while rest:
-        ready = [g for g in rest if all({p.a, p.b} <= formed | set(g.links) for p in g.outer)] or rest[:1]
+        ready = [g for g in rest if all({*p.bodies} <= formed | set(g.links) for p in g.outer)] or rest[:1]
         group = min(ready, key=lambda g: (not g.driving, g.links))
         rest.remove(group)
         result.append(group)
@@ -178,26 +217,24 @@ def _ordered(groups: list[AssurGroup]) -> list[AssurGroup]:
     return result
 
 
-def _formed(pair: LowerPair, own: set[int], rank: dict[int, int]) -> bool:
+def _formed(pair: Joint, own: set[int], rank: dict[int, int]) -> bool:
     """Return whether the other link of an outer pair has been formed before."""
-    inside, outside = (pair.a, pair.b) if pair.a in own else (pair.b, pair.a)
+    inside, outside = sorted(pair.bodies, key=own.__contains__, reverse=True)
     return rank[outside] < rank[inside]
 
 
-def _longest_loop(links: tuple[int, ...], inner: tuple[LowerPair, ...]) -> int:
+def _longest_loop(links: tuple[int, ...], inner: tuple[Joint, ...]) -> int:
     """Return the number of links in the longest of the shortest loops through each inner pair; 0 without loops."""
     near: dict[int, set[int]] = {link: set() for link in links}
     for pair in inner:
-        near[pair.a].add(pair.b)
-        near[pair.b].add(pair.a)
+        for a, b in permutations(pair.bodies):
+            near[a].add(b)
     longest = 0
-    for pair in inner:
-        depth, front = {pair.a: 1}, [pair.a]
-        while front and pair.b not in depth:
-            step = [
-                (n, m) for n in front for m in near[n] if m not in depth and {n, m} != {pair.a, pair.b}
-            ]  # fmt: skip
+    for start, end in (pair.bodies for pair in inner):
+        depth, front = {start: 1}, [start]
+        while front and end not in depth:
+            step = [(n, m) for n in front for m in near[n] if m not in depth and {n, m} != {start, end}]
             depth |= {m: depth[n] + 1 for n, m in step}
             front = list(dict.fromkeys(m for _, m in step))
-        longest = max(longest, depth.get(pair.b, 0))
+        longest = max(longest, depth.get(end, 0))
     return longest

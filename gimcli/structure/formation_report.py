@@ -66,4 +66,4 @@ def as_json(mechanism: Mechanism, formation: Formation) -> dict[str, Any]:
 
 
 def _pair(formation: Formation, pair: Any) -> dict[str, Any]:
-    return {"kind": pair.kind, "at": pair.name, "links": [formation.links[pair.a], formation.links[pair.b]]}
+    return {"kind": pair.kind, "at": pair.name, "links": [formation.links[k] for k in pair.bodies]}

@@ -6,41 +6,40 @@ is two links (cylinder and rod) with a prismatic pair. A node of k links is a mu
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 
-from gimcli.mechanism import FRAME, SPAN, ComplexArray, Mechanism
+from gimcli.mechanism import FRAME, Mechanism
 from gimcli.structure.derived import derived
-from gimcli.structure.lower_pairs import PRISMATIC, REVOLUTE
-from gimcli.structure.pair_rows import sliding_pairs
-from gimcli.structure.residual import pose
+from gimcli.structure.joints import CYLINDER, PRISMATIC, REVOLUTE, SLOT, TURNLESS, Joint, joints
 from gimcli.structure.rotation import members_of
-from gimcli.structure.steps import NONE
 
 
-@dataclass(frozen=True)
-class ChainJoint:
-    """A revolute joint at a node, of two or more links, or a prismatic pair of two links."""
+class Links:
+    """Links and their joints: the members first, then those between the freedoms of a joint."""
 
-    kind: str
-    name: str  # of the node, the sliding pair or the actuator
-    links: tuple[int, ...]
-    node: int = NONE  # of a revolute joint
-    slide: int = NONE  # of a prismatic pair: number in Mechanism.slides
-    ends: tuple[int, int] = (NONE, NONE)  # of a linear actuator: its nodes
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.names = [member.name for member in mechanism.members]
+        self.nodes, self.at = mechanism.nodes, [list(members) for members in members_of(mechanism)]
+        self.joints: list[Joint] = []
+
+    def add(self, name: str, *nodes: int) -> int:
+        """Add a link that has some nodes; return its number."""
+        self.names.append(name)
+        for node in nodes:
+            self.at[node].append(len(self.names) - 1)
+        return len(self.names) - 1
+
+    def slide(self, pair: Joint, block: str) -> None:
+        """Add a sliding pair, with a block for a pin in a slot."""
+        slider = self.add(block, *pair.nodes) if pair.kind == SLOT else pair.bodies[1]
+        self.joints.append(replace(pair, kind=PRISMATIC, bodies=(pair.bodies[0], slider)))
 
     @property
-    def pairs(self) -> int:
-        """Number of pairs: one less than the number of links."""
-        return len(self.links) - 1
-
-    def direction(self, mechanism: Mechanism, z: ComplexArray) -> complex:
-        """Return the direction of a prismatic pair, of modulus 1, at a position z (nodes,)."""
-        if self.slide == NONE:
-            run = complex(z[self.ends[1]] - z[self.ends[0]])
-            return run / abs(run)
-        row = mechanism.slides[self.slide]
-        return complex(row.along * pose(mechanism, row.guide, z[:, None])[1][0])
+    def revolute(self) -> list[Joint]:
+        """The revolute joints at the nodes, of two or more links."""
+        shared = ((node, tuple(links)) for node, links in enumerate(self.at) if len(links) > 1)
+        return [Joint(REVOLUTE, self.nodes[node], links, (node,)) for node, links in shared]
 
 
 @dataclass(frozen=True)
@@ -48,7 +47,7 @@ class KinematicChain:
     """Links by number (members, the frame first, then blocks, then cylinders and rods) and their joints."""
 
     links: tuple[str, ...]
-    joints: tuple[ChainJoint, ...]
+    joints: tuple[Joint, ...]
     couplings: tuple[str, ...]  # names of single constraints: angles of two members, gears, inputs that follow others
 
     @property
@@ -68,40 +67,24 @@ class KinematicChain:
         higher = f" - {j2}" if j2 else ""
         return f"F = 3 (n - 1) - 2 j1 - j2 = 3 ({n} - 1) - 2 · {j1}{higher} = {self.gruebler}"
 
-    def at(self, link: int) -> list[ChainJoint]:
+    def at(self, link: int) -> list[Joint]:
         """Return the joints of a link."""
-        return [joint for joint in self.joints if link in joint.links]
+        return [joint for joint in self.joints if link in joint.bodies]
 
 
 @derived
 def kinematic_chain(mechanism: Mechanism) -> KinematicChain:
     """Return the links and joints of a mechanism."""
-    links = [m.name for m in mechanism.members]
-    parts = [list(members) for members in members_of(mechanism)]  # links at each node
-    joints: list[ChainJoint] = []
-    for pair in sliding_pairs(mechanism):
-        slider = pair.body
-        if slider == NONE:
-            slider = len(links)
-            links.append(f"block {pair.name}")
-            parts[mechanism.slides[pair.slides[0]].node].append(slider)
-        joints.append(ChainJoint(PRISMATIC, pair.name, (pair.guide, slider), slide=pair.slides[0]))
-    for actuator in mechanism.actuators:
-        if actuator.kind == SPAN:
-            cylinder = len(links)
-            links += [f"cylinder {actuator.name}", f"rod {actuator.name}"]
-            first, last = actuator.nodes
-            parts[first].append(cylinder)
-            parts[last].append(cylinder + 1)
-            joints.append(ChainJoint(PRISMATIC, actuator.name, (cylinder, cylinder + 1), ends=(first, last)))
-    pins = [
-        ChainJoint(REVOLUTE, mechanism.nodes[node], tuple(there), node)
-        for node, there in enumerate(parts)
-        if len(there) > 1
-    ]
-    coupled = [row.name for row in mechanism.pairs if row.rotary]
-    coupled += [mechanism.actuators[coupling.follower].name for coupling in mechanism.couplings]
-    return KinematicChain(tuple(links), (*pins, *joints), tuple(coupled))
+    links, coupled = Links(mechanism), [mechanism.actuators[one.follower].name for one in mechanism.couplings]
+    for joint in joints(mechanism):
+        if joint.slides:
+            links.slide(joint, f"block {joint.name}")
+        elif joint.kind == CYLINDER:
+            parts = zip(("cylinder", "rod"), joint.nodes, strict=True)
+            bodies = tuple(links.add(f"{part} {joint.name}", node) for part, node in parts)
+            links.joints.append(replace(joint, kind=PRISMATIC, bodies=bodies))
+    turnless = [joint.name for joint in joints(mechanism) if joint.kind == TURNLESS]
+    return KinematicChain(tuple(links.names), (*links.revolute, *links.joints), (*turnless, *coupled))
 
 
 @dataclass(frozen=True)
@@ -109,7 +92,7 @@ class LinkLoop:
     """A closed loop of links: joint k joins link k to the next one, the last joint joins the last link to the first."""
 
     links: tuple[int, ...]
-    joints: tuple[ChainJoint, ...]
+    joints: tuple[Joint, ...]
 
     @property
     def kinds(self) -> str:
@@ -126,14 +109,14 @@ def loops_of_frame(chain: KinematicChain, length: int) -> list[LinkLoop]:
     """Return the loops of `length` links that contain the frame, each once."""
     found: dict[frozenset[int], LinkLoop] = {}
 
-    def extend(links: tuple[int, ...], joints: tuple[ChainJoint, ...]) -> None:
+    def extend(links: tuple[int, ...], joints: tuple[Joint, ...]) -> None:
         for joint in chain.at(links[-1]):
             if joint in joints:
                 continue
-            if len(links) == length and FRAME in joint.links:
+            if len(links) == length and FRAME in joint.bodies:
                 found.setdefault(frozenset(links), LinkLoop(links, (*joints, joint)))
             elif len(links) < length:
-                for link in joint.links:
+                for link in joint.bodies:
                     if link not in links:
                         extend((*links, link), (*joints, joint))
 
@@ -145,6 +128,6 @@ def _simple(chain: KinematicChain, loop: LinkLoop) -> bool:
     """Return whether no two links of a loop that do not follow each other are joined, which would make it rigid."""
     size = len(loop.links)
     for (i, a), (k, b) in combinations(enumerate(loop.links), 2):
-        if (k - i) % size not in (1, size - 1) and any({a, b} <= set(joint.links) for joint in chain.joints):
+        if (k - i) % size not in (1, size - 1) and any({a, b} <= set(joint.bodies) for joint in chain.joints):
             return False
     return True

@@ -19,8 +19,9 @@ from dataclasses import dataclass
 
 from gimcli.mechanism import FRAME, ComplexArray, Mechanism
 from gimcli.structure.four_bars import FourBar
-from gimcli.structure.kinematic_chain import ChainJoint, KinematicChain, LinkLoop
-from gimcli.structure.steps import NONE
+from gimcli.structure.joints import Joint
+from gimcli.structure.kinematic_chain import KinematicChain, LinkLoop
+from gimcli.structure.residual import pose
 
 EQUAL = 1e-9
 """Lengths that differ by less than this part of their sum are equal."""
@@ -175,14 +176,20 @@ def _inverted(mechanism: Mechanism, chain: KinematicChain, loop: LinkLoop, z: Co
     found = InvertedSliderCrank(base, arm, offset)
     frame, crank = _names(mechanism, chain, loop)[:2]
     sizes = {frame: found.frame, crank: found.crank, "offset": found.offset}
-    if loop.joints[2].slide == NONE:  # its stroke, not its dimensions, limits the motion
+    if not loop.joints[2].slides:  # its stroke, not its dimensions, limits the motion
         return LoopType(loop, "inverted slider-crank", "a linear actuator swings the crank", sizes)
     return LoopType(loop, "inverted slider-crank", found.kind, sizes)
 
 
-def _height(mechanism: Mechanism, slide: ChainJoint, a: complex, b: complex, z: ComplexArray) -> float:
+def _height(mechanism: Mechanism, pair: Joint, a: complex, b: complex, z: ComplexArray) -> float:
     """Return the distance of b from the line through a along a prismatic pair."""
-    return (slide.direction(mechanism, z).conjugate() * (b - a)).imag
+    if pair.slides:
+        row = mechanism.slides[pair.slides[0]]
+        along = complex(row.along * pose(mechanism, row.guide, z[:, None])[1][0])
+    else:
+        run = complex(z[pair.nodes[1]] - z[pair.node])
+        along = run / abs(run)
+    return (along.conjugate() * (b - a)).imag
 
 
 def _names(mechanism: Mechanism, chain: KinematicChain, loop: LinkLoop) -> list[str]:

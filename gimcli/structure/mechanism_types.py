@@ -81,12 +81,12 @@ def chain_name(chain: KinematicChain) -> ChainName:
 
 def _resolved(chain: KinematicChain) -> Iterator[dict[Edge, str]]:
     """Yield the pairs {(link, link): kind} for every choice of the link that carries the others at a multiple joint."""
-    choices = [joint.links if joint.pairs > 1 else joint.links[:1] for joint in chain.joints]
+    choices = [joint.bodies if joint.pairs > 1 else joint.bodies[:1] for joint in chain.joints]
     if sum(joint.pairs > 1 for joint in chain.joints) > 3:
         return
     for bases in product(*choices):
         stars = zip(chain.joints, bases, strict=True)
-        edges = {(min(b, k), max(b, k)): joint.kind for joint, b in stars for k in joint.links if k != b}
+        edges = {(min(b, k), max(b, k)): joint.kind for joint, b in stars for k in joint.bodies if k != b}
         if len(edges) == chain.pairs:  # otherwise two links are joined twice
             yield edges
 

@@ -21,10 +21,10 @@ from gimcli.structure.branch_mobility import Branch, branches
 from gimcli.structure.constraint_jacobian import ALMOST, ASSEMBLED, RANK, constraint_jacobian, dependent
 from gimcli.structure.coupled_rows import CoupledRow
 from gimcli.structure.derived import derived
+from gimcli.structure.joints import joints
 from gimcli.structure.kinematic_nodes import carry, loose_nodes
 from gimcli.structure.residual import errors
 from gimcli.structure.restrictions import Restriction
-from gimcli.structure.rotation import members_of
 
 MOST = 64
 """Most combinations of the branches of independent machines."""
@@ -75,16 +75,14 @@ def of_machines(parts: Sequence[Mobility]) -> Mobility:
 
 
 def gruebler(mechanism: Mechanism) -> int:
-    """Return Grübler's count 3 L + 2 N - 2 J - C.
+    """Return Grübler's count 3 L + 2 N - C.
 
-    L: moving members. N: nodes of sliding pairs or actuators without a member. J: revolute pairs, k-1 at a node of k
-    members. C: constraints of sliding pairs, and couplings of inputs.
+    L: moving members. N: nodes of sliding pairs or actuators without a member. C: constraints of the joints, 3 less the
+    freedoms that each leaves, and couplings of inputs.
     """
-    members = members_of(mechanism)
-    moving = len(mechanism.members) - 1
-    pairs = sum(len(at) - 1 for at in members if len(at) > 1)
-    rows = len(mechanism.pairs) - 2 * len(loose_nodes(mechanism))
-    return 3 * moving - 2 * pairs - rows - len(mechanism.couplings)
+    bodies = 3 * (len(mechanism.members) - 1) + 2 * len(loose_nodes(mechanism))
+    held = sum(joint.pairs * (3 - len(joint.kind)) for joint in joints(mechanism))
+    return bodies - held - len(mechanism.couplings)
 
 
 def mobility(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray, enough: bool = False) -> Mobility:

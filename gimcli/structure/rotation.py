@@ -5,12 +5,13 @@ e^(i phi) of a member is `phase[member]` times e^(i phi) of its class.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from gimcli.calculus.numbers import nominal
-from gimcli.mechanism import ANGLE, ComplexArray, Mechanism, Member, PairRow
+from gimcli.mechanism import ANGLE, ComplexArray, FloatArray, Mechanism, Member, PairRow
 from gimcli.structure.derived import derived
 
 PARALLEL = 1e-9
@@ -24,6 +25,28 @@ class Rotation:
     of: tuple[int, ...]  # (members,) class
     phase: tuple[complex, ...]  # (members,) modulus 1
     implied: frozenset[PairRow]  # heights that follow from the class and the other height of the pair
+
+
+@dataclass(frozen=True)
+class Phase:
+    """The factor constant e^(i turns . inputs), of modulus 1."""
+
+    constant: complex = 1.0 + 0.0j
+    turns: tuple[int, ...] = ()  # factor of every input
+
+    def __mul__(self, other: Phase) -> Phase:
+        turns = tuple(a + b for a, b in zip(self.turns, other.turns, strict=True))
+        return Phase(self.constant * other.constant, turns)
+
+    def __truediv__(self, other: Phase) -> Phase:
+        turns = tuple(a - b for a, b in zip(self.turns, other.turns, strict=True))
+        ratio = self.constant / other.constant
+        return Phase(ratio / abs(ratio), turns)
+
+    def at(self, inputs: FloatArray) -> ComplexArray:
+        """Return the complex factor (rows,) for inputs (actuators, rows)."""
+        angle = np.array(self.turns, dtype=float) @ inputs if self.turns else np.zeros(inputs.shape[1])
+        return np.asarray(self.constant * np.exp(1j * angle))
 
 
 @dataclass(frozen=True)
@@ -67,26 +90,29 @@ def ties(mechanism: Mechanism) -> tuple[Tie, ...]:
 @derived
 def rotation_classes(mechanism: Mechanism) -> Rotation:
     """Return the rotation classes: members that ties connect."""
-    parent = list(range(len(mechanism.members)))
-    phase = [1.0 + 0.0j] * len(parent)
+    tied = ties(mechanism)
+    found, _ = united(len(mechanism.members), [(tie.body, tie.guide, Phase(tie.turn)) for tie in tied], Phase())
+    phases = tuple(phase.constant for _, phase in found)
+    return Rotation(tuple(k for k, _ in found), phases, frozenset(tie.row for tie in tied))
 
-    def find(index: int) -> tuple[int, complex]:
-        factor = 1.0 + 0.0j
-        while parent[index] != index:
-            factor *= phase[index]
-            index = parent[index]
-        return index, factor
 
-    implied = set()
-    for tie in ties(mechanism):
-        (a, fa), (b, fb) = find(tie.body), find(tie.guide)
-        implied.add(tie.row)
-        if a != b:  # e_body = turn e_guide
-            low, high = min(a, b), max(a, b)
-            link = tie.turn * fb / fa if a == high else fa / (tie.turn * fb)
-            parent[high], phase[high] = low, link / abs(link)
-    found = [find(k) for k in range(len(parent))]
-    return Rotation(tuple(f[0] for f in found), tuple(f[1] for f in found), frozenset(implied))
+def united(
+    count: int, tied: Sequence[tuple[int, int, Phase]], still: Phase
+) -> tuple[list[tuple[int, Phase]], list[int]]:
+    """Return class and phase of each of some bodies, and the numbers of the ties between bodies of one class.
+
+    A tie is body, guide, and the phase of the body over the guide. The class is the first of its bodies.
+    """
+    found, idle = [(k, still) for k in range(count)], list[int]()
+    for number, (body, guide, turn) in enumerate(tied):
+        (a, own), (b, its) = found[body], found[guide]
+        if a == b:
+            idle.append(number)
+            continue
+        low, high = min(a, b), max(a, b)
+        link = turn * its / own if a == high else own / (turn * its)
+        found = [(low, phase * link) if k == high else (k, phase) for k, phase in found]
+    return found, idle
 
 
 def _tied_body(mechanism: Mechanism, a: PairRow, b: PairRow) -> int | None:

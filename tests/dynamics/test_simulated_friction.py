@@ -25,7 +25,7 @@ from gimcli.mechanism import FRAME
 from gimcli.positions.dispatch import plain
 from gimcli.progress import no_progress
 from gimcli.status import Status
-from gimcli.structure.pair_rows import sliding_pairs
+from gimcli.structure.joints import sliding_pairs
 from gimcli.structure.rotation import members_of
 
 TURNS = (-0.08038, 0.06076, -0.04114, 0.02152, -0.0019)

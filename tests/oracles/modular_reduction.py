@@ -28,7 +28,7 @@ from gimcli import Mechanism, StructureError
 from gimcli.dynamics.physical import require_action
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray
 from gimcli.structure.assur import DYADS, AssurGroup, formation
-from gimcli.structure.lower_pairs import PRISMATIC, LowerPair
+from gimcli.structure.joints import PRISMATIC, Joint
 
 Places = Any
 """Positions or directions: a complex number, or an array (rows,)."""
@@ -197,11 +197,12 @@ class _Modules:
         sense = 1.0 if actuator.guide != link else -1.0
         return sliding_driver(self.moved[base], self.z[actuator.node], u, sense * rate)
 
-    def _sides(self, pair: LowerPair, group: AssurGroup) -> tuple[int, int]:
+    def _sides(self, pair: Joint, group: AssurGroup) -> tuple[int, int]:
         """Return the link of the group and the other one."""
-        return (pair.a, pair.b) if pair.a in group.links else (pair.b, pair.a)
+        first, second = pair.bodies
+        return (first, second) if first in group.links else (second, first)
 
-    def _where(self, pair: LowerPair) -> Places:
+    def _where(self, pair: Joint) -> Places:
         """Return the position of a revolute pair, or the direction of a prismatic pair."""
         if pair.kind != PRISMATIC:
             return self.z[self.mechanism.nodes.index(pair.name)]

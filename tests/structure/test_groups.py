@@ -63,8 +63,8 @@ def test_every_group_has_mobility_zero_and_every_part_of_it_more(model):
             continue
         for count in range(1, len(group.links)):
             for part in combinations(group.links, count):
-                own = [p for p in pairs if {p.a, p.b} - set(group.links) or {p.a, p.b} <= set(part)]
-                own = [p for p in own if {p.a, p.b} & set(part)]
+                own = [p for p in pairs if {*p.bodies} - set(group.links) or {*p.bodies} <= set(part)]
+                own = [p for p in own if {*p.bodies} & set(part)]
                 assert 3 * count - 2 * len(own) > 0, [found.links[k] for k in part]
     assert len(formed) == len(found.numbers)
     added = [formula.split("^")[0].split(",") for formula in found.formula]
