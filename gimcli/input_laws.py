@@ -8,8 +8,6 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from gimcli.numerics.roots import sign_changes
-
 FloatArray = NDArray[np.float64]
 
 SAMPLES = 1025
@@ -57,6 +55,8 @@ class SummedLaw(InputLaw):
         """Return the times at which the law may reverse: those of its terms, and roots of its derivative between."""
         found = [law.stops() for _, law in self.terms]
         if len(self.terms) > 1:
+            from gimcli.numerics.roots import sign_changes
+
             grid = np.unique(np.concatenate([np.linspace(0.0, 1.0, SAMPLES), *found]))
             found.append(sign_changes(lambda time: self(time, 1), grid))
         return np.unique(np.concatenate([np.empty(0), *found]))

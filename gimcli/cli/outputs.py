@@ -16,14 +16,17 @@ from gimcli.cli.progress import DRAWING, end_bars, progress_bar
 from gimcli.errors import OutputError, UsageError
 from gimcli.library.load import decided, is_address, load_undecided
 from gimcli.library.result import Result, joined, write_contents
-from gimcli.library.under_way import UnderWay
 from gimcli.mechanism import Mechanism
-from gimcli.output import CsvStream, format_of, refuse_unwritable
+from gimcli.output import FORMATS, format_of, refuse_unwritable
 from gimcli.status import Status
 from gimcli.table import Table
 
 if TYPE_CHECKING:
+    from gimcli.library.under_way import UnderWay
     from gimcli.output.printed import PictureOptions
+
+CSV = FORMATS[".csv"]
+"""The format of tables on standard output."""
 
 WHOLE = ("table", "arrays", "workbook", "geometry")
 """Contents for which all rows of the table are kept."""
@@ -122,9 +125,7 @@ class Outputs:
     def write(self, result: Result) -> None:
         """Write the result's files, and its table to standard output if asked."""
         if self.files.stdout:
-            table = result.table()
-            with CsvStream(sys.stdout, table.names) as rows:
-                rows.append(table)
+            CSV.write(result.table(), sys.stdout)
         self._write(result, self.files.files)
 
     def stream(self, under_way: UnderWay[Found]) -> Found:
@@ -135,7 +136,7 @@ class Outputs:
         self._refuse_long(under_way.expected or 0)
         with ExitStack() as stack:
             own = [(format_of(path).stream, path) for path in streamed]
-            targets: list[Any] = [*own, *([(CsvStream, sys.stdout)] if self.files.stdout else [])]
+            targets: list[Any] = [*own, *([(CSV.stream, sys.stdout)] if self.files.stdout else [])]
             rows = [stack.enter_context(stream(target, under_way.names)) for stream, target in targets]
             for piece in under_way.tables():
                 for one in rows:

@@ -18,7 +18,7 @@ from gimcli.dynamics.simulation_table import column_names
 from gimcli.library.record import Records, RowField
 from gimcli.library.simulate import SimulateResult, simulate
 from gimcli.mechanism import Mechanism
-from gimcli.output import refuse_repeated
+from gimcli.output.csv import refuse_repeated
 from gimcli.rounding import greatest, input_value, number
 
 HELP = (

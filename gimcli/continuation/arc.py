@@ -18,15 +18,13 @@ from gimcli.continuation.bifurcation import Crossing
 from gimcli.continuation.curve import PositionCurve
 from gimcli.mechanism import FloatArray
 from gimcli.numerics.interpolation import lagrange
+from gimcli.positions.inputs import BEYOND
 from gimcli.positions.position import Row
 
 EPS = float(np.finfo(float).eps)
 
 AT_LIMIT = 8.0 * EPS
 """Distance from a limit, relative to the parameter, below which an input is at the limit."""
-
-BEYOND = 1e-12
-"""Distance beyond a limit, relative to the parameter, up to which an input is at it: the accuracy of limits."""
 
 NODES = 4
 """Number of positions on each side of the singular one."""

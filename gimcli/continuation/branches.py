@@ -10,7 +10,6 @@ from functools import cached_property
 
 import numpy as np
 
-from gimcli.continuation.arc import BEYOND
 from gimcli.continuation.arclength import CurvePoint, place
 from gimcli.continuation.bifurcation import Crossing
 from gimcli.continuation.circuit import (
@@ -28,6 +27,7 @@ from gimcli.continuation.circuit import (
 from gimcli.continuation.curve import PositionCurve
 from gimcli.errors import UnassembledError
 from gimcli.mechanism import ComplexArray, FloatArray
+from gimcli.positions.inputs import BEYOND
 from gimcli.positions.options import TOLERANCE
 from gimcli.progress import Progress, no_progress, spend
 from gimcli.status import Status

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,11 +17,13 @@ from gimcli.dynamic_data import NO_NODE, TIME, AppliedLoad, Friction, Inertia, S
 from gimcli.dynamics.kinematic_history import Course, reading, travel_along, turning
 from gimcli.dynamics.statics import Reaction, Statics
 from gimcli.kernels.equilibrium import COUPLE
-from gimcli.kernels.reduction import Acting
 from gimcli.mechanism import FRAME, HEIGHT, SPAN, FloatArray, Input, IntArray, Mechanism
 from gimcli.structure.carried import carried_direction
 from gimcli.structure.rotation import members_of, rotation_classes
 from gimcli.structure.steps import NONE
+
+if TYPE_CHECKING:
+    from gimcli.kernels.reduction import Acting
 
 
 @dataclass(frozen=True)
@@ -138,6 +141,8 @@ def acting(mechanism: Mechanism, released: Sequence[int], metre: float) -> Actin
     rubs, rub = _pivots(mechanism)
     efforts = {r.actuator: r.effort for r in dynamics.releases}
     units = [*[metre] * first, *(1.0 if row.rotary else metre for row in (*mechanism.actuators, *read))]
+    from gimcli.kernels.reduction import Acting
+
     return Acting(
         metre,
         np.array(units),

@@ -8,7 +8,6 @@ from typing import Any
 from gimcli.mechanism import Mechanism
 from gimcli.rounding import at_inputs, interval, length, number
 from gimcli.status import Status
-from gimcli.structure.rigid_triangles import rigid_parts
 
 Where = tuple[str | int, ...]
 
@@ -60,6 +59,8 @@ def _remarks(mechanism: Mechanism, moves: bool) -> list[tuple[Where, str]]:
 
 
 def _rigid(mechanism: Mechanism) -> Iterator[tuple[Where, str]]:
+    from gimcli.structure.rigid_triangles import rigid_parts
+
     for members, hint in rigid_parts(mechanism):
         yield _member(mechanism, members[-1]), hint
 

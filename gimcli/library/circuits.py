@@ -10,9 +10,9 @@ import numpy as np
 from gimcli.assemblies import drawn_configuration
 from gimcli.branching.enumeration import CircuitBranch, Circuits, EnumerationConstants, Strand, circuits as all_circuits
 from gimcli.continuation.curve import LONGEST
+from gimcli.library.by_name import coordinates
 from gimcli.library.inputs import Range, in_file_units, interval_of, refuse_linked
 from gimcli.library.machines import driven_machines, for_each_machine
-from gimcli.library.places import coordinates
 from gimcli.library.record import InputsField, Records, RowField
 from gimcli.library.result import Result
 from gimcli.mechanism import Mechanism

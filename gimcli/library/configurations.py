@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gimcli.assemblies import Configurations, all_configurations, drawn_configuration
+from gimcli.library.by_name import coordinates, places
 from gimcli.library.inputs import in_file_units, inputs_of, refuse_linked
 from gimcli.library.machines import for_each_machine
-from gimcli.library.places import coordinates, places
 from gimcli.library.record import Records, RowField, VectorField
 from gimcli.library.trace_result import Placed
 from gimcli.mechanism import ComplexArray, Mechanism

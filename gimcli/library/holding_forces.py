@@ -15,9 +15,9 @@ from gimcli.dynamics.forces import Forces
 from gimcli.dynamics.physical import require_action
 from gimcli.errors import UsageError
 from gimcli.graphs.extras import Extras
+from gimcli.library.by_name import places
 from gimcli.library.inputs import in_file_units, inputs_of
 from gimcli.library.machines import for_each_machine, loaded_machines
-from gimcli.library.places import places
 from gimcli.library.record import quantity_rows
 from gimcli.library.result import Result
 from gimcli.library.solved_positions import separate

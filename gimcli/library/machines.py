@@ -19,7 +19,6 @@ from gimcli.library.under_way import UnderWay
 from gimcli.mechanism import Machine, Mechanism
 from gimcli.nearest import guess
 from gimcli.progress import limited
-from gimcli.structure.mobility import require_driven
 from gimcli.table import Column, Table
 
 
@@ -220,6 +219,8 @@ def driven_machines(mechanism: Mechanism, _: object = None) -> list[Machine]:
     """Return the machines that inputs drive; raise StructureError for other parts that can move."""
     for one in mechanism.machines:
         if not one.actuators:
+            from gimcli.structure.mobility import require_driven
+
             require_driven(one.mechanism)
     return [one for one in mechanism.machines if one.actuators]
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gimcli.library.places import coordinates
+from gimcli.library.by_name import coordinates
 from gimcli.mechanism import ComplexArray, Mechanism
 from gimcli.rounding import greatest, input_value, number
 from gimcli.table import Column, Table, labelled, xy_columns

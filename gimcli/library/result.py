@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from gimcli.errors import UsageError
 from gimcli.library.by_name import unknown
 from gimcli.mechanism import Mechanism
-from gimcli.quantities.state import ApartError, State
 from gimcli.rounding import cells, lines
 from gimcli.status import Status
 from gimcli.table import Column, Table
@@ -22,6 +21,7 @@ from gimcli.table import Column, Table
 if TYPE_CHECKING:
     from gimcli.library.record import Records
     from gimcli.output.contents import Animation, Content, Destinations, Geometry, ModelText, PictureOptions, Workbook
+    from gimcli.quantities.state import State
 
 FRAME_HEIGHT = 640
 """Height of the animated page in a notebook [px]."""
@@ -244,6 +244,7 @@ class Result(Columns):
             raise unknown(name, table.names)
         from gimcli.quantities.catalogue import catalogue
         from gimcli.quantities.forces import no_forces
+        from gimcli.quantities.state import ApartError
 
         known = catalogue(self.mechanism)
         try:

@@ -29,10 +29,9 @@ from gimcli.dynamics.simulation_types import SIMULATION, Settings, Simulation
 from gimcli.errors import UsageError
 from gimcli.graphs.extras import Extras, texts
 from gimcli.graphs.plots import drawn
-from gimcli.library.by_name import ByName
+from gimcli.library.by_name import ByName, angles
 from gimcli.library.inputs import MOST_STEPS, Jit, OneOf, Range, refuse_linked
 from gimcli.library.machines import accepted, driven_machines, for_each_machine
-from gimcli.library.places import angles
 from gimcli.library.result import RowsResult
 from gimcli.library.trace_result import Placed
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Machine, Mechanism

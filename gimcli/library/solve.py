@@ -11,9 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gimcli.errors import UsageError
-from gimcli.library.by_name import ByName
+from gimcli.library.by_name import ByName, angles, coordinates, places
 from gimcli.library.inputs import Jit, Method, OneOf, Seed, Strategy, checked, in_file_units, inputs_of
-from gimcli.library.places import angles, coordinates, places
 from gimcli.library.record import Records, RowField, VectorField, quantity_rows
 from gimcli.library.result import Result
 from gimcli.mechanism import Mechanism
@@ -140,11 +139,13 @@ class SolveResult(Result):
     @cached_property
     def reason(self) -> str:
         """Why the position is not solved, with numbers where it cannot be assembled, or is tangent; else ""."""
+        found, options = self._found, self._found.options
+        if not found.status.value:
+            return ""
         from gimcli.motion.unassembled import reason
 
-        found, options = self._found, self._found.options
         tried = ("random",) if options is not None and options.seed is not None else ()
-        return reason(self.mechanism, found.status, found.inputs, tried, options) if found.status.value else ""
+        return reason(self.mechanism, found.status, found.inputs, tried, options)
 
     @cached_property
     def xy(self) -> ByName:

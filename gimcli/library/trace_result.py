@@ -9,8 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from gimcli.library.by_name import ByName
-from gimcli.library.places import angles, by_member, pairs, places
+from gimcli.library.by_name import ByName, angles, by_member, pairs, places
 from gimcli.library.result import Result, RowsResult
 from gimcli.mechanism import ComplexArray, FloatArray
 from gimcli.motion.motion import Motion

@@ -14,17 +14,19 @@ from pydantic_core import ValidationError
 
 from gimcli.errors import UsageError
 from gimcli.model import wording
-from gimcli.model.check_dynamics import check_dynamics
 from gimcli.model.check_inputs import check_inputs, check_pair
 from gimcli.model.pairs import sized_nodes, used_nodes
 from gimcli.model.part import long_form
 from gimcli.model.references import CLOSEST, References
-from gimcli.model.schema import NO_FORMULAS, WHOLE, Element, Link, Model, OpenNode
+from gimcli.model.schema import DYNAMIC, NO_FORMULAS, WHOLE, Element, Link, Model, OpenNode
 from gimcli.model.source import Source, Where, part_of
 from gimcli.nearest import near
 
 SECTIONS = ("nodes", "links", "elements", "prismatic", "actuators", "gears", "points", "masses", "loads",
             "springs", "dampers", "friction", "parameters", "tolerances", "quantities")  # fmt: skip
+DRIVING = {"start", "speed", "effort", "rotor"}
+"""Keys of an actuator that are of the dynamics."""
+
 CONSTRAINTS = ("links", "elements", "prismatic", "actuators", "gears")
 FORMULA = ("=", "+", "-", "@")
 """First characters of a spreadsheet formula; names are used in the headers of CSV files."""
@@ -132,7 +134,11 @@ def check(refs: References) -> None:
 
         check_gears(refs)
     _check_points(refs)
-    check_dynamics(refs)
+    driven = any(DRIVING & one.given for one in refs.model.actuators.values())
+    if driven or any(getattr(refs.model, section) for section in DYNAMIC):
+        from gimcli.model.check_dynamics import check_dynamics
+
+        check_dynamics(refs)
     if refs.model.parameters:
         _check_parameters(refs)
     if refs.model.tolerances and not refs.doubtful and not refs.source.faults:

@@ -14,7 +14,6 @@ from gimcli.input_laws import ConstantLaw, InputLaw, SummedLaw
 from gimcli.mechanism import FRAME, Coupling, Dynamics, Input, Mechanism, PairRow
 from gimcli.model.compile_geometry import GeometryCompiler
 from gimcli.model.laws import PROFILES, PolynomialLaw, RunLaw, TableLaw, increment, run_times, scaled
-from gimcli.model.linear_relations import coupling_to
 from gimcli.model.pairs import sized_nodes, used_nodes
 from gimcli.model.schema import Actuator, Law, Model
 from gimcli.model.tables import read_table
@@ -129,6 +128,8 @@ def _couplings(model: Model, inputs: Sequence[Input], units: Mapping[bool, Any])
     leaders = {k: [*model.actuators].index(str(one.follows)) for k, one in following.items()}
     found, waiting = dict[int, Coupling](), list(following)
     while waiting:
+        from gimcli.model.linear_relations import coupling_to  # imported late: few models have followers
+
         k = next(k for k in waiting if leaders[k] not in waiting)
         waiting.remove(k)
         one, leader, unit = following[k], inputs[leaders[k]], units[inputs[k].rotary]

@@ -13,12 +13,10 @@ from typing import Any
 from gimcli.connected import connected
 from gimcli.mechanism import Machine, Mechanism
 from gimcli.model.compile import compile_model, in_assembly_of
-from gimcli.model.dimensions import dimensions_of
 from gimcli.model.laws import scaled
 from gimcli.model.pairs import fixed_nodes, node_of, used_nodes
 from gimcli.model.schema import Model
 from gimcli.model.source import Where
-from gimcli.model.substitution import without_dynamics
 
 
 def machines(own: Any, mechanism: Mechanism, structures: bool, loaded: bool) -> tuple[Machine, ...]:
@@ -94,6 +92,9 @@ def _part(model: Model, moving: set[str], first: bool, loaded: bool) -> Model:
         "gears": lambda _, gear: any(name in members for name in gear.members),
         "points": lambda _, point: point.on in members or (first and point.on == "ground"),
     })  # fmt: skip
+    from gimcli.model.dimensions import dimensions_of  # imported late: few files have several machines
+    from gimcli.model.substitution import without_dynamics
+
     model = without_dynamics(model) if not loaded else _kept(model, {
         "masses": lambda name, _: belongs(_borne(whole, name)),
         "loads": lambda _, load: belongs(_borne(whole, load.on)),

@@ -6,9 +6,8 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from gimcli.model.pairs import fixed, used_nodes
-from gimcli.model.schema import Model
+from gimcli.model.schema import DYNAMIC, Model
 from gimcli.model.source import Where
-from gimcli.model.substitution import DYNAMIC
 
 
 class Remark(NamedTuple):

@@ -29,6 +29,8 @@ MOST_COEFFICIENTS = 100
 NO_FORMULAS: Mapping[tuple[str | int, ...], Expression] = MappingProxyType({})
 WHOLE = ("duration", "gravity")
 """Sections with numbers but without names."""
+DYNAMIC = ("masses", "loads", "springs", "dampers", "friction")
+"""Sections on which positions do not depend."""
 ENDS = ("to", "by", "turns")
 """Keys of which a law may have one; a rate needs none of them where the duration is known."""
 

@@ -9,11 +9,8 @@ from gimcli.language.expression import Expression
 from gimcli.model.arithmetic import PARAMETERS, in_order
 from gimcli.model.dimensions import dimensions_of, found
 from gimcli.model.part import Part
-from gimcli.model.schema import Law, Model
+from gimcli.model.schema import DYNAMIC, Law, Model
 from gimcli.model.source import Where
-
-DYNAMIC = ("masses", "loads", "springs", "dampers", "friction")
-"""Sections on which positions do not depend."""
 
 Evaluate = Callable[[Where, Expression, Mapping[str, Any]], Any]
 

@@ -12,13 +12,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gimcli.errors import StructureError
 from gimcli.kernels.plan_steps import ORIENT, TILT
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
-from gimcli.motion.leap import Gap
 from gimcli.positions import newton
 from gimcli.positions.block import NEW, RowBlock, sides
 from gimcli.positions.newton import Packed, Run
@@ -26,8 +26,11 @@ from gimcli.positions.position import Row
 from gimcli.positions.program import plan_program
 from gimcli.status import Status
 from gimcli.structure.residual import allowed, errors
-from gimcli.structure.restrictions import Move
 from gimcli.structure.steps import NONE, Plan
+
+if TYPE_CHECKING:
+    from gimcli.motion.leap import Gap
+    from gimcli.structure.restrictions import Move
 
 TURNS = 1024
 """Greatest number of changed choices."""

@@ -16,10 +16,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from gimcli.continuation.arc import ArcPassage
 from gimcli.kernels import jit
 from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
-from gimcli.motion.leap import BEFORE, Gap, Leap, extrapolated
 from gimcli.positions import newton
 from gimcli.positions.block import NEW, RowBlock, sides
 from gimcli.positions.inputs import Inputs
@@ -31,7 +29,9 @@ from gimcli.structure.residual import allowed, residual
 from gimcli.structure.steps import Plan
 
 if TYPE_CHECKING:
+    from gimcli.continuation.arc import ArcPassage
     from gimcli.continuation.bifurcation import Crossing
+    from gimcli.motion.leap import Gap, Leap
     from gimcli.motion.motion_curve import MotionCurve
 
 Stop = tuple[float, tuple[float, ...]]
@@ -199,7 +199,9 @@ class BranchFollower:
 
     def enter(self, gap: Gap) -> bool:
         """Start on an arc: towards a limit, or away from a singular position; return whether this is possible."""
-        if isinstance(gap, ArcPassage) and gap.inwards:
+        from gimcli.motion.leap import Leap
+
+        if not isinstance(gap, Leap) and gap.inwards:
             self.log, self.limit_ahead = [], gap
         elif (out := gap.exit) is not None:
             signs = self.sides(out)
@@ -293,6 +295,8 @@ class BranchFollower:
 
         The position beyond is extrapolated from the rows before; it is solved with the signs of the prediction.
         """
+        from gimcli.motion.leap import BEFORE, Leap, extrapolated
+
         history = [row for row in self.log if row.time < centre - BEFORE * delta]
         block = self.evaluate(centre + delta * np.arange(-BEFORE, 0.0), history) if history else None
         if block is None or block.end < len(block.time):

@@ -10,22 +10,26 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gimcli.canonical import TURN
-from gimcli.continuation.arc import BEYOND, ArcPassage
 from gimcli.errors import UsageError
 from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.motion.assemble import Assembly
 from gimcli.motion.follow import BranchFollower, FollowedPath
-from gimcli.motion.leap import Gap
 from gimcli.motion.legs import Leg, dense, fine, legs
 from gimcli.motion.solve import follower_of, on_gap, settled
+from gimcli.positions.inputs import BEYOND
 from gimcli.positions.newton import Run
 from gimcli.progress import Progress
 from gimcli.status import Status
 from gimcli.structure.steps import Plan
+
+if TYPE_CHECKING:
+    from gimcli.continuation.arc import ArcPassage
+    from gimcli.motion.leap import Gap
 
 SAME = 1e-6
 """In turns: meetings of branches that are closer are the same."""
@@ -90,12 +94,14 @@ class LawFollower:
         gap, leg = start.gap, self.leg
         if start.status is not Status.SINGULAR and gap is None:
             return None
+        from gimcli.motion.leap import Leap
+
         single = len(self.mechanism.actuators) == 1
         if gap is not None and single:  # the gap is already on the curve of the motion
             gap = gap if leg.sense > 0.0 else gap.mirrored()
             if self.branch == 1 or not self._is_at(gap):
                 return gap
-            if isinstance(gap, ArcPassage) and gap.limit:
+            if not isinstance(gap, Leap) and gap.limit:
                 return self._other_arc(gap)
         motion_curve = self.follower.motion_curve
         if motion_curve is None or motion_curve.curve is None:

@@ -6,13 +6,15 @@ At the meeting itself the equations determine a node to only half the digits.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
-from gimcli.continuation.arc import ArcPassage
 from gimcli.numerics.interpolation import lagrange
-from gimcli.numerics.roots import bisected
 from gimcli.positions.position import Row
+
+if TYPE_CHECKING:
+    from gimcli.continuation.arc import ArcPassage
 
 BEFORE = 4
 """Number of rows on each side of the meeting."""
@@ -51,11 +53,13 @@ class Leap:
         flips = np.flatnonzero(low.g * high.g < 0.0)
         if not len(flips):
             return self
+        from gimcli.numerics.roots import bisected
+
         k = flips[0]
         return Leap(bisected(lambda time: not self.at(time).g[k] * low.g[k] > 0.0, low.time, high.time)[1], self.rows)
 
 
-Gap = ArcPassage | Leap
+Gap: TypeAlias = "ArcPassage | Leap"
 """An interval around a singular position that a motion passes without solving its rows."""
 
 

@@ -18,7 +18,6 @@ from itertools import pairwise
 import numpy as np
 
 from gimcli.mechanism import FloatArray, IntArray, Mechanism
-from gimcli.numerics.roots import bisected
 from gimcli.positions.inputs import InputLine, input_line, law_inputs, law_times, line_through, pace, scales
 from gimcli.structure.derived import derived
 
@@ -102,6 +101,8 @@ class Leg:
         over = np.flatnonzero(self.places(ahead) >= s)
         if not len(over) or over[0] == 0:
             return self.first if len(over) else self.last
+        from gimcli.numerics.roots import bisected
+
         k = over[:1]
         return float(bisected(lambda time: self.places(time) >= s, ahead[k - 1], ahead[k])[1][0])
 

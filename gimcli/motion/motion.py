@@ -28,7 +28,6 @@ from gimcli.structure.drive_check import require_driven_if_doubtful
 from gimcli.structure.plan import make_plan
 from gimcli.structure.residual import allowed, coupling_errors, holds, residual
 from gimcli.structure.steps import Plan
-from gimcli.structure.tangency import tangent_positions
 
 EVENTS = ("touched", "bridged", "meetings", "exchanged", "turned_back")
 """Fields of a motion that list its events."""
@@ -231,6 +230,8 @@ def _tangent(
     mechanism: Mechanism, path: FollowedPath, here: ComplexArray, begin: FloatArray, tolerance: float
 ) -> Motion:  # fmt: skip
     """Return the motion of a mechanism that is tangent in every position, from a position at inputs `begin`."""
+    from gimcli.structure.tangency import tangent_positions
+
     z = tangent_positions(mechanism, here, begin, path.inputs, tolerance)
     error = residual(mechanism, z, path.inputs).total
     codes = np.where(np.isfinite(error), int(Status.TANGENT), int(Status.LIMIT))

@@ -14,7 +14,6 @@ import numpy as np
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
 from gimcli.motion.assemble import Assembler, Assembly
 from gimcli.motion.follow import BranchFollower
-from gimcli.motion.leap import Gap
 from gimcli.motion.legs import Leg, dense, straight
 from gimcli.motion.side_by_side import machine_inputs, whole_positions
 from gimcli.positions.dispatch import choose, gim_work, plan_work
@@ -27,9 +26,9 @@ from gimcli.structure.drive_check import require_driven_if_doubtful
 from gimcli.structure.plan import make_plan
 from gimcli.structure.residual import Residual, holds, residual
 from gimcli.structure.steps import Plan
-from gimcli.structure.tangency import tangent_position
 
 if TYPE_CHECKING:
+    from gimcli.motion.leap import Gap
     from gimcli.motion.motion_curve import MotionCurve
 
 DRAWN = 1e-12
@@ -75,6 +74,8 @@ def _assembled(assembler: Assembler, leg: Leg) -> Assembly:
     found = assembler.assemble(leg.inputs(np.array([at]))[:, 0], mechanism.drawn, at)
     if found.status is not Status.SINGULAR:
         return found
+    from gimcli.structure.tangency import tangent_position  # imported only if the position is singular
+
     drawn, inputs = mechanism.drawn[:, None], leg.inputs(np.array([at]))
     exact = holds(mechanism, drawn, inputs, DRAWN)[0]  # then it is more accurate than the assembled position
     z = mechanism.drawn if exact else settled(mechanism, found)

@@ -1,7 +1,7 @@
 """What results give to the writers of files: the kinds of contents, and what a picture is printed with."""
 
 from gimcli.output.animation import Animation
-from gimcli.output.destinations import Destinations
+from gimcli.output.formats import Destinations
 from gimcli.output.geometry import Geometry
 from gimcli.output.graph import CurveGraph
 from gimcli.output.model import ModelText

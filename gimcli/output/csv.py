@@ -78,9 +78,9 @@ class CsvStream(TableStream):
             self._file.write(_lines(table, slice(start, start + ROWS_AT_ONCE)))
 
 
-def write_csv(table: Table, path: Path | str) -> None:
-    """Write a table as a CSV file."""
-    with CsvStream(path, table.names) as stream:
+def write_csv(table: Table, target: Path | str | TextIO) -> None:
+    """Write a table as a CSV file, or to a handle."""
+    with CsvStream(target, table.names) as stream:
         stream.append(table)
 
 

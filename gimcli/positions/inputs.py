@@ -14,6 +14,9 @@ from gimcli.mechanism import FloatArray, Mechanism
 Inputs = Callable[[FloatArray], FloatArray]
 """Returns inputs (actuators, rows) at times (rows,); also valid slightly beyond the ends of the motion."""
 
+BEYOND = 1e-12
+"""Distance beyond a limit, relative to the input, up to which an input is at it: the accuracy of limits."""
+
 SAMPLES = 65
 """Number of times at which laws are sampled."""
 

@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gimcli.kernels import newton as kernels
 from gimcli.structure.steps import NONE, Coupled, Vector
+
+if TYPE_CHECKING:
+    from gimcli.kernels.newton import GroupArrays, StopLimits
 
 Run = Callable[[Callable[..., Any]], Callable[..., Any]]
 """Returns the function to call for a kernel: the kernel itself or its compiled form."""
@@ -38,14 +40,16 @@ class NewtonConstants:
     relative: float = 0.1  # of the shortest length: relative errors are then below the tolerance too
     serving: float = 0.05  # of shortest length times least pivot: displacement up to which factors are reused
 
-    def limits(self, accuracy: Accuracy, iterations: int, near: bool) -> kernels.StopLimits:
+    def limits(self, accuracy: Accuracy, iterations: int, near: bool) -> StopLimits:
         """Return the stopping criteria for the kernel; `near`: the solution must be on the branch of the start."""
+        from gimcli.kernels.newton import StopLimits
+
         size, tolerance = accuracy.size, accuracy.tolerance
         first, contraction = (self.first_step * size, self.contraction) if near else (1e6, 1e6)
         finest = max(self.relative * tolerance * accuracy.shortest, self.rounding * size)
         pivot = self.rounding / max(tolerance, accuracy.singular)
         reach = self.serving * accuracy.shortest
-        return kernels.StopLimits(finest, iterations, first, contraction, pivot, self.rounding * size, reach)
+        return StopLimits(finest, iterations, first, contraction, pivot, self.rounding * size, reach)
 
 
 @dataclass(frozen=True)
@@ -65,10 +69,12 @@ class Packed:
         return tuple(dict.fromkeys(own))
 
     @cached_property
-    def arrays(self) -> kernels.GroupArrays:
+    def arrays(self) -> GroupArrays:
         """The arrays for the kernel."""
+        from gimcli.kernels.newton import GroupArrays
+
         places, equations, heads, factors, values = self.tables
-        return kernels.GroupArrays(
+        return GroupArrays(
             len(self.group.base),
             sum(e.rows for e in self.group.equations),
             any(p.vector.actuator != NONE for p in self.group.places),

@@ -6,11 +6,11 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gimcli.kernels import jit, march as marching, newton, plan_steps as kernels
+from gimcli.kernels import jit, plan_steps as kernels
 from gimcli.kernels.circular import cos_sin
 from gimcli.kernels.lanes import aligned
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
@@ -31,6 +31,10 @@ from gimcli.structure.steps import (
     Tilt,
     Vector,
 )
+
+if TYPE_CHECKING:
+    from gimcli.kernels.march import Groups
+    from gimcli.kernels.newton import RowPosition
 
 RESTART_ROWS = 80
 """Number of solved rows that `Marcher.go` saves as restart points."""
@@ -137,8 +141,10 @@ class PlanProgram:
         )  # fmt: skip
 
     @cached_property
-    def group_arrays(self) -> marching.Groups:
+    def group_arrays(self) -> Groups:
         """The coupled groups as arrays."""
+        from gimcli.kernels.march import Groups
+
         heads, groups = [], [packed.arrays for packed in self.groups]
         parts = [[g.nodes, g.vi, g.vz, g.pi, g.ei, g.ev] for g in groups]
         ends = [np.cumsum([0, *(len(part[k]) for part in parts)]) for k in (0, 1, 3, 4)]
@@ -152,11 +158,13 @@ class PlanProgram:
             np.concatenate([np.zeros(shape, dtype=kind), *(part[k] for part in parts)])
             for k, (shape, kind) in enumerate(shapes)
         ]
-        return marching.Groups(_array(heads, 11, int), *joined)
+        return Groups(_array(heads, 11, int), *joined)
 
-    def room(self) -> newton.RowPosition:
+    def room(self) -> RowPosition:
         """Return scratch arrays for one row, large enough for any of its groups."""
-        return newton.room([packed.arrays for packed in self.groups], self.registers, self.actuators)
+        from gimcli.kernels.newton import room
+
+        return room([packed.arrays for packed in self.groups], self.registers, self.actuators)
 
     def lanes(self, width: int) -> FloatArray:
         """Return new lanes (lanes, width); only the frame's nodes are set."""
@@ -216,11 +224,13 @@ class Marcher:
         time (rows,), inputs (actuators, rows). Results: z (nodes, rows), residual and work (rows,); determinant
         (groups,) is updated.
         """
+        from gimcli.kernels.march import Rows, march
+
         kept, mark = np.zeros((RESTART_ROWS, len(self.lanes))), np.zeros(2, dtype=np.int64)
         pairs = z.view(float).reshape(*z.shape, 2)
-        rows = marching.Rows(time, inputs, pairs, residual, work, kept, mark)
+        rows = Rows(time, inputs, pairs, residual, work, kept, mark)
         with np.errstate(all="ignore"):
-            done = jit.compiled(marching.march, self.program.variant)(
+            done = jit.compiled(march, self.program.variant)(
                 self.lanes.reshape(-1), self.lanes, self.program.arrays, self.program.group_arrays, self.program.at,
                 rows, first, sign, determinant, self.room, self.limits, self.tolerance,
             )  # fmt: skip

@@ -10,7 +10,6 @@ from __future__ import annotations
 from gimcli.errors import StructureError
 from gimcli.mechanism import FRAME, Mechanism
 from gimcli.structure.closed_form_order import Layout
-from gimcli.structure.coupled import next_group
 from gimcli.structure.derived import derived
 from gimcli.structure.kinematic_nodes import free_nodes
 from gimcli.structure.pair_rows import pair_rows
@@ -43,6 +42,8 @@ def _plan(layout: Layout, closed_forms: bool) -> Plan:
             pass
         if not layout.missing:
             break
+        from gimcli.structure.coupled import next_group
+
         next_group(layout)
     _carried(layout)
     return Plan(tuple(layout.steps), layout.registers, layout.branches, surplus(layout))
