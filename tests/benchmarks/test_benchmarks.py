@@ -6,6 +6,7 @@ import sys
 import chains
 import compile_time
 import design_forces
+import files_entered
 import first_call
 import machine
 import numpy as np
@@ -130,3 +131,8 @@ def test_view(tmp_path):
     (row,) = rows_of("view", tmp_path)
     assert float(row["positions a second"]) > 0.0
     assert 0.0 < float(row["save to seeing, median [s]"]) < 10.0
+
+
+@pytest.mark.parametrize("arguments", files_entered.MOST, ids=" ".join)
+def test_files_entered(arguments):
+    assert 40 < len(files_entered.files_entered(arguments)) <= files_entered.MOST[arguments]

@@ -16,7 +16,7 @@ from bundled import EXPLICIT, FILES
 
 from gimcli import load
 from gimcli.motion.motion import trace
-from gimcli.output import write_csv
+from gimcli.output.csv import write_csv
 from gimcli.positions.options import Options
 from gimcli.quantities.motion_table import motion_table, usual
 

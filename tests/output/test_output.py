@@ -15,8 +15,9 @@ import pytest
 
 from gimcli import Mechanism, OutputError, UsageError, output
 from gimcli.mechanism import ANGLE, HEIGHT, SPAN, Input, Member, PairRow, Point
-from gimcli.output import CsvStream, write_csv, written_bytes, written_text
+from gimcli.output import written_bytes, written_text
 from gimcli.output.axes import title_lines
+from gimcli.output.csv import CsvStream, write_csv
 from gimcli.output.curves import drawn_runs, thinned
 from gimcli.output.drawing import history_picture, motion_picture, position_picture
 from gimcli.output.pose import MOST_KEYS
