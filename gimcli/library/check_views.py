@@ -249,7 +249,7 @@ def check_page(
 ) -> Animation:  # fmt: skip
     """Return a page with the report and the motion, or else with a position z (nodes,) and a note on it."""
     from gimcli.graphs.extras import Extras
-    from gimcli.library.motion_animation import law_animation
+    from gimcli.graphs.motion_animation import law_animation
     from gimcli.output.animation import Animation
 
     shown = None if motion is None else law_animation(motion, Extras(mechanism), len(motion.time) - 1)

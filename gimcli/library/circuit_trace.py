@@ -193,7 +193,7 @@ class CircuitTraceResult(TraceResult):
 
     def animation(self) -> Animation:
         """Return the circuits with their events and columns."""
-        from gimcli.library.circuit_animation import circuit_trace_animation
+        from gimcli.graphs.circuit_animation import circuit_trace_animation
 
         return circuit_trace_animation(self._motions, self.circuits, self._found.extras)
 

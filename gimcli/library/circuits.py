@@ -173,7 +173,7 @@ class CircuitsResult(Result):
 
     def animation(self) -> Animation | None:
         """Return the circuits, one clip for each curve; None if there is no circuit."""
-        from gimcli.library.circuit_animation import ShownCircuit, SingularPlace, circuits_animation
+        from gimcli.graphs.circuit_animation import ShownCircuit, SingularPlace, circuits_animation
 
         found, mechanism, shown = self._found, self.mechanism, []
         for k, strand in enumerate(found.strands):

@@ -193,7 +193,7 @@ class ConfigurationsResult(Placed):
 
     def animation(self) -> Animation | None:
         """Return the configurations, one clip each; None if there are none."""
-        from gimcli.library.motion_animation import configurations_animation
+        from gimcli.graphs.motion_animation import configurations_animation
 
         if not self.count:
             return None

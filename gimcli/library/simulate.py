@@ -364,7 +364,7 @@ class SimulateResult(Placed, RowsResult):
 
     def animation(self) -> Animation | None:
         """Return the motion with its events and columns; None if it has no row."""
-        from gimcli.library.motion_animation import requested_graphs, simulation_animation
+        from gimcli.graphs.motion_animation import requested_graphs, simulation_animation
 
         requested = requested_graphs(self._shown, self._extras, "time")
         return simulation_animation(self._found, self._nodes, self.times, self._shown, requested)

@@ -19,7 +19,7 @@ from gimcli.table import Table
 
 if TYPE_CHECKING:
     from gimcli.continuation.circuit import Circuit
-    from gimcli.library.circuit_animation import SingularPlace
+    from gimcli.graphs.circuit_animation import SingularPlace
     from gimcli.output.contents import Animation, Content
 
 CURVES = 6
@@ -160,7 +160,7 @@ class SingularitiesResult(Result):
 
     def animation(self) -> Animation | None:
         """Return the branches with all singular and stationary positions as events."""
-        from gimcli.library.circuit_animation import ShownCircuit, circuits_animation
+        from gimcli.graphs.circuit_animation import ShownCircuit, circuits_animation
 
         circuits, shown = self._found.branches.circuits, []
         for number, (circuit, reach) in enumerate(zip(circuits, self._found.reach, strict=True)):
@@ -173,7 +173,7 @@ class SingularitiesResult(Result):
 
     def _place(self, circuit: Circuit, number: int, one: Found) -> SingularPlace:
         """Return a singular position as a mark on a circuit; stationary members are named."""
-        from gimcli.library.circuit_animation import SingularPlace, part_of
+        from gimcli.graphs.circuit_animation import SingularPlace, part_of
 
         kind = one.what.kind
         words = f"{', '.join(one.what.about)} stationary" if kind == STATIONARY else kind

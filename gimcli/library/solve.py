@@ -291,7 +291,7 @@ class SolveResult(Result):
 
     def animation(self) -> Animation | None:
         """Return the position as a clip of one row; None if it is not solved."""
-        from gimcli.library.motion_animation import position_animation
+        from gimcli.graphs.motion_animation import position_animation
 
         if not self._found.status.solved:
             return None

@@ -20,12 +20,12 @@ from gimcli.families.quantity_text import texts_of
 from gimcli.families.sampling import POINTS
 from gimcli.families.sweep_job import SweepJob, chunk_size, default_keep
 from gimcli.families.sweep_run import SweepRun
+from gimcli.families.sweep_tables import SweepTables
 from gimcli.families.variation import MOST_VALUES, varied
 from gimcli.library.inputs import OneOf, Range, Seed, Steps, checked, refuse_linked, refuse_unmoved
 from gimcli.library.machines import accepted, driven_machines
 from gimcli.library.record import Records, RowField
 from gimcli.library.result import RowsResult
-from gimcli.library.sweep_tables import SweepTables
 from gimcli.library.under_way import UnderWay, in_parts
 from gimcli.mechanism import Mechanism
 from gimcli.model.dimensions import dimension
@@ -271,14 +271,14 @@ class SweepResult(RowsResult):
 
     def picture(self) -> Content | None:
         """Return curves over one dimension, contours over two, otherwise distributions; None if there is nothing."""
-        from gimcli.library.sweep_picture import sweep_picture
+        from gimcli.families.sweep_views import sweep_picture
 
         rows = np.concatenate(self._found.drawn) if self._found.drawn else np.empty(0, self._found.job.row)
         return sweep_picture(self._found, rows)
 
     def animation(self) -> Animation | None:
         """Return the motions of the designs, one slider for each dimension; None if no design is solved."""
-        from gimcli.library.sweep_animation import sweep_animation
+        from gimcli.families.sweep_views import sweep_animation
 
         return sweep_animation(self._found)
 

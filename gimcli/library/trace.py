@@ -300,6 +300,6 @@ class MotionTraceResult(TraceResult):
 
     def animation(self) -> Animation | None:
         """Return the motion with its events, velocities and columns; None if no row is solved."""
-        from gimcli.library.motion_animation import law_animation
+        from gimcli.graphs.motion_animation import law_animation
 
         return law_animation(self._motion, self._found.extras, self._found.steps, self._found.counted())

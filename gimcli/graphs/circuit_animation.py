@@ -12,7 +12,7 @@ from gimcli.branching.resampling import along, as_motion
 from gimcli.branching.singularities import Singularity
 from gimcli.continuation.circuit import Circuit, nearby
 from gimcli.graphs.extras import Extras
-from gimcli.library.motion_animation import event_text, first_graphs, motion_clip, thinning
+from gimcli.graphs.motion_animation import event_text, first_graphs, motion_clip, thinning
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.motion.motion import Motion
 from gimcli.output.animation import Animation, Clip
