@@ -60,3 +60,21 @@ class SummedLaw(InputLaw):
             grid = np.unique(np.concatenate([np.linspace(0.0, 1.0, SAMPLES), *found]))
             found.append(sign_changes(lambda time: self(time, 1), grid))
         return np.unique(np.concatenate([np.empty(0), *found]))
+
+
+@dataclass(frozen=True)
+class LaterLaw:
+    """A law from the normalised time `first` on, at which its own time is 0."""
+
+    law: InputLaw
+    first: float
+
+    def __call__(self, time: FloatArray, order: int = 0) -> FloatArray:
+        """Return the value or a derivative by the time of this law."""
+        left = 1.0 - self.first
+        return np.asarray(left**order * self.law(np.minimum(self.first + left * np.asarray(time), 1.0), order))
+
+    def stops(self) -> FloatArray:
+        """Return the times at which the law may reverse."""
+        found = self.law.stops()
+        return np.asarray((found[found > self.first] - self.first) / (1.0 - self.first))

@@ -25,8 +25,7 @@ import typer
 from typer.core import CompletionItem, TyperGroup  # type: ignore[attr-defined]  # typer lists no names
 
 from gimcli import __version__
-from gimcli.cli.help import Command
-from gimcli.cli.plain_values import taking_plain_values
+from gimcli.cli.command import Command, taking_plain_values
 from gimcli.cli.progress import end_bars, progress_bar
 from gimcli.cli.settings_folder import provide_settings_folder
 from gimcli.errors import GimError, UsageError, reason

@@ -19,7 +19,7 @@ from gimcli.families.coupling_slopes import CouplingSlopes
 from gimcli.families.design_rates import DesignRates, PositionSlopes
 from gimcli.families.designs import Designs
 from gimcli.families.float_tables import FloatTables, TableMaker, listed, spans
-from gimcli.families.later_law import LaterLaw
+from gimcli.input_laws import LaterLaw
 from gimcli.kernels import family as kernels, jit, march as marching, plan_steps
 from gimcli.mechanism import FRAME, BoolArray, ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.motion.assemble import Assembler

@@ -120,7 +120,7 @@ class Result(Columns):
 
     def workbook(self) -> Workbook:
         """Return the report and the table, for a spreadsheet."""
-        from gimcli.output.workbook import Workbook
+        from gimcli.output.xlsx import Workbook
 
         inputs = tuple(actuator.name for actuator in self.mechanism.actuators)
         return Workbook(self.headline(), self.report(), self.table(), inputs)

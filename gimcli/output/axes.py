@@ -1,4 +1,7 @@
-"""One picture on matplotlib's axes: limits, ticks and one matplotlib artist per style."""
+"""One picture on matplotlib's axes, and the sizes on paper of the parts around them.
+
+The axes have limits, ticks and one matplotlib artist per style; around them are borders, titles and legends.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +16,7 @@ import numpy as np
 
 from gimcli.mechanism import ComplexArray, FloatArray
 from gimcli.output.picture import Picture, Text
-from gimcli.output.style import FONT, LETTER, Mark, Pen
+from gimcli.output.style import BOTTOM, DPI, FONT, LEFT, LETTER, LINE, PIXELS, RIGHT, TOP, Mark, Pen
 from gimcli.output.ticks import power_of_ten, set_ticks
 
 HALO = 2.0
@@ -201,3 +204,51 @@ def write_title(figure: Any, lines: list[str], x: float, y: float) -> None:
 def dash(pen: Pen) -> Any:
     """Return a pen's line style in matplotlib's form."""
     return (0.0, pen.dash) if pen.dash else "solid"
+
+
+LONGEST = 48
+"""Largest number of letters of a name in the legend; longer names are cut."""
+
+
+def borders(font: float) -> tuple[float, float]:
+    """Return the widths [in] on the left and on the right of the axes."""
+    return LEFT * font, RIGHT
+
+
+def title_height(title: str, width: float, font: float) -> float:
+    """Return the height [in] of a title in a figure of a width [in]."""
+    return len(title_lines(title, width, font)) * LINE * font
+
+
+def height_below(picture: Picture, width: float) -> float:
+    """Return the height [in] of the numbers, the name of the axis and the legend below the axes."""
+    font, (_, rows) = picture.frame.font, legend_shape(picture, width)
+    if picture.bare:
+        return 0.05
+    return (BOTTOM + rows * LINE) * font + (0.04 if rows else 0.0)
+
+
+def whole_height(picture: Picture, width: float) -> float:
+    """Return the height [in] of a picture with its title and legend, in a figure of a width [in]."""
+    above = (0.05 if picture.bare else TOP) + title_height(picture.title, width, picture.frame.font)
+    return height_below(picture, width) + picture.frame.height + above
+
+
+def legend_shape(picture: Picture, width: float) -> tuple[int, int]:
+    """Return the numbers of columns and rows of the legend that fit into a width [in]."""
+    count = len(picture.legend)
+    if not count:
+        return 0, 0
+    entry = 0.55 + LETTER * FONT * picture.frame.font * max(len(cut(name)) for name, _ in picture.legend)
+    columns = max(1, min(count, int((width - 0.3) / entry)))
+    return columns, -(-count // columns)
+
+
+def cut(name: str) -> str:
+    """Return a name for the legend, not longer than `LONGEST` letters."""
+    return name if len(name) <= LONGEST else name[: LONGEST - 1] + "…"
+
+
+def resolution(width: float) -> float:
+    """Return the usual resolution [dpi] of a figure of a width [in]."""
+    return max(DPI, PIXELS / width)

@@ -7,7 +7,7 @@ from gimcli.output.graph import CurveGraph
 from gimcli.output.model import ModelText
 from gimcli.output.picture import Content
 from gimcli.output.printed import PictureOptions
-from gimcli.output.workbook import Workbook
+from gimcli.output.xlsx import Workbook
 
 __all__ = [
     "Animation", "Content", "CurveGraph", "Destinations", "Geometry", "ModelText", "PictureOptions", "Workbook",

@@ -10,12 +10,26 @@ from pathlib import Path
 from typing import Any
 
 from gimcli.output.atomic import written_bytes
-from gimcli.output.axes import PartNames, dash, fill, mark_style, set_up, title_lines, write_title
+from gimcli.output.axes import (
+    PartNames,
+    borders,
+    cut,
+    dash,
+    fill,
+    height_below,
+    legend_shape,
+    mark_style,
+    resolution,
+    set_up,
+    title_height,
+    title_lines,
+    whole_height,
+    write_title,
+)
 from gimcli.output.gallery import corners, gallery_size
 from gimcli.output.look import settings_of
 from gimcli.output.picture import Content, Key, Picture, Sheet
 from gimcli.output.printed import Printed
-from gimcli.output.sizes import borders, cut, height_below, legend_shape, resolution, title_height, whole_height
 from gimcli.output.style import Mark
 
 ROUNDING = 1e-9

@@ -7,11 +7,11 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 import numpy as np
 
 from gimcli.mechanism import ComplexArray, Mechanism
+from gimcli.output.axes import title_height
 from gimcli.output.curves import drawn_runs
 from gimcli.output.picture import LAYOUT, Frame, Picture, PictureLayout, Sheet, composition
 from gimcli.output.pose import Drawing, length_labels
 from gimcli.output.scene import Scene
-from gimcli.output.sizes import title_height
 from gimcli.output.style import LEFT, RIGHT, TOP, curve_pen
 
 NAMED = 9

@@ -11,7 +11,7 @@ from gimcli.output.anchors import Anchor
 from gimcli.output.gear_outlines import TICKS, BeltLoop, GearOutlines, PitchLine, Wheel
 from gimcli.output.scene import Scene
 from gimcli.output.style import PALE, Pen
-from gimcli.output.symbol import Seat, Stroke, Symbol
+from gimcli.output.symbols import Seat, Stroke, Symbol
 
 PITCH = Pen(0.9, dash=(9.0, 2.5, 1.5, 2.5), layer=3.5)
 RIM = Pen(1.4, layer=3.5)

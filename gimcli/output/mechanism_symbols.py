@@ -14,7 +14,7 @@ from gimcli.output import style, symbols
 from gimcli.output.anchors import Anchor
 from gimcli.output.scene import Drive, ForceElement, LoadArrow, MemberOutline, Scene, Slider
 from gimcli.output.style import Fill, Mark, Pen, tint
-from gimcli.output.symbol import Seat, Stroke, Symbol
+from gimcli.output.symbols import Seat, Stroke, Symbol
 
 GROUND = "frame"
 """Name of the part with the symbols of the frame."""

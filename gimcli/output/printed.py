@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 from typing import Any, cast
 
 from gimcli.errors import UsageError
+from gimcli.output.axes import borders, title_height, whole_height
 from gimcli.output.gallery import panel_size
 from gimcli.output.look import PLAIN, Look, dressed, read_look
 from gimcli.output.picture import GHOSTS, LAYOUT, Content, PictureLayout, Sheet, changed
-from gimcli.output.sizes import borders, title_height, whole_height
 
 UNITS = {"mm": 1 / 25.4, "cm": 1 / 2.54, "in": 1.0}
 """Units of the size [in]."""

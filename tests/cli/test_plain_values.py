@@ -4,7 +4,7 @@ import pytest
 import typer
 
 from gimcli.cli import COMMANDS, app
-from gimcli.cli.plain_values import UNCHECKED, plain_value
+from gimcli.cli.command import UNCHECKED, plain_value
 
 TEXTS = ("", "0", "1", "3", "12", "007", "-1", "1.5", "1e-8", "10000001", "9999999999", "auto", "gim", "GIM", "rk4",
          "stop", "a=1", " x", "x\ny", "\udcff", "models", "none.yaml", "٣")  # fmt: skip

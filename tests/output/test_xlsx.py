@@ -15,8 +15,7 @@ from in_process import gim
 import gimcli
 from gimcli import OutputError
 from gimcli.output import FORMATS, xlsx as module
-from gimcli.output.workbook import Workbook, kind_of
-from gimcli.output.xlsx import write_xlsx
+from gimcli.output.xlsx import Workbook, kind_of, write_xlsx
 from gimcli.table import Column, Table
 
 

@@ -1,22 +1,27 @@
-"""An animation as JSON data. Arrays are base64 texts of little-endian float32 numbers, NaN is a gap.
+"""An animation and its scene as JSON data. Arrays are base64 texts of little-endian float32 numbers, NaN is a gap.
 
 Positions are relative to the middle of the drawing, so that float32 is accurate to 1e-7 of its size. Columns are
-rounded to six digits, which float32 keeps: the page shows the digits of the table.
+rounded to six digits, which float32 keeps: the page shows the digits of the table. A scene has the strokes that
+script/symbols.js places, and what can be pointed at and named.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import base64
+from collections.abc import Iterable, Sequence
 from itertools import groupby
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gimcli.output import style
+from gimcli.output.anchors import Anchor
 from gimcli.output.animation import Animation, Clip, Moment, Section
-from gimcli.output.page.scene_data import SceneData, floats, window
+from gimcli.output.mechanism_symbols import light_symbols, point_marks, strong_symbols
 from gimcli.output.scene import Scene
-from gimcli.output.style import LONGEST_VECTOR
+from gimcli.output.style import LONGEST_VECTOR, Mark, Pen
+from gimcli.output.symbols import Seat, Stroke, Symbol, mark_strokes
 from gimcli.output.value_window import value_window
 from gimcli.status import Status
 from gimcli.table import Column, Table, labelled, per_second
@@ -45,7 +50,7 @@ def page_data(animation: Animation) -> dict[str, Any]:
         "longest": LONGEST_VECTOR,
         "origin": [origin.real, origin.imag],
         "box": [left - origin.real, right - origin.real, bottom - origin.imag, top - origin.imag],
-        **_drawn(scene, origin, far),
+        **_scene(scene, origin, far),
         "inputs": [a.name for a in mechanism.actuators],
         "clips": [_clip(clip, origin, far) for clip in animation.clips],
         "choice": animation.choice,
@@ -58,7 +63,7 @@ def page_data(animation: Animation) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _drawn(scene: Scene, origin: complex, far: float) -> dict[str, Any]:
+def _scene(scene: Scene, origin: complex, far: float) -> dict[str, Any]:
     """Return what is drawn of a mechanism; nodes that only define a guide, if they are not far."""
     found, ground = SceneData(scene, origin), floats(_interleaved(scene.poses[:1] - origin))
     return {"scene": found.data(far), "ground": ground, "curves": found.curves()}
@@ -74,7 +79,7 @@ def _clip(clip: Clip, origin: complex, far: float) -> dict[str, Any]:
         "breaks": list(clip.breaks),
         "columns": [_column(c, clip.events) for c in clip.table.columns if c.values.dtype.kind in "fiu"],
         "rates": rates, "without": clip.without,
-        **({} if clip.scene is None else {"design": _drawn(clip.scene, origin, far)}),
+        **({} if clip.scene is None else {"design": _scene(clip.scene, origin, far)}),
     }  # fmt: skip
 
 
@@ -125,3 +130,123 @@ def _cell(value: Any) -> float | str | None:
     if isinstance(value, str | np.str_):
         return str(value)
     return float(value) if np.isfinite(value) else None
+
+
+LENGTH_DIGITS = 10
+"""Significant digits of lengths and directions."""
+
+ROLES = {
+    style.INK: "ink", style.PAPER: "paper", style.PALE: "soft", style.PLATE.face: "plate",
+    style.CYLINDER.face: "cylinder", style.LOAD.color: "load",
+}  # fmt: skip
+"""Names of the page's colours, which are others in the dark; areas of other colours are not filled."""
+
+
+class SceneData:
+    """The data of a scene; coordinates of the file are relative to `origin`."""
+
+    def __init__(self, scene: Scene, origin: complex) -> None:
+        self.scene, self.origin = scene, origin
+        self.seats: list[dict[str, Any]] = []
+
+    def data(self, far: float) -> dict[str, Any]:
+        """Return all items; nodes that only define a guide, if they are at most `far` from the origin along x and y."""
+        scene, mechanism = self.scene, self.scene.mechanism
+        crosses = [k for k in scene.crosses if _apart(complex(scene.poses[0][k]) - self.origin) <= far]
+        marks = [*point_marks(scene), *((mechanism.nodes[k], style.CROSS, Anchor(k)) for k in crosses)]
+        named = {*scene.pins, *scene.plain, *crosses, *(node for slider in scene.sliders for node in slider.nodes)}
+        tracers = [{"name": name, "at": self.place(anchor)} for name, anchor in scene.tracers.items()]
+        return {
+            "nodes": list(mechanism.nodes),
+            "members": [member.name for member in mechanism.members],
+            "carriers": [[carrier.origin, carrier.towards] for carrier in scene.carriers],
+            "fixed": sorted(scene.fixed),
+            "bodies": [{"member": b.member, "outline": [self.place(a) for a in b.outline]} for b in scene.bodies],
+            "lines": self._lines(),
+            "blocks": [{"name": slider.name, "nodes": list(slider.nodes)} for slider in scene.sliders],
+            "loads": [{"name": load.name, "at": self.place(load.at)} for load in scene.loads],
+            "asides": [
+                *([d.nodes[0], *_pair(d.direction)] for d in scene.drives if d.kind == "turn"),
+                *([support.node, 0.0, 1.0 if support.upward else -1.0] for support in scene.supports),
+            ],
+            "tracers": tracers,
+            "named": [*([mechanism.nodes[k], k] for k in sorted(named)), *([t["name"], t["at"]] for t in tracers)],
+            "strong": self._strokes((*strong_symbols(scene), *(self._mark(*mark) for mark in marks))),
+            "light": self._strokes(light_symbols(scene)),
+            "seats": self.seats,
+        }  # fmt: skip
+
+    def curves(self) -> list[dict[str, Any]]:
+        """Return the traced points by name, each as a node or as a point of a member."""
+        return [{"name": name, "at": self.place(anchor)} for name, anchor in self.scene.traced.items()]
+
+    def place(self, anchor: Anchor) -> int | list[float]:
+        """Return an anchor as a node, or as a member with the coordinates of a point in its coordinate system."""
+        if anchor.node >= 0:
+            return anchor.node
+        fixed = self.scene.carriers[anchor.member].origin < 0
+        return [anchor.member, *_pair(anchor.local - self.origin if fixed else anchor.local)]
+
+    def _lines(self) -> list[dict[str, Any]]:
+        """Return cylinders, springs and dampers between two places."""
+        cylinders = [(drive.name, map(Anchor, drive.nodes)) for drive in self.scene.cylinders]
+        elements = [(f"{one.kind} {one.name}", one.ends) for one in self.scene.elements if one.pivot < 0]
+        return [{"name": name, "ends": [self.place(end) for end in ends]} for name, ends in (*cylinders, *elements)]
+
+    def _mark(self, part: str, mark: Mark, at: Anchor) -> Symbol:
+        return Symbol(part, mark_strokes(mark), Seat(at, None, 1.0), fixed=at.node in self.scene.fixed)
+
+    def _strokes(self, symbols: Iterable[Symbol]) -> list[dict[str, Any]]:
+        """Return the strokes of symbols from the lowest layer to the highest, in a layer lines before areas."""
+        found = []
+        for symbol in symbols:
+            where = self._where(symbol)
+            found += [{**where, **_stroke(stroke), "ground": symbol.fixed} for stroke in symbol.strokes]
+        return sorted(found, key=lambda one: (one["layer"], "face" in one))
+
+    def _where(self, symbol: Symbol) -> dict[str, Any]:
+        """Return the number of the seat of a symbol, or its corners."""
+        seat = symbol.seat
+        if seat is None:
+            return {"corners": [self.place(corner) for corner in symbol.corners]}
+        self.seats.append({
+            "at": self.place(seat.at), "to": None if seat.to is None else self.place(seat.to), "turn": seat.turn,
+            "arm": None if seat.arm is None else self.place(seat.arm), "member": seat.member,
+            "along": _pair(seat.along) if seat.along else None,
+        })  # fmt: skip
+        return {"seat": len(self.seats) - 1}
+
+
+def _stroke(stroke: Stroke) -> dict[str, Any]:
+    """Return the style of a stroke, and for each of its points share, points and lengths."""
+    own = stroke.style
+    drawn: dict[str, Any] = {"layer": own.layer, "width": own.width, "slant": _pair(stroke.slant)}
+    if isinstance(own, Pen):
+        drawn |= {"ink": ROLES[own.color], "dash": list(own.dash)}
+    else:
+        drawn |= {"ink": ROLES[own.edge], "face": ROLES.get(own.face)}
+    share, points, lengths = np.broadcast_arrays(stroke.share, stroke.points, stroke.lengths)
+    shape = np.stack([share, points.real, points.imag, lengths.real, lengths.imag], axis=-1)
+    return drawn | {"shape": floats(shape.real)}
+
+
+def floats(values: NDArray[Any]) -> str:
+    """Return numbers as the base64 text of little-endian float32."""
+    with np.errstate(over="ignore"):
+        return base64.b64encode(np.asarray(values, dtype="<f4").tobytes()).decode("ascii")
+
+
+def window(scene: Scene) -> list[float]:
+    """Return left, right, bottom, top of what all rows show, in coordinates of the file."""
+    z = scene.extent()
+    z = z[np.isfinite(z)]
+    return [float(v) for v in (z.real.min(), z.real.max(), z.imag.min(), z.imag.max())]
+
+
+def _apart(z: complex) -> float:
+    """Return the larger of the distances along x and y."""
+    return max(abs(z.real), abs(z.imag))
+
+
+def _pair(z: complex) -> list[float]:
+    return [float(f"{value:.{LENGTH_DIGITS}g}") for value in (z.real, z.imag)]

@@ -1,4 +1,4 @@
-// The mechanism at one pose: the strokes of output/symbols.py, placed as in output/symbol.py.
+// The mechanism at one pose: the strokes of output/symbols.py, placed as there.
 
 // Strokes up to this layer are below the curves: plates, gears and links.
 const BELOW = 4;
