@@ -8,6 +8,7 @@ interpolation within the bracket. Source: Brent, Algorithms for Minimization wit
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -19,6 +20,7 @@ from gimcli.dynamics.forces import Forces
 from gimcli.dynamics.statics import Statics
 from gimcli.mechanism import BoolArray, ComplexArray, FloatArray, Mechanism
 from gimcli.motion.motion import Motion
+from gimcli.numerics.roots import search_together
 from gimcli.rates.derivatives import law_rates
 from gimcli.table import Table
 
@@ -101,59 +103,46 @@ Evaluate = Callable[[FloatArray], FloatArray]
 
 def refined(extremes: list[RowExtreme], evaluate: Evaluate, constant: BoolArray) -> None:
     """Move extremes to better times between rows; those of the quantities that are `constant` stay."""
-    begun = [_Bracket(one) for one in extremes if np.all(np.isfinite(one.beside)) and not constant[one.quantity]]
-    todo = begun
-    for _ in range(ROUNDS):
-        guesses = [bracket.guess() for bracket in todo]
-        open_ones = [(b, t) for b, t in zip(todo, guesses, strict=True) if abs(t - b.times[1]) > EXACT]
-        if not open_ones:
-            break
-        times = np.unique([time for _, time in open_ones])
-        values = evaluate(times)
-        for bracket, time in open_ones:
-            bracket.take(time, float(values[bracket.own.quantity, np.searchsorted(times, time)]))
-        todo = [bracket for bracket, _ in open_ones if not bracket.lost]
-    for bracket in begun:
-        bracket.leave_pole()
+    open_ones = [_Peak(one) for one in extremes if np.all(np.isfinite(one.beside)) and not constant[one.quantity]]
+    search_together(open_ones, lambda times: evaluate(times).__getitem__, ROUNDS)
+    for peak in open_ones:
+        peak.leave_pole()
 
 
-class _Bracket:
+class _Peak:
     """Three times with the best value at the one in the middle."""
 
     def __init__(self, own: RowExtreme) -> None:
-        self.own, self.lost, self.row = own, False, (own.time, own.value)
+        self.own, self.row, self.quantity = own, (own.time, own.value), own.quantity
         self.times = [own.time - 1.0, own.time, own.time + 1.0]
         self.heights = [own.sense * v for v in (own.beside[0], own.value, own.beside[1])]
 
-    def guess(self) -> float:
-        """Return the top of the parabola through the three values, within the bracket."""
+    def next(self) -> float | None:
+        """Return the top of the parabola through the three values, within them; None if it is exact or unknown."""
         (a, b, c), (fa, fb, fc) = self.times, self.heights
         left, right = (b - a) * (fb - fc), (b - c) * (fb - fa)
         if left == right:
-            return b
+            return None
         top = b - 0.5 * ((b - a) * left - (b - c) * right) / (left - right)
-        return min(max(top, a + 0.01 * (b - a)), c - 0.01 * (c - b))
+        top = min(max(top, a + 0.01 * (b - a)), c - 0.01 * (c - b))
+        return top if abs(top - b) > EXACT else None  # NaN: a value is missing
 
     def leave_pole(self) -> None:
         """Return to the row if the values grow without bound between it and the rows beside it."""
         if abs(self.own.value - self.row[1]) > POLE * max(map(abs, (self.row[1], *self.own.beside))):
             self.own.time, self.own.value = self.row
 
-    def take(self, time: float, value: float) -> None:
+    def take(self, time: float, found: FloatArray) -> None:
         """Use the value at a new time; a missing one ends the search."""
-        if not np.isfinite(value):
-            self.lost = True
-            return
-        height, after = self.own.sense * value, time > self.times[1]
-        if height > self.heights[1]:
+        value, at = float(found), 2 if time > self.times[1] else 1
+        height = self.own.sense * value if math.isfinite(value) else math.nan
+        better = height > self.heights[1]
+        if better:
             self.own.time, self.own.value = time, value
-            drop = 0 if after else 2
-        else:
-            drop = 2 if after else 0
-        del self.times[drop], self.heights[drop]
-        at = int(np.searchsorted(self.times, time))
         self.times.insert(at, time)
         self.heights.insert(at, height)
+        drop = 0 if better == (at == 2) else 3
+        del self.times[drop], self.heights[drop]
 
 
 UNITS = ("N", "N m")

@@ -1,4 +1,4 @@
-"""Places at which a condition begins to hold, or a value changes its sign, between two others.
+"""Places at which a condition begins to hold, a value changes its sign or is greatest, between others.
 
 Source: Dowell & Jarratt, A modified regula falsi method, BIT 11 (1971) 168-174 (the Illinois method).
 """
@@ -6,9 +6,9 @@ Source: Dowell & Jarratt, A modified regula falsi method, BIT 11 (1971) 168-174 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, TypeVar, cast
+from typing import Any, Protocol, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,7 +61,7 @@ class Bracket:
         zero = a + (b - a) * one / (one - other) if one != other else self.middle
         return min(max(zero, a), b)  # outside only by rounding errors
 
-    def take(self, place: float, value: float) -> None:
+    def replace(self, place: float, value: float) -> None:
         """Use the value at a new place as that of an end."""
         side = 0 if (value > 0.0) == (self.values[0] > 0.0) else 1
         self.ends[side], self.values[side] = place, value
@@ -86,7 +86,36 @@ def root(
             place = place if width <= 0.5 * before else bracket.middle
         place = place if trial < HALVINGS // 2 else bracket.middle
         point = at(place)
-        bracket.take(place, value(point))
+        bracket.replace(place, value(point))
         if abs(bracket.guess() - place) <= close:
             break
     return point
+
+
+class Search(Protocol):
+    """A search along a curve by trials at places."""
+
+    quantity: int  # number of the quantity that it concerns
+
+    def next(self) -> float | None:
+        """Return the place of the next trial; None if there is none."""
+
+    def take(self, place: float, found: Any) -> None:
+        """Use what was found at a place."""
+
+
+def search_together(
+    searches: Sequence[Search], evaluate: Callable[[FloatArray], Callable[[int], FloatArray]], rounds: int
+) -> None:
+    """Continue all searches to their ends, or for a number of rounds, each with one evaluation at increasing places.
+
+    evaluate: returns the function of the number of a quantity that returns what is found (..., places).
+    """
+    for _ in range(rounds):
+        todo = [(one, place) for one in searches if (place := one.next()) is not None]
+        if not todo:
+            break
+        places = np.unique([place for _, place in todo])
+        found = evaluate(places)
+        for one, place in todo:
+            one.take(place, found(one.quantity)[..., np.searchsorted(places, place)])

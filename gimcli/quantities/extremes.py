@@ -1,8 +1,7 @@
 """Greatest and least values of quantities along a motion, refined between its rows.
 
 A quantity is a formula over a state in dual numbers, which have its exact derivative by the time. Where the derivative
-changes its sign between two rows, the zero is found on solved positions: first that of the cubic through both rows,
-then by the Illinois method.
+changes its sign between two rows, the zero is found on solved positions by the Illinois method.
 Source: Dowell & Jarratt, A modified regula falsi method, BIT 11 (1971) 168-174.
 """
 
@@ -11,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -18,7 +18,7 @@ import numpy as np
 from gimcli.calculus.dual import Dual
 from gimcli.canonical import phase
 from gimcli.mechanism import FloatArray
-from gimcli.numerics.roots import Bracket
+from gimcli.numerics.roots import Bracket, search_together
 from gimcli.quantities.state import State
 from gimcli.rates.derivatives import MotionRates
 
@@ -73,11 +73,11 @@ class Sought:
     formula: Callable[[RateRows], Any] = field(repr=False)
     least: bool = False
 
-    def of(self, rows: RateRows) -> tuple[FloatArray, FloatArray]:
-        """Return values and derivatives (rows,); NaN where they are not determined."""
+    def of(self, rows: RateRows) -> FloatArray:
+        """Return values and derivatives by the time 0..1 (2, rows); NaN where they are not determined."""
         with np.errstate(all="ignore"):
             found = self.formula(rows)
-        return found.value, found.slopes[0]
+        return np.array([found.value, found.slopes[0] * rows.mechanism.duration])
 
 
 @dataclass(frozen=True)
@@ -94,27 +94,26 @@ class ExtremeBracket(Bracket):
 
     quantity: int = 0
     sense: float = 1.0  # 1.0: maximum, -1.0: minimum
+    close: float = 0.0  # change of the value below which it is exact; 0: the time must be exact
     value: float = math.nan
     time: float = math.nan
-    change: float = math.inf  # estimated change of the value by one more iteration
     shift: float = math.inf  # change of the time by one more iteration
 
-    def done(self, exact_time: bool, span: float) -> bool:
-        """Return whether the time, or only the value, is exact."""
-        return self.shift <= SEARCH.exact or (not exact_time and self.change <= SEARCH.close * span)
+    def next(self) -> float | None:
+        """Return the time of the next iteration; None if the time, or the value, is exact."""
+        return None if self.shift <= SEARCH.exact else self.guess()
 
-    def add(self, time: float, value: float, slope: float, duration: float) -> None:
-        """Use the value and the derivative at a new time."""
-        if not math.isfinite(value + slope):
-            self.change = self.shift = 0.0
-            return
-        self.value, self.time = value, time
-        if slope == 0.0:
-            self.change = self.shift = 0.0
-            return
-        self.take(time, slope)
-        self.shift = abs(self.guess() - time)
-        self.change = abs(slope) * self.shift * duration
+    def take(self, time: float, found: FloatArray) -> None:
+        """Use the value and the derivative by the time 0..1 (2,) at a new time."""
+        value, slope = found.tolist()
+        self.shift = 0.0
+        if math.isfinite(value + slope):
+            self.value, self.time = value, time
+            if slope != 0.0:
+                self.replace(time, slope)
+                self.shift = abs(self.guess() - time)
+        if abs(slope) * self.shift <= self.close:
+            self.shift = 0.0
 
 
 Solve = Callable[[FloatArray], RateRows]
@@ -139,7 +138,12 @@ def extremes(rows: RateRows, quantities: Sequence[Sought], solve: Solve, periodi
     at_rows = [quantity.of(rows) for quantity in quantities]
     brackets = [_brackets(k, rows, f, df, periodic) for k, (f, df) in enumerate(at_rows)]
     best = [_promising(rows, f, own, q.least) for (f, _), own, q in zip(at_rows, brackets, quantities, strict=True)]
-    _refine(rows, quantities, [b for own in best for b in own], solve, [_span(f) for f, _ in at_rows])
+
+    def evaluate(time: FloatArray) -> Callable[[int], FloatArray]:
+        found = solve(time)
+        return cache(lambda number: quantities[number].of(found))
+
+    search_together([b for own in best for b in own], evaluate, SEARCH.iterations)
     return [_found(rows, f, best[k], len(brackets[k])) for k, (f, _) in enumerate(at_rows)]
 
 
@@ -148,23 +152,19 @@ def _promising(rows: RateRows, f: FloatArray, own: list[ExtremeBracket], least: 
 
     In motions that repeat, only the first ones of many are kept.
     """
-    kept: list[tuple[float, ExtremeBracket]] = []
-    most = {sense: float(np.nanmax(sense * f)) for sense in (1.0, -1.0)} if own else {}
-    for bracket in own if least else [b for b in own if b.sense > 0.0]:
-        k, m = np.searchsorted(rows.time, bracket.ends)
-        rise = (bracket.ends[1] - bracket.ends[0]) * rows.mechanism.duration * max(map(abs, bracket.values))
-        highest = max(bracket.sense * f[[k, m]]) + rise
-        if highest >= most[bracket.sense]:
-            kept.append((highest, bracket))
-    near = SEARCH.same * _span(f)
-    return [
-        bracket
-        for sense in (1.0, -1.0)
-        for _, bracket in sorted(
-            (one for one in kept if one[1].sense == sense),
-            key=lambda one: (-round(one[0] / near) if near else 0, one[1].ends[0]),
-        )[: SEARCH.most]
-    ]
+    span, found = _span(f), list[ExtremeBracket]()
+    near = SEARCH.same * span
+    for sense in (1.0, -1.0) if own and least else (1.0,) if own else ():
+        kept: list[tuple[float, float, ExtremeBracket]] = []
+        for bracket in (b for b in own if b.sense == sense):
+            rise = (bracket.ends[1] - bracket.ends[0]) * max(map(abs, bracket.values))
+            highest = max(sense * f[np.searchsorted(rows.time, bracket.ends)]) + rise
+            if highest >= np.nanmax(sense * f):
+                kept.append((-round(highest / near) if near else 0, bracket.ends[0], bracket))
+        found += [bracket for *_, bracket in sorted(kept, key=lambda one: one[:2])[: SEARCH.most]]
+    for bracket in () if least else found:
+        bracket.close = SEARCH.close * span
+    return found
 
 
 def _span(f: FloatArray) -> float:
@@ -194,39 +194,15 @@ def _brackets(number: int, rows: RateRows, f: FloatArray, df: FloatArray, period
     if len(good) < 2 or _span(f) <= SEARCH.constant * np.max(np.abs(f[good])):
         return []
     slope = df[good]
-    sign = np.where(np.abs(slope) <= SEARCH.zero * np.max(np.abs(slope)), 0.0, np.sign(slope))
-    _fill_zeros(sign, periodic)
+    sign = _filled(np.where(np.abs(slope) <= SEARCH.zero * np.max(np.abs(slope)), 0.0, np.sign(slope)), periodic)
     return [
         ExtremeBracket(rows.time[good[[k, k + 1]]].tolist(), slope[[k, k + 1]].tolist(), -1, number, float(sign[k]))
         for k in np.flatnonzero(sign[:-1] * sign[1:] < 0.0).tolist()
     ]
 
 
-def _fill_zeros(sign: FloatArray, periodic: bool) -> None:
-    """Give rows with a derivative of 0 the sign of the row before, so that each extreme is counted once."""
-    nonzero = np.flatnonzero(sign)
-    before = float(sign[nonzero[-1]] if periodic else sign[nonzero[0]]) if len(nonzero) else 0.0
-    for k in range(len(sign)):
-        if sign[k] == 0.0:
-            sign[k] = before
-        before = float(sign[k])
-
-
-def _refine(
-    rows: RateRows, quantities: Sequence[Sought], brackets: list[ExtremeBracket], solve: Solve, spans: list[float]
-) -> None:
-    """Refine all brackets together, by few solutions of many times; `spans`: ranges of the quantities."""
-    duration = rows.mechanism.duration
-    for _ in range(SEARCH.iterations):
-        todo = [b for b in brackets if not b.done(quantities[b.quantity].least, spans[b.quantity])]
-        if not todo:
-            return
-        guesses = np.array([b.guess() for b in todo])
-        times = np.unique(guesses)
-        found = solve(times)
-        index = np.searchsorted(times, guesses)
-        for number in {b.quantity for b in todo}:
-            f, df = quantities[number].of(found)
-            for k, bracket in enumerate(todo):
-                if bracket.quantity == number:
-                    bracket.add(float(guesses[k]), float(f[index[k]]), float(df[index[k]]), duration)
+def _filled(sign: FloatArray, periodic: bool) -> FloatArray:
+    """Return signs with that of the row before where the derivative is 0, so that each extreme is counted once."""
+    known = np.flatnonzero(sign)
+    before = np.searchsorted(known, np.arange(len(sign)), side="right") - 1  # -1: the last one
+    return sign[known[before if periodic else np.maximum(before, 0)]] if len(known) else sign
