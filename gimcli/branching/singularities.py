@@ -9,18 +9,19 @@ its rate is 0 (often called a dead centre). The kind of a singular initial posit
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
+from itertools import pairwise
+from operator import attrgetter
 
 import numpy as np
 
 from gimcli.canonical import first_greatest, ranks
-from gimcli.continuation.arclength import CurvePoint
+from gimcli.continuation.arclength import CurvePoint, between
 from gimcli.continuation.bifurcation import BRANCHING, Crossing
 from gimcli.continuation.branches import departure
-from gimcli.continuation.circuit import Circuit, ordered
+from gimcli.continuation.circuit import STEPS, Circuit, ordered
 from gimcli.continuation.curve import PositionCurve
-from gimcli.continuation.folds import REST, Rate, between, folds, roots
 from gimcli.errors import GimError
 from gimcli.mechanism import FRAME, HEIGHT, ComplexArray, FloatArray, Mechanism
 from gimcli.positions.options import TOLERANCE
@@ -28,6 +29,12 @@ from gimcli.structure.tangency import tangent_position
 
 TOGETHER = 1e-9
 """Difference of two positions at the same place, as a fraction of the length."""
+
+REST = 1e-9
+"""A component of a unit tangent below this is 0."""
+
+Rate = Callable[[CurvePoint], float]
+"""Rate of an input, or of a member, along the curve."""
 
 LIMIT, DEAD, STATIONARY = "limit", "dead point", "stationary"
 
@@ -139,31 +146,30 @@ class _SingularitySearch:
 
     def limits(self) -> Iterator[Singularity]:
         """Yield the positions in which the parameter reverses."""
-        for root in folds(self.circuit):
-            end = "upper" if root.side < 0.0 else "lower"
-            yield self._position(LIMIT, root.index, root.place, self._held(root.place), end=end)
+        for index, here, side in reversals(self.circuit, attrgetter("rate")):
+            yield self._position(LIMIT, index, here, self._held(here), end="upper" if side < 0.0 else "lower")
 
     def dead_points(self) -> Iterator[Singularity]:
         """Yield the positions in which the parameter rate is zero without reversal; one if it is zero everywhere."""
-        speed = np.abs([here.tangent[-1] for here in self.places])
+        speed = np.abs([here.rate for here in self.places])
         if np.all(speed <= BOUNDS.still):
             yield self._position(DEAD, 0, self.places[0], self._held(self.places[0]))
             return
         inner = np.arange(1, len(speed) - 1)
         low = inner[(speed[inner] <= speed[inner - 1]) & (speed[inner] < speed[inner + 1])]
         for k in low[speed[low] < BOUNDS.slow].tolist():
-            signs = np.sign([self.places[j].tangent[-1] for j in (k - 1, k + 1)])
-            if signs[0] != signs[1] or k in self.circuit.crossings:
+            ends = self.places[k - 1], self.places[k + 1]
+            if np.sign(ends[0].rate) != np.sign(ends[1].rate) or k in self.circuit.crossings:
                 continue
-            found = between(self.circuit, k - 1, k + 1, lambda at: float(bend(self.curve, at)[-1]))
-            if found is not None and abs(found.tangent[-1]) <= BOUNDS.still:
+            found = between(self.curve, *ends, lambda at: float(bend(self.curve, at)[-1]), STEPS)
+            if found is not None and abs(found.rate) <= BOUNDS.still:
                 yield self._position(DEAD, k - 1, found, self._held(found))
 
     def stationary(self) -> Iterator[Singularity]:
         """Yield the positions in which members hinged to the frame, or sliders on it, reverse."""
         for name, rate in outputs(self.curve):
-            for root in roots(self.circuit, rate):
-                yield self._position(STATIONARY, root.index, root.place, (name,))
+            for index, here, _ in reversals(self.circuit, rate):
+                yield self._position(STATIONARY, index, here, (name,))
 
     def _position(
         self, kind: str, index: int, here: CurvePoint, about: tuple[str, ...], crossing: Crossing | None = None,
@@ -182,6 +188,21 @@ class _SingularitySearch:
     def _held(self, here: CurvePoint) -> tuple[str, ...]:
         """Return the constraints with a self-stress while the input is fixed."""
         return _involved(self.curve, _null_left(here.jacobian[:, :-1], here.left.shape[1]))
+
+
+def reversals(circuit: Circuit, rate: Rate) -> Iterator[tuple[int, CurvePoint, float]]:
+    """Yield the points at which a rate changes its sign: index of the point before, the point, and the sign after."""
+    places = circuit.places
+    values = np.array([rate(here) for here in places])
+    moving = np.flatnonzero(np.abs(values) > REST).tolist()
+    for i, j in pairwise(moving):
+        if values[i] * values[j] < 0.0:
+            resting = next((k for k in range(i + 1, j) if k in circuit.crossings), None)
+            found = between(circuit.curve, places[i], places[j], rate, STEPS) if resting is None else places[resting]
+            if found is not None:
+                yield i if resting is None else resting, found, float(np.sign(values[j]))
+    if circuit.closed and moving and moving[0] > 0 and values[moving[0]] * values[moving[-1]] < 0.0:
+        yield 0, places[0], float(np.sign(values[moving[0]]))
 
 
 def bend(curve: PositionCurve, here: CurvePoint) -> FloatArray:

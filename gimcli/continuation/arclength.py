@@ -70,6 +70,11 @@ class CurvePoint:
         """Ratio of least to greatest singular value; 0 if branches meet."""
         return float(self.values[-1] / self.values[0])
 
+    @property
+    def rate(self) -> float:
+        """The derivative of the last unknown, the parameter, by the arc length."""
+        return float(self.tangent[-1])
+
     def orientation(self, left: FloatArray) -> float:
         """Return the determinant of the Jacobian, projected by `left` (m, n), with the tangent as last row.
 
@@ -206,3 +211,16 @@ def sign_change(
     ends = ((part * step, at(part * step)) for part in SHORTER)
     end = next((end for end in ends if end[1] is not here), (step, here))
     return root(at, test, (0.0, here), end, constants.closeness) if test(here) * test(end[1]) < 0.0 else None
+
+
+def between(
+    system: Implicit, here: CurvePoint, there: CurvePoint, test: Callable[[CurvePoint], float],
+    constants: ArclengthConstants,
+) -> CurvePoint | None:  # fmt: skip
+    """Return the point between two neighbours at which a test changes its sign; None if it does not.
+
+    It may be beyond the plane across the tangent of the first one through the second one.
+    """
+    step = float((there.p - here.p) @ here.tangent)
+    found = (sign_change(system, here, reach * step, test, constants) for reach in (1.0, 1.5))
+    return next((one for one in found if one is not None), None)

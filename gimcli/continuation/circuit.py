@@ -21,9 +21,9 @@ from gimcli.continuation.arclength import (
     ArclengthFollower,
     CurvePoint,
     beside,
+    between,
     correct,
     place,
-    sign_change,
 )
 from gimcli.continuation.bifurcation import Crossing, crossing
 from gimcli.continuation.curve import PositionCurve
@@ -326,7 +326,7 @@ class CircuitWalker(ArclengthFollower):
             return False
         if there.tangent @ start.tangent < 0.5:
             return False
-        found = sign_change(curve, here, 1.5 * step, over, STEPS)
+        found = between(curve, here, there, over, STEPS)
         if found is None or not np.linalg.norm(curve.apart(found.p, start.p)) <= CIRCUIT.closure:
             return False
         del self.places[index:]
@@ -340,9 +340,8 @@ class CircuitWalker(ArclengthFollower):
         domain, q = self.curve.domain, float(self.places[index].p[-1])
         if domain.low <= q <= domain.high:
             return False
-        end, here = min(max(q, domain.low), domain.high), self.places[index - 1]
-        step = float(np.linalg.norm(self.places[index].p - here.p))
-        found = sign_change(self.curve, here, 1.5 * step, lambda at: float(at.p[-1]) - end, STEPS)
+        end, ends = min(max(q, domain.low), domain.high), self.places[index - 1 : index + 1]
+        found = between(self.curve, *ends, lambda at: float(at.p[-1]) - end, STEPS)
         del self.places[index:]
         if found is not None:
             self.places.append(found)

@@ -8,16 +8,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
+from operator import attrgetter
 
 import numpy as np
 
 from gimcli.continuation.arc import NODES, ArcPassage, SingularArc, make_arc
-from gimcli.continuation.arclength import place
+from gimcli.continuation.arclength import CurvePoint, between, correct, place, sign_change
 from gimcli.continuation.bifurcation import crossing
 from gimcli.continuation.branches import Departure, departure
-from gimcli.continuation.circuit import CIRCUIT, RESTS, Circuit, CircuitWalker, Ended
+from gimcli.continuation.circuit import CIRCUIT, RESTS, STEPS, CircuitWalker
 from gimcli.continuation.curve import PositionCurve
-from gimcli.continuation.folds import between, fold_beside
 from gimcli.errors import GimError, UsageError
 from gimcli.mechanism import ComplexArray, FloatArray
 from gimcli.motion.assemble import Assembler, Assembly
@@ -68,16 +68,14 @@ class MotionCurve:
         along = np.append(np.zeros(curve.system.n), sense)
         p = curve.point(start.x + 1j * start.y, sense * start.time * curve.span)
         walker = CircuitWalker(curve, place(curve, p, along))
-        for _ in range(MOST):
-            known = len(walker.places)
-            if not walker.go():
+        for k in range(1, MOST):
+            if len(walker.places) <= k and not walker.go():
                 return None
-            for k in range(known, len(walker.places)):
-                arc = self._arc(walker, k)
-                passage = arc and ArcPassage(arc, sense, self.assembled, -1.0)
-                if passage and passage.ends[1] > last:
-                    return passage
-            if sense * walker.places[-1].p[-1] > (until + BEHIND * turn) * curve.span:
+            arc = self._arc(walker, k)
+            passage = arc and ArcPassage(arc, sense, self.assembled, -1.0)
+            if passage and passage.ends[1] > last:
+                return passage
+            if sense * walker.places[k].p[-1] > (until + BEHIND * turn) * curve.span:
                 return None
             if walker.escaped:
                 end = walker.at_infinity()
@@ -167,10 +165,9 @@ class MotionCurve:
         if k in walker.crossings:
             return make_arc(curve, here.p, here.tangent, walker.crossings[k])
         before = walker.places[k - 1]
-        if not before.tangent[-1] * here.tangent[-1] < 0.0 or k - 1 in walker.crossings:
+        if not before.rate * here.rate < 0.0 or k - 1 in walker.crossings:
             return None
-        circuit = Circuit(curve, tuple(walker.places), walker.crossings, Ended.LONG)
-        fold = between(circuit, k - 1, k, lambda at: float(at.tangent[-1]))
+        fold = between(curve, before, here, attrgetter("rate"), STEPS)
         return None if fold is None else make_arc(curve, fold.p, fold.tangent)
 
     def assembled(self, p: FloatArray, at: float) -> Row | None:
@@ -181,6 +178,14 @@ class MotionCurve:
         found = self.assembler.assemble(curve.inputs(float(p[-1])), z, at)
         far = self.mechanism.apart(found.row.x + 1j * found.row.y, z)
         return found.row if found.status is Status.OK and np.all(far <= NEAR * self.mechanism.size) else None
+
+
+def fold_beside(curve: PositionCurve, here: CurvePoint, reach: float) -> CurvePoint | None:
+    """Return the limit of the parameter within a distance `reach` of a point, on either side; None if there is none."""
+    behind = correct(curve, here.p - reach * here.tangent, STEPS, here.tangent)
+    if behind is None:
+        return None
+    return sign_change(curve, place(curve, behind, here.tangent), 2.0 * reach, attrgetter("rate"), STEPS)
 
 
 def direction(curve: PositionCurve, gap: Gap, sense: float = 1.0) -> FloatArray:

@@ -13,7 +13,7 @@ from gimcli import Mechanism, load
 from gimcli.continuation.arc import ArcPassage, make_arc
 from gimcli.continuation.branches import departure
 from gimcli.continuation.curve import PositionCurve
-from gimcli.continuation.folds import fold_beside
+from gimcli.motion.motion_curve import fold_beside
 
 SLIDER = """\
 units: {{length: unit}}

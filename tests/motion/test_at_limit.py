@@ -178,12 +178,12 @@ def test_skip_solves_rows_of_several_inputs_that_are_reachable_again(tmp_path: P
 def test_a_limit_is_exact(name: str, tmp_path: Path) -> None:
     """At the reported limit the Jacobian F_x is singular; the reference is the fold found by continuation."""
     from gimcli.branching.singular_positions import drawn_circuit
-    from gimcli.continuation.folds import folds
+    from gimcli.branching.singularities import limits
 
     text = (MODELS / f"{name}.yaml").read_text()
     (tmp_path / "m.yaml").write_text(text)
     mechanism = load(tmp_path / "m.yaml")
-    ends = sorted(float(r.place.p[-1]) for r in folds(drawn_circuit(mechanism, 1e-10)))
+    ends = sorted(float(s.p[-1]) for s in limits(drawn_circuit(mechanism, 1e-10)))
     start = float(mechanism.actuators[0].law(np.zeros(1))[0])
     above = [e for e in ends if e > start]
     unit, scale = (math.degrees(1.0), 1.0) if mechanism.actuators[0].rotary else (mechanism.scale, 1.0)
