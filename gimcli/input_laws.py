@@ -55,7 +55,7 @@ class SummedLaw(InputLaw):
         """Return the times at which the law may reverse: those of its terms, and roots of its derivative between."""
         found = [law.stops() for _, law in self.terms]
         if len(self.terms) > 1:
-            from gimcli.numerics.roots import sign_changes
+            from gimcli.numerics.along import sign_changes
 
             grid = np.unique(np.concatenate([np.linspace(0.0, 1.0, SAMPLES), *found]))
             found.append(sign_changes(lambda time: self(time, 1), grid))

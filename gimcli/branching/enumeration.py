@@ -27,7 +27,7 @@ from gimcli.continuation.circuit import Circuit
 from gimcli.continuation.curve import PositionCurve
 from gimcli.errors import GimError, StructureError
 from gimcli.mechanism import SPAN, BoolArray, ComplexArray, FloatArray, IntArray, Mechanism
-from gimcli.numerics.interpolation import hermite
+from gimcli.numerics.along import hermite
 from gimcli.positions.options import TOLERANCE
 from gimcli.progress import Progress, no_progress, spend
 from gimcli.structure.mobility import require_driven

@@ -11,7 +11,7 @@ from gimcli.continuation.arclength import CurvePoint, correct
 from gimcli.continuation.circuit import CIRCUIT, STEPS, Circuit, nearby
 from gimcli.mechanism import FloatArray
 from gimcli.motion.motion import Motion
-from gimcli.numerics.interpolation import hermite, hermite_slope
+from gimcli.numerics.along import hermite, hermite_slope
 from gimcli.status import Status
 from gimcli.structure.residual import holds, residual
 

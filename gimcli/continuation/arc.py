@@ -17,7 +17,7 @@ from gimcli.continuation.arclength import ArclengthConstants, beside
 from gimcli.continuation.bifurcation import Crossing
 from gimcli.continuation.curve import PositionCurve
 from gimcli.mechanism import FloatArray
-from gimcli.numerics.interpolation import lagrange
+from gimcli.numerics.along import lagrange
 from gimcli.positions.inputs import BEYOND
 from gimcli.positions.position import Row
 

@@ -15,8 +15,8 @@ from typing import Protocol
 import numpy as np
 
 from gimcli.mechanism import FloatArray
+from gimcli.numerics.along import root
 from gimcli.numerics.follower import Follower
-from gimcli.numerics.roots import root
 from gimcli.progress import spend
 
 WEAK = 1e4

@@ -29,7 +29,7 @@ from gimcli.continuation.bifurcation import Crossing, crossing
 from gimcli.continuation.curve import PositionCurve
 from gimcli.errors import StructureError
 from gimcli.mechanism import BoolArray, ComplexArray, FloatArray, Mechanism
-from gimcli.numerics.interpolation import lagrange
+from gimcli.numerics.along import lagrange
 from gimcli.progress import spend
 
 RESTS = 1e-6

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from gimcli.mechanism import FloatArray
-from gimcli.numerics.interpolation import hermite
+from gimcli.numerics.along import hermite
 
 
 class ClassicRungeKutta:

@@ -26,7 +26,7 @@ from gimcli.dynamics.reducer import Reducer, free_inputs
 from gimcli.dynamics.simulation_types import DEAD_POINT, SIMULATION, SLIDES, STANDSTILL, STICKS, Event
 from gimcli.kernels.reduction import DISSIPATED, KINETIC, POTENTIAL, SUPPLIED
 from gimcli.mechanism import FloatArray, Mechanism
-from gimcli.numerics.roots import bisected
+from gimcli.numerics.along import bisected
 from gimcli.positions.newton import Run
 from gimcli.status import Status
 from gimcli.structure.coordinate_partitioning import free_choice, input_choice

@@ -23,7 +23,7 @@ from gimcli.continuation.arclength import CurvePoint, place
 from gimcli.continuation.circuit import CIRCUIT, Circuit
 from gimcli.dynamics.equilibria_balance import Freedoms, GeneralisedForces, StaticBalance
 from gimcli.mechanism import ComplexArray, FloatArray
-from gimcli.numerics.roots import root
+from gimcli.numerics.along import root
 from gimcli.progress import spend
 from gimcli.status import Status
 

@@ -20,7 +20,7 @@ from gimcli.dynamics.forces import Forces
 from gimcli.dynamics.statics import Statics
 from gimcli.mechanism import BoolArray, ComplexArray, FloatArray, Mechanism
 from gimcli.motion.motion import Motion
-from gimcli.numerics.roots import search_together
+from gimcli.numerics.along import search_together
 from gimcli.rates.derivatives import law_rates
 from gimcli.table import Table
 

@@ -31,7 +31,7 @@ from gimcli.kernels.reduction import POTENTIAL
 from gimcli.mechanism import FloatArray, IntArray, Mechanism
 from gimcli.motion.motion import trace
 from gimcli.motion.summary import status_column
-from gimcli.numerics.roots import bisected
+from gimcli.numerics.along import bisected
 from gimcli.positions.dispatch import plain
 from gimcli.positions.newton import Run
 from gimcli.positions.options import Options

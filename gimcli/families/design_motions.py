@@ -20,7 +20,7 @@ from gimcli.families.family import Family
 from gimcli.families.float_tables import FloatTables
 from gimcli.mechanism import FloatArray, IntArray, Mechanism
 from gimcli.motion.motion import Motion, stream
-from gimcli.numerics.roots import bisected
+from gimcli.numerics.along import bisected
 from gimcli.positions.dispatch import choose
 from gimcli.positions.inputs import law_inputs
 from gimcli.positions.options import Options

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
-from gimcli.numerics.interpolation import lagrange
+from gimcli.numerics.along import lagrange
 from gimcli.positions.position import Row
 
 if TYPE_CHECKING:
@@ -53,7 +53,7 @@ class Leap:
         flips = np.flatnonzero(low.g * high.g < 0.0)
         if not len(flips):
             return self
-        from gimcli.numerics.roots import bisected
+        from gimcli.numerics.along import bisected
 
         k = flips[0]
         return Leap(bisected(lambda time: not self.at(time).g[k] * low.g[k] > 0.0, low.time, high.time)[1], self.rows)

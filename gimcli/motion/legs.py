@@ -101,7 +101,7 @@ class Leg:
         over = np.flatnonzero(self.places(ahead) >= s)
         if not len(over) or over[0] == 0:
             return self.first if len(over) else self.last
-        from gimcli.numerics.roots import bisected
+        from gimcli.numerics.along import bisected
 
         k = over[:1]
         return float(bisected(lambda time: self.places(time) >= s, ahead[k - 1], ahead[k])[1][0])

@@ -15,8 +15,8 @@ import numpy as np
 
 from gimcli.errors import UnassembledError
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+from gimcli.numerics.along import sign_changes
 from gimcli.numerics.follower import Follower
-from gimcli.numerics.roots import sign_changes
 from gimcli.positions.inputs import nearest_turns, straight_inputs
 from gimcli.structure.system import System, system_of
 

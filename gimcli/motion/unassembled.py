@@ -13,7 +13,7 @@ from gimcli.motion.assemble import Assembler
 from gimcli.motion.motion import Motion
 from gimcli.motion.side_by_side import machine_inputs
 from gimcli.motion.solve import solve
-from gimcli.numerics.roots import bisected
+from gimcli.numerics.along import bisected
 from gimcli.positions.dispatch import plain
 from gimcli.positions.options import TOLERANCE, Options
 from gimcli.rounding import input_value, interval, length, number

@@ -18,7 +18,7 @@ import numpy as np
 from gimcli.calculus.dual import Dual
 from gimcli.canonical import phase
 from gimcli.mechanism import FloatArray
-from gimcli.numerics.roots import Bracket, search_together
+from gimcli.numerics.along import Bracket, search_together
 from gimcli.quantities.state import State
 from gimcli.rates.derivatives import MotionRates
 

@@ -17,7 +17,7 @@ import numpy as np
 from gimcli.kernels import tape as kernels
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Input, Mechanism, Point
 from gimcli.motion.motion import Motion
-from gimcli.numerics.roots import bisected
+from gimcli.numerics.along import bisected
 from gimcli.positions.dispatch import choose, plain
 from gimcli.positions.newton import Run
 from gimcli.progress import Notify

@@ -20,7 +20,7 @@ import numpy as np
 from gimcli.continuation import arclength
 from gimcli.continuation.arclength import CurvePoint
 from gimcli.mechanism import FloatArray
-from gimcli.numerics.interpolation import hermite, hermite_slope
+from gimcli.numerics.along import hermite, hermite_slope
 from gimcli.progress import spend
 from gimcli.reach.task import SLACK, WorkspaceTask
 from gimcli.structure.quadric import Quadric

@@ -4,27 +4,27 @@ import numpy as np
 import pytest
 from scipy.special import jn_zeros, jv
 
-from gimcli.numerics import interpolation, roots
+from gimcli.numerics import along
 
 
 def test_bisection_ends_at_neighbouring_numbers() -> None:
-    low, high = roots.bisected(lambda x: x * x >= 2.0, 1.0, 2.0)
+    low, high = along.bisected(lambda x: x * x >= 2.0, 1.0, 2.0)
     assert low * low < 2.0 <= high * high
     assert high == np.nextafter(low, 2.0)
 
 
 def test_bisection_of_several_pairs_in_either_sense() -> None:
     wanted = np.array([2.0, 3.0, 5.0])
-    _, first = roots.bisected(lambda x: x * x >= wanted, np.ones(3), np.full(3, 4.0))
+    _, first = along.bisected(lambda x: x * x >= wanted, np.ones(3), np.full(3, 4.0))
     assert first == pytest.approx(np.sqrt(wanted), rel=1e-15)
-    last, _ = roots.bisected(lambda x: x * x < 7.0, 4.0, 1.0)
+    last, _ = along.bisected(lambda x: x * x < 7.0, 4.0, 1.0)
     assert last == pytest.approx(np.sqrt(7.0), rel=1e-15)
 
 
 def test_zeros_of_a_bessel_function() -> None:
-    found = roots.sign_changes(lambda x: jv(0, x), np.linspace(0.0, 40.0, 41))
+    found = along.sign_changes(lambda x: jv(0, x), np.linspace(0.0, 40.0, 41))
     assert found == pytest.approx(jn_zeros(0, 12), rel=1e-14)
-    assert not len(roots.sign_changes(np.exp, np.linspace(0.0, 1.0, 5)))
+    assert not len(along.sign_changes(np.exp, np.linspace(0.0, 1.0, 5)))
 
 
 def test_the_root_of_wallis_is_found_by_few_points() -> None:
@@ -33,7 +33,7 @@ def test_the_root_of_wallis_is_found_by_few_points() -> None:
 
     def found(value, low: float, high: float) -> float:
         tried.clear()
-        return roots.root(lambda x: tried.append(x) or x, value, (low, low), (high, high), 1e-15)
+        return along.root(lambda x: tried.append(x) or x, value, (low, low), (high, high), 1e-15)
 
     assert found(lambda x: x**3 - 2.0 * x - 5.0, 2.0, 3.0) == pytest.approx(2.0945514815423266, rel=1e-15)
     assert len(tried) <= 8
@@ -47,7 +47,7 @@ def test_a_cubic_is_its_own_interpolation(t: float) -> None:
     cubic, begin, length = np.polynomial.Polynomial([0.3, -1.1, 0.7, 2.0]), -0.4, 1.5
     end = begin + length
     data = cubic(begin), length * cubic.deriv()(begin), cubic(end), length * cubic.deriv()(end)
-    assert interpolation.hermite(*data, t) == pytest.approx(cubic(begin + t * length), abs=1e-13)
-    assert interpolation.hermite_slope(*data, t) == pytest.approx(length * cubic.deriv()(begin + t * length), abs=1e-13)
+    assert along.hermite(*data, t) == pytest.approx(cubic(begin + t * length), abs=1e-13)
+    assert along.hermite_slope(*data, t) == pytest.approx(length * cubic.deriv()(begin + t * length), abs=1e-13)
     nodes = [-1.0, 0.1, 0.9, 2.0]
-    assert np.dot(interpolation.lagrange(nodes, t), cubic(np.array(nodes))) == pytest.approx(cubic(t), abs=1e-13)
+    assert np.dot(along.lagrange(nodes, t), cubic(np.array(nodes))) == pytest.approx(cubic(t), abs=1e-13)

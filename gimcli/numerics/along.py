@@ -1,4 +1,4 @@
-"""Places at which a condition begins to hold, a value changes its sign or is greatest, between others.
+"""Values along a curve: cubics between points, and places at which a value is 0 or greatest, or a condition begins.
 
 Source: Dowell & Jarratt, A modified regula falsi method, BIT 11 (1971) 168-174 (the Illinois method).
 """
@@ -16,6 +16,26 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 Place = TypeVar("Place", float, FloatArray)
 Point = TypeVar("Point")
+
+Part = float | FloatArray
+"""Fraction of the interval, 0..1; for several cubics an array that can be multiplied with their points."""
+
+
+def hermite(here: FloatArray, low: FloatArray, there: FloatArray, high: FloatArray, t: Part) -> FloatArray:
+    """Return the cubic at t, for given end points (here, there) and derivatives by t at them (low, high)."""
+    p = (1.0 + 2.0 * t) * (1.0 - t) ** 2 * here + t**2 * (3.0 - 2.0 * t) * there
+    return p + t * (1.0 - t) ** 2 * low - t**2 * (1.0 - t) * high
+
+
+def hermite_slope(here: FloatArray, low: FloatArray, there: FloatArray, high: FloatArray, t: Part) -> FloatArray:
+    """Return the derivative by t of the same cubic."""
+    return 6.0 * t * (1.0 - t) * (there - here) + (1.0 - t) * (1.0 - 3.0 * t) * low + t * (3.0 * t - 2.0) * high
+
+
+def lagrange(nodes: Sequence[float], time: float) -> list[float]:
+    """Return the weights, at a time, of the values at `nodes` in the interpolation polynomial."""
+    return [math.prod((time - b) / (a - b) for b in nodes if b != a) for a in nodes]
+
 
 HALVINGS = 60
 """Most bisections: more than the binary digits of a number."""
