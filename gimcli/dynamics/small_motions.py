@@ -16,6 +16,7 @@ Newton's method).
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -27,6 +28,7 @@ from gimcli.dynamics.reducer import ReducedEquations, release_of, with_released
 from gimcli.errors import StructureError
 from gimcli.kernels import influence, reduction
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+from gimcli.numerics.follower import Follower
 from gimcli.positions.dispatch import plain
 from gimcli.status import Status
 from gimcli.structure.coordinate_partitioning import Choice, free_choice, input_choice
@@ -246,7 +248,9 @@ def _resisting(acting: reduction.Acting, efforts: Sequence[DrivingEffort]) -> re
     )  # fmt: skip
 
 
-STEPS, HALVINGS = 200, 40
+STEPS, SHORTEST = 200, 0.5**39
+"""Most steps, and the least part of a step that is tried."""
+
 FARTHEST = 0.3
 """Longest step of a coordinate: rad, or sizes of the mechanism."""
 
@@ -263,63 +267,55 @@ FLAT = 1e-9
 """Least curvature of the potential that a step uses, relative to the scale of its contributions."""
 
 
-@dataclass(frozen=True)
-class Settled:
-    """The end of the iteration."""
+class Settling(Follower[FloatArray, Linearised]):
+    """A slow motion under the forces towards an equilibrium; `found` is its last position, `status` that of its end."""
 
-    status: Status  # OK, NOT_CONVERGED, or LIMIT: the next position is not reached
-    found: Linearised  # at the last position
+    shortest = SHORTEST
 
+    def __init__(self, equations: Linearisation, z: ComplexArray, inputs: FloatArray) -> None:
+        """Move to the equilibrium from an assembled position; arguments and errors as for `linearised`.
 
-def settled(
-    mechanism: Mechanism, z: ComplexArray, inputs: FloatArray, released: tuple[int, ...], time: float = 0.0
-) -> Settled:
-    """Return the equilibrium that a position moves to under its forces; arguments as for `linearised`.
+        Raises StructureError also if the forces lead to a singular position.
+        """
+        self.equations, self.found, self.step, self.status = equations, equations.at(z, inputs), 1.0, Status.OK
+        for _ in range(STEPS):
+            if np.max(self.found.unbalance) <= BALANCED or not self.go():
+                break
+        equations.require_regular()
+        if np.max(self.found.unbalance) <= ACCEPTED:
+            self.status = Status.OK
 
-    Raises ModelError and StructureError as `linearised`; also StructureError if the forces lead to a singular position.
-    """
-    equations = Linearisation(mechanism, released, time)
-    found, status = equations.at(z, inputs), Status.NOT_CONVERGED
-    for _ in range(STEPS):
-        before = float(np.max(found.unbalance))
-        if before <= BALANCED:
-            break
-        ahead, status = _next(equations, found)
-        if ahead is None or (before <= ACCEPTED and np.max(ahead.unbalance) >= before):
-            break
-        found = ahead
-    equations.require_regular()
-    return Settled(Status.OK if np.max(found.unbalance) <= ACCEPTED else status, found)
+    def predict(self) -> FloatArray:
+        """Return a part of a step."""
+        return self.step * _step(self.found)
 
-
-def _next(equations: Linearisation, found: Linearised) -> tuple[Linearised | None, Status]:
-    """Return the linearised equations after a step, shortened where it goes too far, or None, and the status there."""
-    step, status = _step(found), Status.NOT_CONVERGED
-    for _ in range(HALVINGS):
-        place = equations.moved(step)
+    def correct(self, guess: FloatArray) -> Linearised | None:
+        """Return the linearised equations after a step; None if it is not reached, or goes too far."""
+        place = self.equations.moved(guess)
+        self.status = Status.LIMIT if place is None else Status.NOT_CONVERGED
         if place is None:
-            status = Status.LIMIT
-        else:
-            ahead = _at(equations, place)
-            if ahead is not None and _is_good(found, ahead, step):
-                return ahead, Status.NOT_CONVERGED
-            equations.at(found.z, found.inputs, found.gauges)
-        step = 0.5 * step
-    return None, status
-
-
-def _at(equations: Linearisation, place: tuple[ComplexArray, FloatArray, FloatArray]) -> Linearised | None:
-    try:
-        return equations.at(*place)
-    except StructureError:
+            return None
+        with suppress(StructureError):
+            there = self.equations.at(*place)
+            if self._is_good(there, guess):
+                return there
+        self.equations.at(self.found.z, self.found.inputs, self.found.gauges)
         return None
 
-
-def _is_good(found: Linearised, ahead: Linearised, step: FloatArray) -> bool:
-    """Return whether a step does not go far beyond the place where the effort along it is zero."""
-    if ahead.names != found.names or np.max(ahead.unbalance) <= ACCEPTED:
+    def accept(self, there: Linearised) -> bool:
+        """Take a position, unless rounding ends the iteration."""
+        before = float(np.max(self.found.unbalance))
+        if before <= ACCEPTED and np.max(there.unbalance) >= before:
+            self.step = 0.0
+            return False
+        self.found, self.step = there, 1.0
         return True
-    return bool(ahead.effort @ step >= -OVERSHOOT * (found.effort @ step))
+
+    def _is_good(self, there: Linearised, step: FloatArray) -> bool:
+        """Return whether a step does not go far beyond the place where the effort along it is zero."""
+        if there.names != self.found.names or np.max(there.unbalance) <= ACCEPTED:
+            return True
+        return bool(there.effort @ step >= -OVERSHOOT * (self.found.effort @ step))
 
 
 def _step(found: Linearised) -> FloatArray:

@@ -15,7 +15,7 @@ from gimcli.assemblies import all_configurations
 from gimcli.dynamics.modes import Mode, ModeShape, mode_shape, natural_modes
 from gimcli.dynamics.physical import require_masses
 from gimcli.dynamics.reducer import release_of
-from gimcli.dynamics.small_motions import Linearised, linearised, settled
+from gimcli.dynamics.small_motions import Linearisation, Linearised, Settling, linearised
 from gimcli.errors import GimError, UsageError
 from gimcli.library.inputs import in_file_units, inputs_of
 from gimcli.library.machines import for_each_machine, released_inputs, released_machines
@@ -89,7 +89,7 @@ def modes(
     if position.status.value:
         return ModesResult(mechanism, released, values, position.status, None, time)
     if settle:
-        end = settled(mechanism, position.z, values, released, time)
+        end = Settling(Linearisation(mechanism, released, time), position.z, values)
         return ModesResult(mechanism, released, end.found.inputs, end.status, end.found, time)
     found = linearised(mechanism, position.z, values, released, time)
     if np.max(found.unbalance) > BALANCED:
