@@ -10,7 +10,7 @@ import numpy as np
 
 from gimcli.continuation.arclength import correct, place
 from gimcli.mechanism import FloatArray, IntArray
-from gimcli.reach.critical_curves import WALK, CriticalCurve, CriticalPoint, point_between, seamless
+from gimcli.reach.critical_curves import WALK, CriticalCurve, CriticalPoint, cut, point_between
 
 GAUSS = np.array([0.5 - np.sqrt(0.15), 0.5, 0.5 + np.sqrt(0.15)]), np.array([5.0, 8.0, 5.0]) / 18.0
 """Gauss nodes and weights on 0..1, exact for polynomials of fifth degree."""
@@ -100,7 +100,7 @@ class PathArc:
     def coarse(self) -> PathArc:
         """The path with every second knot."""
         knots = self.branch.knots
-        return self._part([*knots[:-1:2], knots[-1]], self.closed)
+        return replace(self, branch=replace(self.branch, knots=(*knots[:-1:2], knots[-1])))
 
     def halfway(self, part: float = 0.5) -> Cut:
         """Return the cut at a fraction `part` of the length."""
@@ -110,9 +110,11 @@ class PathArc:
         return k, float(np.clip(1.0 - (ends[k] - goal) / max(self.lengths[k], 1e-300), 0.0, 1.0))
 
     def knot(self, cut: Cut) -> CriticalPoint:
-        """Return the corrected position at a cut."""
+        """Return the corrected position at a cut, which may be a knot."""
         k, t = cut
-        here, there = self.branch.knots[k], self.branch.knots[k + 1]
+        here, there = self.branch.knots[k : k + 2]
+        if t <= 0.0 or t >= 1.0:
+            return here if t <= 0.0 else there
         guess = point_between(here, there, t)
         towards = there.p - here.p
         towards = towards / max(float(np.linalg.norm(towards)), 1e-300)
@@ -124,31 +126,9 @@ class PathArc:
 
     def cut(self, cuts: Sequence[Cut]) -> list[PathArc]:
         """Return the paths between cuts."""
-        knots, runs = self.branch.knots, []
-        run: list[CriticalPoint] = [knots[0]]
         ordered = sorted(cuts)
-        for k, there in enumerate(knots[1:]):
-            while ordered and ordered[0][0] == k:
-                at = ordered.pop(0)
-                middle = self._end(at) or self.knot(at)
-                runs.append([*run, middle])
-                run = [middle]
-            run.append(there)
-        runs.append(run)
-        if self.closed and len(runs) > 1:
-            last = runs.pop()
-            runs[0] = [*last[:-1], *seamless(last[-1], runs[0], self.table.shape[1])]
-        closed = self.closed and not cuts
-        return [self._part(run, closed) for run in runs if len(run) > 1]
-
-    def _end(self, cut: Cut) -> CriticalPoint | None:
-        """Return the knot at a cut; None if the cut is between knots."""
-        k, t = cut
-        knots = self.branch.knots
-        return knots[k] if t <= 0.0 else knots[k + 1] if t >= 1.0 else None
-
-    def _part(self, knots: Sequence[CriticalPoint], closed: bool) -> PathArc:
-        return replace(self, branch=CriticalCurve(self.branch.curve, tuple(knots), closed))
+        pieces = cut(self.branch, lambda k: (self.knot(at) for at in ordered if at[0] == k))
+        return [replace(self, branch=piece) for piece in pieces]
 
 
 @dataclass(frozen=True)

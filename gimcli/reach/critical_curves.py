@@ -10,7 +10,7 @@ to the path, and the equations are G alone.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
@@ -363,28 +363,31 @@ def _ends(here: CriticalPoint, there: CriticalPoint) -> tuple[FloatArray, FloatA
 def split(branch: CriticalCurve, tests: Tests) -> list[CriticalCurve]:
     """Return the pieces of a branch between the points at which a test changes its sign."""
     values = np.array([tests(k) for k in branch.knots])
-    pieces: list[CriticalCurve] = []
-    run: list[CriticalPoint] = [branch.knots[0]]
-    for k, there in enumerate(branch.knots[1:]):
-        here = branch.knots[k]
-        changes = np.sign(values[k]) != np.sign(values[k + 1])
-        cuts: Sequence[CriticalPoint] = list(zeros(branch.curve, here, there, tests)) if changes.any() else ()
-        for cut in cuts:
-            pieces.append(CriticalCurve(branch.curve, (*run, cut)))
-            run = [cut]
-        run.append(there)
+
+    def changes(k: int) -> Iterator[CriticalPoint]:
+        here, there = branch.knots[k : k + 2]
+        if np.any(np.sign(values[k]) != np.sign(values[k + 1])):
+            yield from zeros(branch.curve, here, there, tests)
         if np.any((values[k + 1] == 0.0) & (values[k] != 0.0)):
-            pieces.append(CriticalCurve(branch.curve, tuple(run)))
-            run = [there]
-    if len(run) > 1:
-        pieces.append(CriticalCurve(branch.curve, tuple(run)))
-    if branch.closed and len(pieces) > 1:  # join the pieces at the seam of a closed curve
-        last = pieces.pop()
-        pieces[0] = CriticalCurve(
-            branch.curve, (*last.knots[:-1], *seamless(last.knots[-1], pieces[0].knots, branch.curve.stratum.n))
-        )
-        return pieces
-    return [replace(pieces[0], closed=branch.closed)] if len(pieces) == 1 else pieces
+            yield there
+
+    return cut(branch, changes)
+
+
+def cut(branch: CriticalCurve, cuts: Callable[[int], Iterable[CriticalPoint]]) -> list[CriticalCurve]:
+    """Return the pieces of a branch between points; `cuts` returns those between a knot, of a number, and the next."""
+    runs = [[branch.knots[0]]]
+    for k, there in enumerate(branch.knots[1:]):
+        for point in cuts(k):
+            runs[-1].append(point)
+            runs.append([point])
+        if runs[-1][-1] is not there:
+            runs[-1].append(there)
+    whole = len(runs) == 1
+    if branch.closed and not whole:  # join the pieces at the seam of a closed curve
+        last = runs.pop()
+        runs[0] = [*last[:-1], *seamless(last[-1], runs[0], branch.curve.stratum.n)]
+    return [CriticalCurve(branch.curve, tuple(run), branch.closed and whole) for run in runs if len(run) > 1]
 
 
 def seamless(seam: CriticalPoint, knots: Sequence[CriticalPoint], n: int) -> Sequence[CriticalPoint]:
