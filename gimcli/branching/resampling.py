@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from gimcli.continuation.arclength import CurvePoint, correct
+from gimcli.continuation.arclength import CurvePoint, correct, place
 from gimcli.continuation.circuit import CIRCUIT, STEPS, Circuit, nearby
 from gimcli.mechanism import FloatArray
 from gimcli.motion.motion import Motion
@@ -18,7 +18,7 @@ from gimcli.structure.residual import holds, residual
 
 def along(circuit: Circuit, rows: int) -> FloatArray:
     """Return positions and parameter (n + 1, rows) at even distances, including both ends."""
-    return np.array([settled(circuit, k, part) for k, part in sample_places(circuit, rows)]).T
+    return np.array([settled(circuit, k, part)[0] for k, part in sample_places(circuit, rows)]).T
 
 
 def sample_places(circuit: Circuit, rows: int) -> Iterator[tuple[int, float]]:
@@ -34,24 +34,27 @@ def sample_places(circuit: Circuit, rows: int) -> Iterator[tuple[int, float]]:
         yield k, float((wanted[row] - marks[k]) / (marks[k + 1] - marks[k]))
 
 
-def heading(circuit: Circuit, k: int, part: float) -> FloatArray:
-    """Return the direction (n + 1,) of a circuit at a fraction (0..1) from point k to the next."""
+def settled(circuit: Circuit, k: int, part: float) -> tuple[FloatArray, FloatArray]:
+    """Return the corrected position (n + 1,) at a fraction (0..1) from point k to the next, and a vector along there.
+
+    The vector is a tangent, between the points that of a cubic.
+    """
     here, there = circuit.places[k], circuit.places[k + 1]
     if part in (0.0, 1.0):
-        return here.tangent if part == 0.0 else there.tangent
-    return between(here, there, part)[1]
-
-
-def settled(circuit: Circuit, k: int, part: float) -> FloatArray:
-    """Return the corrected position (n + 1,) at a fraction (0..1) from point k to the next."""
-    here, there = circuit.places[k], circuit.places[k + 1]
-    if part in (0.0, 1.0):
-        return here.p if part == 0.0 else there.p
+        return (there.p, there.tangent) if part else (here.p, here.tangent)
     guess, slope = between(here, there, part)
-    if beside(circuit, k, guess):
-        return guess
-    exact = correct(circuit.curve, guess, STEPS, slope / np.linalg.norm(slope))
-    return guess if exact is None else exact
+    exact = None
+    if not beside(circuit, k, guess):
+        exact = correct(circuit.curve, guess, STEPS, slope / np.linalg.norm(slope))
+    return guess if exact is None else exact, slope
+
+
+def exact_tangent(circuit: Circuit, k: int, part: float) -> tuple[FloatArray, FloatArray]:
+    """Return the same position with the unit tangent (n + 1,) of the curve."""
+    p, along = settled(circuit, k, part)
+    if part in (0.0, 1.0) or beside(circuit, k, p):
+        return p, along / np.linalg.norm(along)
+    return p, place(circuit.curve, p, along).tangent
 
 
 def beside(circuit: Circuit, k: int, p: FloatArray) -> bool:
@@ -69,8 +72,8 @@ def between(here: CurvePoint, there: CurvePoint, part: float) -> tuple[FloatArra
 
 def circuit_motion(circuit: Circuit, rows: int, tolerance: float) -> Motion:
     """Return rows at even distances along a circuit as a motion; its time is the fraction of the length, 0..1."""
-    motion = as_motion(circuit, np.linspace(0.0, 1.0, rows), along(circuit, rows), tolerance)
-    return replace(motion, headings=np.array([heading(circuit, k, part) for k, part in sample_places(circuit, rows)]).T)
+    p, headings = np.array([settled(circuit, k, part) for k, part in sample_places(circuit, rows)]).transpose(1, 2, 0)
+    return replace(as_motion(circuit, np.linspace(0.0, 1.0, rows), p, tolerance), headings=headings)
 
 
 def as_motion(circuit: Circuit, time: FloatArray, p: FloatArray, tolerance: float) -> Motion:

@@ -18,8 +18,8 @@ from operator import attrgetter
 
 import numpy as np
 
-from gimcli.branching.resampling import beside, heading, settled
-from gimcli.continuation.arclength import CurvePoint, place
+from gimcli.branching.resampling import exact_tangent
+from gimcli.continuation.arclength import CurvePoint
 from gimcli.continuation.circuit import CIRCUIT, Circuit
 from gimcli.dynamics.equilibria_balance import Freedoms, GeneralisedForces, StaticBalance
 from gimcli.mechanism import ComplexArray, FloatArray
@@ -230,16 +230,8 @@ class BalanceCurve:
 
     def all_at(self, stops: Sequence[CurveStop]) -> list[BalancePoint]:
         """Return the points at some stops."""
-        own = [self._position(stop) for stop in stops]
+        own = [exact_tangent(self.circuit, stop.index, stop.part) for stop in stops]
         return self._in_rounds(stops, [p for p, _ in own], [tangent for _, tangent in own])
-
-    def _position(self, stop: CurveStop) -> tuple[FloatArray, FloatArray]:
-        """Return position and tangent (n + 1,) at a stop, in the round 0."""
-        circuit, k, part = self.circuit, stop.index, stop.part
-        p, along = settled(circuit, k, part), heading(circuit, k, part)
-        if part in (0.0, 1.0) or beside(circuit, k, p):
-            return p, along / np.linalg.norm(along)
-        return p, place(circuit.curve, p, along).tangent
 
     def near(self, stop: CurveStop, found: CurvePoint) -> BalancePoint:
         """Return the point at a position of the round 0 near a stop."""

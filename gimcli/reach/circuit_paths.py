@@ -16,11 +16,11 @@ import numpy as np
 from gimcli.assemblies import all_configurations
 from gimcli.assemblies.assemblies import ConfigurationFinder
 from gimcli.branching.enumeration import CircuitSearch, EnumerationConstants
-from gimcli.branching.resampling import beside, between, settled
+from gimcli.branching.resampling import exact_tangent
 from gimcli.branching.singular_positions import drawn_circuit
 from gimcli.canonical import first_least
 from gimcli.connected import connected
-from gimcli.continuation.arclength import CurvePoint, place
+from gimcli.continuation.arclength import CurvePoint
 from gimcli.continuation.branches import SAME, all_circuits
 from gimcli.continuation.circuit import Circuit, Ended, nearby
 from gimcli.continuation.curve import PositionCurve
@@ -105,13 +105,8 @@ def _knots(task: WorkspaceTask, circuit: Circuit) -> Iterator[CriticalPoint]:
     """Yield positions along a circuit that are close enough for cubics between them; none far outside the range."""
     first, last = nearby(circuit)
     for k in range(first, last):
-        here, there = circuit.places[k], circuit.places[k + 1]
-        yield _knot(task, here.p, here.tangent)
-        count = _parts(here, there)
-        for part in np.arange(1, count) / count:
-            p, slope = settled(circuit, k, part), between(here, there, part)[1]
-            near = beside(circuit, k, p)
-            yield _knot(task, p, slope if near else place(circuit.curve, p, slope).tangent)
+        count = _parts(*circuit.places[k : k + 2])
+        yield from (_knot(task, *exact_tangent(circuit, k, part)) for part in np.arange(count) / count)
     yield _knot(task, circuit.places[last].p, circuit.places[last].tangent)
 
 
