@@ -7,11 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from gimcli.continuation.arclength import CurvePoint, correct, place
+from gimcli.continuation.arclength import correct, cubic, place
 from gimcli.continuation.circuit import CIRCUIT, STEPS, Circuit, nearby
 from gimcli.mechanism import FloatArray
 from gimcli.motion.motion import Motion
-from gimcli.numerics.along import hermite, hermite_slope
 from gimcli.status import Status
 from gimcli.structure.residual import holds, residual
 
@@ -42,7 +41,7 @@ def settled(circuit: Circuit, k: int, part: float) -> tuple[FloatArray, FloatArr
     here, there = circuit.places[k], circuit.places[k + 1]
     if part in (0.0, 1.0):
         return (there.p, there.tangent) if part else (here.p, here.tangent)
-    guess, slope = between(here, there, part)
+    guess, slope = cubic(here, there, part)
     exact = None
     if not beside(circuit, k, guess):
         exact = correct(circuit.curve, guess, STEPS, slope / np.linalg.norm(slope))
@@ -61,13 +60,6 @@ def beside(circuit: Circuit, k: int, p: FloatArray) -> bool:
     """Return whether p is so near to an intersection that interpolation is more accurate than the equations."""
     ends = [circuit.places[j].p for j in (k, k + 1) if j in circuit.crossings]
     return any(float(np.linalg.norm(p - end)) <= CIRCUIT.beside for end in ends)
-
-
-def between(here: CurvePoint, there: CurvePoint, part: float) -> tuple[FloatArray, FloatArray]:
-    """Return the cubic through two points and its derivative, at a fraction (0..1)."""
-    h = float(np.linalg.norm(there.p - here.p))
-    ends = here.p, h * here.tangent, there.p, h * there.tangent
-    return hermite(*ends, part), hermite_slope(*ends, part)
 
 
 def circuit_motion(circuit: Circuit, rows: int, tolerance: float) -> Motion:

@@ -10,21 +10,18 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from typing import Protocol
 
 import numpy as np
 
 from gimcli.mechanism import FloatArray
-from gimcli.numerics.along import root
+from gimcli.numerics.along import hermite, hermite_slope, root
 from gimcli.numerics.follower import Follower
 from gimcli.progress import spend
 
 WEAK = 1e4
 """Condition number above which steps are computed by SVD: normal equations square it and leave 8 digits."""
-
-
-SHORTER = (1.0, 0.85, 0.7, 0.67)
-"""Parts of a step that are tried: the plane across its end may not meet a curve that bends."""
 
 
 class Implicit(Protocol):
@@ -196,21 +193,20 @@ def walk(system: Implicit, start: CurvePoint, constants: ArclengthConstants) -> 
             return
 
 
-def sign_change(
-    system: Implicit, here: CurvePoint, step: float, test: Callable[[CurvePoint], float], constants: ArclengthConstants
-) -> CurvePoint | None:
-    """Return the point on a step along the tangent from `here` at which a test changes its sign.
+def cubic(here: CurvePoint, there: CurvePoint, part: float) -> tuple[FloatArray, FloatArray]:
+    """Return the cubic through two points and its derivative, at a fraction (0..1)."""
+    h = float(np.linalg.norm(there.p - here.p))
+    ends = here.p, h * here.tangent, there.p, h * there.tangent
+    return hermite(*ends, part), hermite_slope(*ends, part)
 
-    None if the sign does not change. At a crossing of branches the point is not exact, as corrections fail there.
-    """
 
-    def at(s: float) -> CurvePoint:
-        found = correct(system, here.p + s * here.tangent, constants, here.tangent)
-        return here if found is None else place(system, found, here.tangent)
-
-    ends = ((part * step, at(part * step)) for part in SHORTER)
-    end = next((end for end in ends if end[1] is not here), (step, here))
-    return root(at, test, (0.0, here), end, constants.closeness) if test(here) * test(end[1]) < 0.0 else None
+def point_between(
+    system: Implicit, here: CurvePoint, there: CurvePoint, part: float, constants: ArclengthConstants
+) -> CurvePoint:
+    """Return the point at a fraction (0..1) between two neighbours; that of the cubic where corrections fail."""
+    guess, along = cubic(here, there, part)
+    exact = correct(system, guess, constants, along / np.linalg.norm(along))
+    return place(system, guess if exact is None else exact, along)
 
 
 def between(
@@ -219,8 +215,9 @@ def between(
 ) -> CurvePoint | None:  # fmt: skip
     """Return the point between two neighbours at which a test changes its sign; None if it does not.
 
-    It may be beyond the plane across the tangent of the first one through the second one.
+    At a crossing of branches the point is not exact, as corrections fail there.
     """
-    step = float((there.p - here.p) @ here.tangent)
-    found = (sign_change(system, here, reach * step, test, constants) for reach in (1.0, 1.5))
-    return next((one for one in found if one is not None), None)
+    if not test(here) * test(there) < 0.0:
+        return None
+    at = partial(point_between, system, here, there, constants=constants)
+    return root(at, test, (0.0, here), (1.0, there), constants.closeness)

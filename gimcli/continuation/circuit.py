@@ -326,7 +326,7 @@ class CircuitWalker(ArclengthFollower):
             return False
         if there.tangent @ start.tangent < 0.5:
             return False
-        found = between(curve, here, there, over, STEPS)
+        found = there if over(there) <= 0.0 else between(curve, here, there, over, STEPS)
         if found is None or not np.linalg.norm(curve.apart(found.p, start.p)) <= CIRCUIT.closure:
             return False
         del self.places[index:]

@@ -13,7 +13,7 @@ from operator import attrgetter
 import numpy as np
 
 from gimcli.continuation.arc import NODES, ArcPassage, SingularArc, make_arc
-from gimcli.continuation.arclength import CurvePoint, between, correct, place, sign_change
+from gimcli.continuation.arclength import CurvePoint, between, correct, place
 from gimcli.continuation.bifurcation import crossing
 from gimcli.continuation.branches import Departure, departure
 from gimcli.continuation.circuit import CIRCUIT, RESTS, STEPS, CircuitWalker
@@ -182,10 +182,9 @@ class MotionCurve:
 
 def fold_beside(curve: PositionCurve, here: CurvePoint, reach: float) -> CurvePoint | None:
     """Return the limit of the parameter within a distance `reach` of a point, on either side; None if there is none."""
-    behind = correct(curve, here.p - reach * here.tangent, STEPS, here.tangent)
-    if behind is None:
-        return None
-    return sign_change(curve, place(curve, behind, here.tangent), 2.0 * reach, attrgetter("rate"), STEPS)
+    ends = [correct(curve, here.p + part * here.tangent, STEPS, here.tangent) for part in (-reach, reach)]
+    behind, ahead = (None if p is None else place(curve, p, here.tangent) for p in ends)
+    return behind and ahead and between(curve, behind, ahead, attrgetter("rate"), STEPS)
 
 
 def direction(curve: PositionCurve, gap: Gap, sense: float = 1.0) -> FloatArray:

@@ -12,7 +12,7 @@ import pytest
 from bundled import FILES
 
 from gimcli import load
-from gimcli.continuation.arclength import ArclengthConstants, place, sign_change, walk
+from gimcli.continuation.arclength import ArclengthConstants, between, place, walk
 from gimcli.mechanism import FloatArray
 from gimcli.structure.exact_equations import Constraints
 from gimcli.structure.system import System
@@ -70,8 +70,7 @@ def test_a_circle_is_followed_through_its_folds() -> None:
     assert np.all(np.diff(angle) > 0.0)
     assert angle[-1] - angle[0] > 2.0 * math.pi
     fold = next(k for k in range(len(places)) if places[k + 1].tangent[0] < 0.0)
-    step = float(np.linalg.norm(p[fold + 1] - p[fold]))
-    found = sign_change(circle, places[fold], step, lambda q: float(q.tangent[0]), policy)
+    found = between(circle, *places[fold : fold + 2], lambda q: float(q.tangent[0]), policy)
     assert found is not None
     assert np.abs(found.p - [1.0, 0.0]).max() < 1e-13
 
