@@ -340,8 +340,8 @@ class CircuitWalker(ArclengthFollower):
         domain, q = self.curve.domain, float(self.places[index].p[-1])
         if domain.low <= q <= domain.high:
             return False
-        end, ends = min(max(q, domain.low), domain.high), self.places[index - 1 : index + 1]
-        found = between(self.curve, *ends, lambda at: float(at.p[-1]) - end, STEPS)
+        end, (here, there) = min(max(q, domain.low), domain.high), self.places[index - 1 : index + 1]
+        found = between(self.curve, here, there, lambda at: float(at.p[-1]) - end, STEPS)
         del self.places[index:]
         if found is not None:
             self.places.append(found)
