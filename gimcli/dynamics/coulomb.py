@@ -35,62 +35,16 @@ from gimcli.dynamics.statics import Statics, direction
 from gimcli.errors import ModelError
 from gimcli.mechanism import BoolArray, ComplexArray, FloatArray, IntArray
 from gimcli.positions.newton import Run
-from gimcli.structure.joints import pair_of
-from gimcli.structure.steps import NONE
 
 FORMS = 2
 """Most vectors w of a pair."""
 
 
-@dataclass(frozen=True)
-class RubbingPair(FrictionPair):
-    """A contact with dry friction, which depends on reactions."""
-
-    forms: tuple[dict[int, complex], ...] = ()  # the vectors w: coefficients by unknown
-
-    def column(self, statics: Statics, course: Course) -> FloatArray:
-        """Return the equations of a unit moment or force in the direction of sliding (equations, rows)."""
-        found = np.zeros((statics.equations, len(course.time)))
-        for row, part in coefficients(statics, self.reaction(statics), course.nodes[0]):
-            found[row] += part
-        return found
-
-    @property
-    def on_pin(self) -> bool:
-        """Whether the friction acts on the pin of a node: of a pin in a slot."""
-        return self.slide != NONE and len(self.forms) == 1
-
-
-def rubbing_pairs(statics: Statics) -> tuple[RubbingPair, ...]:
-    """Return the contacts with dry friction, in the order of the file."""
-    dry = [pair for pair in friction_pairs(statics.mechanism) if pair.friction.mu > 0.0]
-    return tuple(rubbing_pair(statics, pair) for pair in dry)
-
-
-def rubbing_pair(statics: Statics, contact: FrictionPair) -> RubbingPair:
-    """Return a contact with the reactions on which its dry friction depends."""
-    return RubbingPair(contact.friction, contact.member, contact.first, _forms(statics, contact))
-
-
-def _forms(statics: Statics, contact: FrictionPair) -> tuple[dict[int, complex], ...]:
-    mechanism, friction, mu = statics.mechanism, contact.friction, contact.friction.mu
-    if contact.slide == NONE:
-        x, y = contact.forces(statics)
-        return ({x: complex(friction.circle), y: 1j * friction.circle},)
-    pair = pair_of(mechanism, contact.slide)
-    normals = [statics.normals[k] for k in pair.slides]
-    if friction.length == 0.0:
-        return ({normals[0]: complex(mu)},)
-    one, two = (mechanism.members[pair.bodies[1]].local(mechanism.slides[k].node) for k in pair.slides)
-    lever = complex(mu * abs(two - one) / friction.length)  # 2 |M| / length with M = (N2 - N1) |two - one| / 2
-    return {normals[0]: complex(mu), normals[1]: complex(mu)}, {normals[0]: -lever, normals[1]: lever}
-
-
-def form_table(pairs: Sequence[RubbingPair], unknowns: int) -> ComplexArray:
+def form_table(statics: Statics, pairs: Sequence[FrictionPair], unknowns: int) -> ComplexArray:
     """Return the vectors w of all pairs (FORMS, pairs, unknowns); 0 where a pair has only one."""
     table = np.zeros((FORMS, len(pairs), unknowns), dtype=complex)
     for k, pair in enumerate(pairs):
-        for g, form in enumerate(pair.forms):
+        for g, form in enumerate(pair.forms(statics)):
             for unknown, weight in form.items():
                 table[g, k, unknown] = weight
     return table
@@ -183,9 +137,12 @@ class _Rows:
     ) -> None:  # fmt: skip
         """`known` are the reactions without friction, `change` (equations, rows) the right side at rest less that."""
         self.statics, self.course, self.unit = statics, course, unit
-        self.pairs: tuple[RubbingPair, ...] = rubbing_pairs(statics)
-        self.forms = form_table(self.pairs, len(statics.reactions))
-        self.columns = np.stack([pair.column(statics, course) for pair in self.pairs], axis=-1)
+        self.pairs = [pair for pair in friction_pairs(statics.mechanism) if pair.friction.mu > 0.0]
+        self.forms = form_table(statics, self.pairs, len(statics.reactions))
+        self.columns = np.zeros((statics.equations, len(course.time), len(self.pairs)))
+        for k, pair in enumerate(self.pairs):
+            for row, part in coefficients(statics, pair.reaction(statics), course.nodes[0]):
+                self.columns[row, :, k] += part
         self.rates = np.array([pair.rate(statics.mechanism, course) for pair in self.pairs])
         self.senses, self.rest = _senses(self.rates)
         moved, reach = self._reach(known, change)
@@ -337,7 +294,7 @@ def _senses(rates: FloatArray) -> tuple[FloatArray, BoolArray]:
     return np.where(rest, 0.0, senses).T, rest
 
 
-def rub(loads: Loading, pairs: Sequence[RubbingPair], friction: FloatArray, powers: FloatArray) -> None:
+def rub(loads: Loading, pairs: Sequence[FrictionPair], friction: FloatArray, powers: FloatArray) -> None:
     """Add friction (pairs, rows) on pins, and its powers [W] (any, rows), to the forces on the bodies."""
     loads.power["friction"] = np.sum(powers, axis=0)
     for pair, own in zip(pairs, friction, strict=True):

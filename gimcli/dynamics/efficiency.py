@@ -20,6 +20,7 @@ from gimcli.dynamics.coulomb import DryFriction
 from gimcli.dynamics.coulomb_solver import SELF_LOCKING, FrictionStatus
 from gimcli.dynamics.force_columns import ForceColumn, columns_of, effort_unit
 from gimcli.dynamics.forces import Forces
+from gimcli.dynamics.load_arrays import friction_pairs
 from gimcli.dynamics.statics import Statics
 from gimcli.mechanism import BoolArray, FloatArray, Mechanism
 from gimcli.motion.motion import Motion
@@ -190,7 +191,7 @@ STATE = "friction.state"
 def friction_formulas(statics: Statics) -> Iterator[ForceColumn]:
     """Yield the power lost in each pair, limits of the efforts, and the efficiency; none without dry friction."""
     mechanism = statics.mechanism
-    rubbing = dict.fromkeys(friction.name for friction in mechanism.dynamics.frictions if friction.mu)
+    rubbing = dict.fromkeys(pair.name for pair in friction_pairs(mechanism) if pair.friction.mu)
     for name in rubbing:
         yield ForceColumn(f"friction.power.{name}", "W", partial(_power, name=name), dry=True)
     for k, actuator in enumerate(mechanism.actuators if rubbing else ()):

@@ -167,11 +167,8 @@ class Forces:
 
     def _force(self, pin: Pin, member: int) -> Any:
         """Return the force [N] of the pin on a member, as `_solutions` (1 + surplus, rows)."""
-        k = pin.members.index(member)
-        if k:
-            first = pin.first + 2 * (k - 1)
-            return self._solutions[:, first] + 1j * self._solutions[:, first + 1]
-        return self._attached(pin.node) - sum(self._force(pin, m) for m in pin.members[1:])
+        held = {m: self._solutions[:, x] + 1j * self._solutions[:, y] for m, (x, y) in pin.unknowns.items()}
+        return held[member] if member in held else self._attached(pin.node) - sum(held.values())
 
     def _slides(self, pair: str) -> list[int]:
         return [k for k, s in enumerate(self.mechanism.slides) if s.pair == pair]

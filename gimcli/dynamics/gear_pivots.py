@@ -12,6 +12,7 @@ from gimcli.dynamics.statics import Statics
 from gimcli.errors import ModelError
 from gimcli.mechanism import ComplexArray, FloatArray
 from gimcli.structure.carried import unit_of
+from gimcli.structure.joints import sliding_pairs
 
 Change = tuple[int, FloatArray]
 """An unknown, and what 1 N of the part adds to it (rows,)."""
@@ -53,17 +54,14 @@ def _on_pivot(statics: Statics, gear: GearPair, wheel: int, force: ComplexArray)
     """Yield the changes of the pin forces on a wheel and on the carrier that balance a force on the wheel."""
     pin = next(pin for pin in statics.pins if pin.node == gear.pivots[wheel])
     for member, sense in ((gear.members[wheel], -1.0), (gear.carrier, 1.0)):
-        if k := pin.members.index(member):
-            first = pin.first + 2 * (k - 1)
-            yield first, sense * force.real
-            yield first + 1, sense * force.imag
+        yield from zip(pin.unknowns.get(member, ()), (sense * force.real, sense * force.imag), strict=False)
 
 
 def _on_slide(statics: Statics, gear: GearPair, z: ComplexArray, force: ComplexArray) -> Iterator[Change]:
     """Yield the changes of the two normal forces that balance a force on the rack, on a line through the pivot."""
     mechanism = statics.mechanism
-    name, guide = mechanism.pairs[gear.slide].pair, mechanism.pairs[gear.slide].guide
-    one, two = (k for k, slide in enumerate(mechanism.slides) if slide.pair == name)
+    pair = next(pair for pair in sliding_pairs(mechanism) if pair.name == mechanism.pairs[gear.slide].pair)
+    (one, two), guide = pair.slides, pair.bodies[0]
     normal = unit_of(mechanism, z, guide) * mechanism.slides[one].normal
     pressed = (force * normal.conj()).real * (-1.0 if guide == gear.carrier else 1.0)
     start, end = z[mechanism.slides[one].node], z[mechanism.slides[two].node]

@@ -19,6 +19,7 @@ from gimcli.dynamics.statics import Reaction, Statics
 from gimcli.kernels.equilibrium import COUPLE
 from gimcli.mechanism import FRAME, HEIGHT, SPAN, FloatArray, Input, IntArray, Mechanism
 from gimcli.structure.carried import carried_direction
+from gimcli.structure.joints import pair_of
 from gimcli.structure.rotation import members_of, rotation_classes
 from gimcli.structure.steps import NONE
 
@@ -53,11 +54,24 @@ class FrictionPair:
         slide = mechanism.slides[self.slide]
         return reading(mechanism, travel_along(slide, slide.name), course)[1]
 
-    def forces(self, statics: Statics) -> tuple[int, int]:
-        """Return the unknowns of the force of a pin on the member that turns."""
-        pin = next(pin for pin in statics.pins if pin.node == self.friction.node)
-        first = pin.first + 2 * (pin.members.index(self.member) - 1)
-        return first, first + 1
+    @property
+    def on_pin(self) -> bool:
+        """Whether the friction acts on the pin of a node: of a pin in a slot."""
+        return self.slide != NONE and self.friction.length == 0.0
+
+    def forms(self, statics: Statics) -> tuple[dict[int, complex], ...]:
+        """Return the vectors w of dry friction, the sum of |w . unknowns|: coefficients by unknown."""
+        friction, mu = self.friction, self.friction.mu
+        if self.slide == NONE:
+            x, y = next(pin for pin in statics.pins if pin.node == friction.node).unknowns[self.member]
+            return ({x: complex(friction.circle), y: 1j * friction.circle},)
+        pair = pair_of(statics.mechanism, self.slide)
+        first, *others = (statics.normals[k] for k in pair.slides)
+        if self.on_pin:
+            return ({first: complex(mu)},)
+        one, two = (statics.mechanism.members[pair.bodies[1]].local(node) for node in pair.nodes)
+        lever = complex(mu * abs(two - one) / friction.length)  # 2 |M| / length with M = (N2 - N1) |two - one| / 2
+        return {first: complex(mu), others[0]: complex(mu)}, {first: -lever, others[0]: lever}
 
     def reaction(self, statics: Statics) -> Reaction:
         """Return a unit moment or force in the direction of sliding, as if it were unknown."""

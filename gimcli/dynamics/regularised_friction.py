@@ -19,11 +19,11 @@ from dataclasses import replace
 import numpy as np
 
 from gimcli.dynamic_data import AppliedLoad, Inertia
-from gimcli.dynamics.coulomb import RubbingPair, form_table, rub, rubbing_pair
+from gimcli.dynamics.coulomb import form_table, rub
 from gimcli.dynamics.equilibrium_equations import equilibrium
 from gimcli.dynamics.forces import Forces
 from gimcli.dynamics.kinematic_history import Course
-from gimcli.dynamics.load_arrays import friction_pairs, ints, moving_loads, with_force_gauges
+from gimcli.dynamics.load_arrays import FrictionPair, friction_pairs, ints, moving_loads, with_force_gauges
 from gimcli.dynamics.physical import require_action
 from gimcli.dynamics.reducer import Reducer, free_inputs
 from gimcli.dynamics.statics import Statics, statics
@@ -52,7 +52,7 @@ class BodyBalance:
         self.unknown = np.full(known + len(couples), -1, dtype=np.int64)
         self.unknown[unknown] = np.arange(len(unknown))
         self.unknowns, self.equations = len(unknown), every.equations
-        self.pairs: list[RubbingPair] = []  # of the contacts
+        self.pairs: list[FrictionPair] = []  # of the contacts
         self.columns: list[int] = []
         self.contacts = self._contacts()
         self.bodies = self._bodies()
@@ -121,14 +121,14 @@ class BodyBalance:
         """Return the pairs with dry friction: each member on a pin but the first, and the guides."""
         pairs, speeds = friction_pairs(self.mechanism), list[int]()
         pin, guide = 0, len(self.readings) - sum(pair.slide != NONE for pair in pairs)  # the last gauges: of guides
-        for pair in (rubbing_pair(self.statics, one) for one in pairs):
+        for pair in pairs:
             on_pin = pair.slide == NONE
-            if any(any(form.values()) for form in pair.forms):
+            if any(any(form.values()) for form in pair.forms(self.statics)):
                 self.pairs.append(pair)
                 self.columns.append(int(self.couples[pin] if on_pin else self.readings[guide]))
                 speeds.append(pin if on_pin else self.first + guide)
             pin, guide = pin + on_pin, guide + (not on_pin)
-        first, second = form_table(self.pairs, len(self.unknown))[..., self.unknown >= 0]
+        first, second = form_table(self.statics, self.pairs, len(self.unknown))[..., self.unknown >= 0]
         self.forms = np.stack([first.real, first.imag + second.real], axis=1)
         kinds = [PIN if pair.slide == NONE else GUIDE for pair in self.pairs]
         return Contacts(np.array(kinds, dtype=np.int64), np.array(speeds, dtype=np.int64))

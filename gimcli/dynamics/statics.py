@@ -10,10 +10,9 @@ nodes slide. The order of the blocks is the reverse order of formation.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from itertools import accumulate
+from itertools import accumulate, chain
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,7 +20,7 @@ import numpy as np
 from gimcli.calculus.numbers import RuleNumber, nominal, scalar
 from gimcli.dynamic_data import NO_NODE, AppliedLoad, Inertia
 from gimcli.kernels.equilibrium import ALONG, COUPLE, MOMENT, PUSH, TURN, X, Y
-from gimcli.mechanism import FRAME, HEIGHT, SPAN, FloatArray, Mechanism, PairRow
+from gimcli.mechanism import FRAME, HEIGHT, FloatArray, Mechanism, PairRow
 from gimcli.structure.carried import carried_direction
 from gimcli.structure.derived import derived
 from gimcli.structure.dulmage_mendelsohn import EquationBlock, split
@@ -71,6 +70,11 @@ class Pin:
     members: tuple[int, ...]
     first: int
     loaded: bool  # sliding pairs, actuators, springs, dampers, masses or loads are attached to the pin itself
+
+    @property
+    def unknowns(self) -> dict[int, tuple[int, int]]:
+        """The unknowns x and y of the force on each member but the first."""
+        return {member: (self.first + 2 * k, self.first + 2 * k + 1) for k, member in enumerate(self.members[1:])}
 
 
 @dataclass(frozen=True)
@@ -182,8 +186,8 @@ class Statics:
             if len(block.columns) > len(block.rows) or any(rows & set(self.columns[c]) for c in loose):
                 loose.update(block.columns)
         attached = {n for k in loose if self.reactions[k].on_pin for n, _ in self.reactions[k].ends}
-        held = {pin.node: range(pin.first, pin.first + 2 * (len(pin.members) - 1)) for pin in self.pins}
-        return frozenset(node for node, own in held.items() if node in attached or loose & set(own))
+        held = {pin.node for pin in self.pins if not loose.isdisjoint(chain(*pin.unknowns.values()))}
+        return frozenset(pin.node for pin in self.pins if pin.node in attached | held)
 
 
 @derived
@@ -206,46 +210,43 @@ def direction(reaction: Reaction, z: Any) -> Any:
 
 class _StaticsBuilder:
     def __init__(self, mechanism: Mechanism) -> None:
-        self.mechanism = mechanism
-        self.holders = members_of(mechanism)
-        rows = (*mechanism.pairs, *mechanism.actuators, *mechanism.gauges)
-        self.attached = {n for row in rows for n in self._ends(row)}
-        inertias, loads = mechanism.dynamics.inertias, mechanism.dynamics.loads
-        self.loaded = self.attached | {one.node for one in inertias} | {load.node for load in loads}
-        self.reactions: list[Reaction] = []
-        self.body_of_member = {k: k - 1 for k in range(1, len(mechanism.members))} | {FRAME: NONE}
-        loose = [n for n in sorted(self.attached) if not self.holders[n]]
-        self.body_of_pin = {n: self.body_of_member[h[0]] for n, h in enumerate(self.holders) if h}
-        self.body_of_pin |= {n: len(mechanism.members) - 1 + k for k, n in enumerate(loose)}
-        self.loose = loose
+        self.mechanism, self.reactions = mechanism, list[Reaction]()
+        self.holders, moving = members_of(mechanism), len(mechanism.members) - 1
+        self.loose = [node for node, held in enumerate(self.holders) if not held]
+        self.body_of_member = {k: k - 1 for k in range(1, moving + 1)} | {FRAME: NONE}
+        self.body_of_pin = {n: self.body_of_member[held[0]] for n, held in enumerate(self.holders) if held}
+        self.body_of_pin |= {n: k for k, n in enumerate(self.loose, start=moving)}
 
     def build(self) -> Statics:
-        mechanism = self.mechanism
-        pins = tuple(self._pin(n) for n, members in enumerate(self.holders) if len(members) > 1)
-        held = [self._add(self._row(row)) for row in mechanism.pairs]
-        normals = dict(enumerate(k for k, row in zip(held, mechanism.pairs, strict=True) if row.kind == HEIGHT))
-        efforts = tuple(
-            NONE if k in mechanism.geared else self._add(self._row(a)) for k, a in enumerate(mechanism.actuators)
+        mechanism, dynamics = self.mechanism, self.mechanism.dynamics
+        held, driven, gauges = (
+            [self._row(row) for row in rows] for rows in (mechanism.pairs, mechanism.actuators, mechanism.gauges)
         )
+        loaded = {node for one in (*held, *driven, *gauges) if one.on_pin for node, _ in one.ends}
+        loaded |= {one.node for one in dynamics.inertias} | {load.node for load in dynamics.loads}
+        joined = [(n, members) for n, members in enumerate(self.holders) if len(members) > 1]
+        pins = tuple(Pin(n, members, self._pin(n, members), n in loaded) for n, members in joined)
+        unknowns = [self._add(one) for one in held]
+        slides = (k for k, row in zip(unknowns, mechanism.pairs, strict=True) if row.kind == HEIGHT)
+        efforts = tuple(NONE if k in mechanism.geared else self._add(one) for k, one in enumerate(driven))
         teeth = self._gears() if mechanism.gears else ()
         moving = (Body(k, self._moment_node(k)) for k in range(1, len(mechanism.members)))
         bodies = (*moving, *(Body(NONE, n) for n in self.loose))
         return Statics(
-            mechanism, bodies, tuple(self.reactions), pins, normals, efforts, teeth,
-            self.body_of_member, self.body_of_pin, tuple(self._row(gauge) for gauge in mechanism.gauges),
+            mechanism, bodies, tuple(self.reactions), pins, dict(enumerate(slides)), efforts, teeth,
+            self.body_of_member, self.body_of_pin, tuple(gauges),
         )  # fmt: skip
 
     def _add(self, reaction: Reaction) -> int:
         self.reactions.append(reaction)
         return len(self.reactions) - 1
 
-    def _pin(self, node: int) -> Pin:
-        members = self.holders[node]
-        first, body = len(self.reactions), self.body_of_member
-        for member in members[1:]:
-            for z in (1.0 + 0.0j, 1.0j):
-                self._add(Reaction(PUSH, body[member], body[members[0]], node, node, Vector(z)))
-        return Pin(node, tuple(members), first, node in self.loaded)
+    def _pin(self, node: int, members: tuple[int, ...]) -> int:
+        """Add the unknowns of a node; return the first."""
+        start, vectors = len(self.reactions), (Vector(1.0 + 0.0j), Vector(1.0j))
+        first, *others = (self.body_of_member[member] for member in members)
+        self.reactions += [Reaction(PUSH, body, first, node, node, one) for body in others for one in vectors]
+        return start
 
     def _row(self, row: PairRow) -> Reaction:
         """Return the reaction of a constraint or an input: a couple, a force between nodes, or one on a guide."""
@@ -279,10 +280,6 @@ class _StaticsBuilder:
         """Return the sliding member if a height or travel is that of a true prismatic pair, else NONE."""
         near = (p for p in sliding_pairs(self.mechanism) if row.node in p.nodes and row.guide == p.bodies[0])
         return next((pair.bodies[1] if pair.kind == PRISMATIC else NONE for pair in near), NONE)
-
-    def _ends(self, row: PairRow) -> Sequence[int]:
-        """Return the nodes on whose pins a row acts."""
-        return row.nodes if row.kind == SPAN or (row.kind == HEIGHT and self._slider(row) == NONE) else ()
 
     def _moment_node(self, member: int) -> int:
         """Return the node of a member at which most unknowns act; they have no moment about it."""

@@ -6,7 +6,6 @@ nodes to place every item. Lengths and positions are in the file's length unit, 
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -17,9 +16,11 @@ from numpy.typing import NDArray
 
 from gimcli.connected import grouped
 from gimcli.dynamic_data import AppliedLoad
-from gimcli.mechanism import FRAME, HEIGHT, SPAN, ComplexArray, Input, Mechanism, PairRow
+from gimcli.mechanism import FRAME, HEIGHT, SPAN, ComplexArray, Input, Mechanism
 from gimcli.output.anchors import Anchor, Anchors
 from gimcli.structure.convex_hull import convex_hull
+from gimcli.structure.joints import PRISMATIC, REVOLUTE, Joint, sliding_pairs
+from gimcli.structure.kinematic_chain import kinematic_chain
 
 if TYPE_CHECKING:
     from gimcli.output.gear_outlines import GearOutlines
@@ -133,15 +134,13 @@ class Scene(Anchors):
     @cached_property
     def pins(self) -> tuple[int, ...]:
         """Nodes that are revolute pairs: two members meet, or one meets a block or an actuator."""
-        count = Counter(node for member in self.mechanism.members for node in member.nodes)
-        count.update(pair[0].node for pair in self._pairs if len(pair) == 1)
-        count.update(n for a in self.mechanism.actuators if a.kind == SPAN for n in a.nodes[:2])
-        return tuple(sorted(node for node, members in count.items() if members > 1 and node in self.used))
+        joints = kinematic_chain(self.mechanism).joints
+        return tuple(joint.node for joint in joints if joint.kind == REVOLUTE and joint.node in self.used)
 
     @cached_property
     def plain(self) -> tuple[int, ...]:
         """Other nodes that are drawn: not pins, and not covered by a block of two nodes."""
-        covered = {slide.node for pair in self._pairs if len(pair) > 1 for slide in pair}
+        covered = {node for pair in sliding_pairs(self.mechanism) if pair.kind == PRISMATIC for node in pair.nodes}
         return tuple(sorted(self.used - set(self.pins) - covered))
 
     @cached_property
@@ -175,7 +174,7 @@ class Scene(Anchors):
     @cached_property
     def sliders(self) -> tuple[Slider, ...]:
         """The sliding pairs."""
-        return tuple(self._slider(pair) for pair in self._pairs)
+        return tuple(self._slider(pair) for pair in sliding_pairs(self.mechanism))
 
     @cached_property
     def supports(self) -> tuple[Support, ...]:
@@ -261,11 +260,6 @@ class Scene(Anchors):
 
     # -- parts ----------------------------------------------------------------------------------
 
-    @cached_property
-    def _pairs(self) -> list[list[PairRow]]:
-        """The sliding pairs; a true prismatic pair is a list of two rows."""
-        return list(grouped((slide.pair, slide) for slide in self.mechanism.slides).values())
-
     def _body(self, member: int) -> MemberOutline:
         own = self.mechanism.members[member]
         places = np.append(own.shape, [p.local for p in self.mechanism.points if p.member == member])
@@ -275,23 +269,22 @@ class Scene(Anchors):
             for k in map(int, corners)
         )
         kind = "plate" if len(outline) > 2 else "beam" if len(own.nodes) > 2 else "link"
-        carried = [p for p in self._pairs if p[0].guide != member and not {s.node for s in p} >= set(own.nodes)]
-        above = kind == "link" and any(slide.node in own.nodes for pair in carried for slide in pair)
+        carried = (p.nodes for p in sliding_pairs(self.mechanism) if p.bodies[0] != member)
+        above = kind == "link" and any(0 < len({*own.nodes} - {*nodes}) < len(own.nodes) for nodes in carried)
         return MemberOutline(member, kind, outline, above)
 
-    def _slider(self, pair: Sequence[PairRow]) -> Slider:
-        slide = pair[0]
+    def _slider(self, pair: Joint) -> Slider:
+        slide = self.mechanism.slides[pair.slides[0]]
         line, along = self.on(slide.guide, slide.point), self.direction(slide.guide, slide.along)
         start = self.place(line, self.poses)
         back = np.conjugate(along * self.turn(slide.guide, self.poses))
-        travel = [float(t) for s in pair for t in np.ravel((self.poses[:, s.node] - start) * back).real]
-        nodes = tuple(s.node for s in pair)
+        travel = [float(t) for node in pair.nodes for t in np.ravel((self.poses[:, node] - start) * back).real]
         if self.carriers[slide.guide].origin < 0:
             side = self._side(line.local + along * min(travel), along)
-            return Slider(slide.pair, nodes, line, along, (min(travel), max(travel)), side)
+            return Slider(pair.name, pair.nodes, line, along, (min(travel), max(travel)), side)
         held, bracket = self._bracket(slide.guide, line, along)
         travel += held
-        return Slider(slide.pair, nodes, line, along, (min(travel), max(travel)), bracket=bracket)
+        return Slider(pair.name, pair.nodes, line, along, (min(travel), max(travel)), bracket=bracket)
 
     def _bracket(self, guide: int, line: Anchor, along: complex) -> tuple[list[float], tuple[Anchor, ...]]:
         """Return where a guide that passes through no node of its member is held: position on it, and the two ends."""

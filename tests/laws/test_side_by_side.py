@@ -234,3 +234,22 @@ def test_a_sweep_of_one_machine_is_not_limited_by_the_other():
     found = gimcli.sweep(gimcli.loads(TWO_LOADED), {"F.x": "11,11.5"}, steps=36, keep="max(F.x)")
     assert found["max(F.x)"] == pytest.approx([11.0, 11.5], rel=1e-12)
     assert list(found["status"]) == ["ok", "ok"]
+
+
+def test_dry_friction_of_two_machines_on_one_held_member():
+    """Massless cranks with a force at the end: the effort is F (L cos t + rho), rho: radius of the friction circle."""
+    nodes = {"O": [0, 0], "P": [3, 0], "Q": [1, 2], "A": [1, 0], "B": [4, 0]}
+    model = gimcli.load({
+        "units": {"length": "m"}, "nodes": nodes, "ground": {"member": "base"}, "elements": {"base": ["O", "P", "Q"]},
+        "links": {"one": ["O", "A"], "two": ["P", "B"]},
+        "actuators": {
+            "first": {"pivot": "O", "arm": "A", "law": {"by": 60}},
+            "second": {"pivot": "P", "arm": "B", "law": {"by": 60}},
+        },
+        "loads": {"left": {"on": "A", "force": [0, -10]}, "right": {"on": "B", "force": [0, -20]}},
+        "friction": {"O": {"mu": 0.2, "radius": 0.1}, "P": {"mu": 0.1, "radius": 0.1}},
+    })  # fmt: skip
+    found, cosine = gimcli.forces(model, steps=4), np.cos(np.radians(np.linspace(0, 60, 5)))
+    for name, force, mu in (("first", 10.0, 0.2), ("second", 20.0, 0.1)):
+        circle = 0.1 * mu / math.sqrt(1.0 + mu**2)
+        assert found[f"{name}.effort"] == pytest.approx(force * (cosine + circle), rel=1e-12)
