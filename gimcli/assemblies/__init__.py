@@ -1,4 +1,9 @@
-"""All configurations (assembly modes) of a mechanism at given inputs, with a proof that none is missing."""
+"""All configurations (assembly modes) of a mechanism at given inputs, with a proof that none is missing.
+
+Knows: the roots of the loop equations, and how many there can be.
+Asks: kernels, motion, positions, structure.
+Asked by: branching, library, reach.
+"""
 
 from __future__ import annotations
 

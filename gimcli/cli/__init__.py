@@ -1,4 +1,9 @@
-"""The command line: parse, call, print, exit. Heavy modules are imported when a command runs."""
+"""The command line: parse, call, print, exit. Heavy modules are imported when a command runs.
+
+Knows: commands, options, help and what the terminal shows; only here typer is imported.
+Asks: any package below.
+Asked by: no package.
+"""
 
 from __future__ import annotations
 

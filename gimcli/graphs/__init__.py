@@ -1,4 +1,6 @@
-"""Graphs of quantities: the texts of --plot, the quantities that they name, and the graphs of a motion.
+"""Graphs and animations of motions: the texts of --plot, the quantities that they name, and the rows that are shown.
 
-It knows columns and quantities; the library asks it.
+Knows: what of a motion is drawn; `output` draws it.
+Asks: branching, continuation, dynamics, language, motion, output, positions, quantities, rates.
+Asked by: families, library.
 """

@@ -1,1 +1,6 @@
-"""The manual: one page a file, shown by `gim manual` and readable on the web."""
+"""The manual: one page a file, shown by `gim manual` and readable on the web.
+
+Knows: its pages and the tables of options in them.
+Asks: no package.
+Asked by: cli.
+"""

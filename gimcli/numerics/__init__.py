@@ -1,1 +1,6 @@
-"""Methods of numerical mathematics that know nothing of mechanisms."""
+"""Methods of numerical mathematics: roots, interpolation, curves that are followed.
+
+Knows: functions of numbers and arrays; nothing of mechanisms.
+Asks: no package.
+Asked by: any package above.
+"""

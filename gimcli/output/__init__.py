@@ -1,7 +1,8 @@
-"""Writers of files: one module per format, with one line for each in `formats.py`.
+"""Writers of files: one module per format, with one line for each in `formats.py`; the other modules compose pictures.
 
-The other modules compose pictures; `write` writes them. This package imports fast: matplotlib is imported when the
-first picture is written.
+Knows: symbols, pictures, pages and sheets; only here matplotlib is imported, when the first picture is written.
+Asks: branching, dynamics, structure.
+Asked by: cli, families, graphs, library, view.
 """
 
 from gimcli.output.atomic import refuse_unwritable, written_bytes, written_text
