@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 
@@ -13,7 +11,7 @@ from gimcli.assemblies import all_configurations
 from gimcli.errors import GimError, ModelError, StructureError
 from gimcli.mechanism import ComplexArray, Mechanism
 from gimcli.model.compile import compile_model
-from gimcli.model.placing import chosen_at, place, rough_again, sides_at
+from gimcli.model.placing import Placement, chosen_at, place, sides_at, with_rough
 from gimcli.model.schema import Model
 from gimcli.rounding import length, titled
 from gimcli.structure.mobility import require_driven
@@ -31,14 +29,6 @@ SAME = 1e-9
 """Distance of two positions, relative to the size, up to which they are the same."""
 
 
-class OpenChoice(NamedTuple):
-    """One of the possible configurations: positions (file's unit) and sides of nodes, and its number if it has one."""
-
-    at: Mapping[str, complex]
-    sides: Mapping[str, str]
-    number: int | None
-
-
 def with_rough_start(mechanism: Mechanism) -> Mechanism:
     """Return a mechanism with rough positions of its coupled nodes, near which its actuators drive it.
 
@@ -46,7 +36,7 @@ def with_rough_start(mechanism: Mechanism) -> Mechanism:
     """
     own = mechanism.written
     for number in range(STARTS):
-        model = rough_again(own.model, own.source.folder, number) if number else own.model
+        model = with_rough(own.model, own.source.folder, number) if number else own.model
         started = _compiled(mechanism, model)
         try:
             require_driven(started)
@@ -120,7 +110,7 @@ def _by_name(mechanism: Mechanism, z: ComplexArray) -> dict[str, complex]:
     return dict(zip(mechanism.nodes, mechanism.to_file(z).tolist(), strict=True))
 
 
-def _text(mechanism: Mechanism, names: tuple[str, ...], choice: OpenChoice) -> str:
+def _text(mechanism: Mechanism, names: tuple[str, ...], choice: Placement) -> str:
     """Return the text of one choice."""
     parts = []
     for name in names:
@@ -132,7 +122,7 @@ def _text(mechanism: Mechanism, names: tuple[str, ...], choice: OpenChoice) -> s
 # -- choices --------------------------------------------------------------------------------
 
 
-def _coupled(mechanism: Mechanism) -> list[OpenChoice]:
+def _coupled(mechanism: Mechanism) -> list[Placement]:
     """Return the configurations with the sides that are decided.
 
     Raises ModelError if they cannot be listed.
@@ -153,11 +143,11 @@ def _coupled(mechanism: Mechanism) -> list[OpenChoice]:
     for k, z in enumerate(found):
         at, sides = _by_name(mechanism, z), _sides(mechanism, z)
         if all(sides.get(name, side) == side or name in opened.undecided for name, side in opened.sides.items()):
-            choices.append(OpenChoice(at, sides, k + 1))
+            choices.append(Placement(at, sides, k + 1))
     return choices
 
 
-def _placed(mechanism: Mechanism) -> list[OpenChoice]:
+def _placed(mechanism: Mechanism) -> list[Placement]:
     """Return the sets of positions, numbered as `gim solve --all` does if it can list them."""
     own = mechanism.written
     found = place(own.model, own.source.folder, {}).found
@@ -168,7 +158,7 @@ def _placed(mechanism: Mechanism) -> list[OpenChoice]:
     choices = []
     for one in found:
         same = [k + 1 for k, sides in enumerate(listed) if sides == one.sides]
-        choices.append(OpenChoice(one.at, one.sides, same[0] if len(same) == 1 else None))
+        choices.append(one._replace(number=same[0] if len(same) == 1 else None))
     return sorted(choices, key=lambda one: len(listed) + 1 if one.number is None else one.number)
 
 

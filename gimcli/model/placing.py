@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from itertools import compress, islice
 from pathlib import Path
@@ -16,10 +16,8 @@ from typing import Any, NamedTuple
 
 from gimcli.calculus.numbers import places
 from gimcli.model.placing_data import GivenLine, PlacingData, height, placing_data, unit
-from gimcli.model.placing_steps import CircleAndLine, Gap, PlacingStep, steps_of
+from gimcli.model.placing_steps import SIDES, Gap, Order, PlacingStep
 from gimcli.model.schema import Model, OpenNode
-
-SIDES = ("left", "right")
 
 SAME = 1e-6
 """Distance of two positions of a node, relative to the size, up to which they are one: the loci are tangent."""
@@ -37,19 +35,13 @@ FOUND = 64
 """Most sets of positions that are compared."""
 
 
-class Blocked(NamedTuple):
-    """A step that cannot be done, and the positions of the nodes before it."""
-
-    number: int
-    step: PlacingStep
-    gap: Gap
-
-
 class Placement(NamedTuple):
     """One set of positions: of all nodes that could be placed, and the sides that were chosen."""
 
-    at: dict[str, Any]
+    at: Mapping[str, Any]
     sides: Mapping[str, str]
+    number: int | None = None
+    """That of the configuration, if it has one."""
 
 
 class Placing(NamedTuple):
@@ -62,7 +54,7 @@ class Placing(NamedTuple):
     """Possible sets of positions; those of the nodes in `left` are not in it."""
     undecided: tuple[str, ...]
     """The nodes whose side is open; if there are very many positions, all for which no side is given."""
-    blocked: Blocked | None
+    blocked: Gap | None
     """If nothing was found: the step that failed."""
 
 
@@ -73,7 +65,8 @@ def place(model: Model, folder: Path, preferred: Mapping[str, str]) -> Placing:
     """
     data, steps, left = _steps(model, folder)
     given = {name: complex(*xy) for name, xy in model.nodes.items() if name not in model.open.parts}
-    asked = _usual_sides(steps) | {name: part.side for name, part in model.open.parts.items() if part.side is not None}
+    asked = {step.owner: step.side for step in steps if step.side is not None}
+    asked |= {name: part.side for name, part in model.open.parts.items() if part.side is not None}
     size = _size(data, given)
     search = _Search(steps, asked, preferred, size)
     found = tuple(islice(search.run(given), FOUND))
@@ -92,15 +85,8 @@ def place(model: Model, folder: Path, preferred: Mapping[str, str]) -> Placing:
 def _steps(model: Model, folder: Path) -> tuple[PlacingData, list[PlacingStep], frozenset[str]]:
     """Return what a model gives, the steps that place its open nodes, and the nodes for which there is none."""
     data = placing_data(model, folder)
-    steps, left = steps_of(data, set(model.nodes) - set(model.open.parts))
-    return data, steps, frozenset(left)
-
-
-def _usual_sides(steps: Sequence[PlacingStep]) -> dict[str, str]:
-    """Return the sides of nodes of sliding pairs without rotation: the second node is ahead of the first."""
-    sliders = (step for step in steps if isinstance(step, CircleAndLine))
-    own = (step for step in sliders if {step.node, step.circle.centre} == set(step.locus.nodes))
-    return {step.node: SIDES[step.locus.nodes.index(step.node)] for step in own}
+    order = Order(data, model.nodes.keys() - model.open.parts.keys())
+    return data, [*order.steps()], frozenset(order.data.order) - order.known
 
 
 def placed_again(model: Model, folder: Path) -> Model:
@@ -112,7 +98,7 @@ def placed_again(model: Model, folder: Path) -> Model:
     for step in _steps(model, folder)[1]:
         positions = step.positions(at)
         at |= positions[SIDES.index(model.open.sides.get(step.owner, SIDES[0])) if len(positions) > 1 else 0]
-    return _moved(model, {name: at[name] for name in model.open.parts})
+    return moved(model, {name: at[name] for name in model.open.parts})
 
 
 def sides_at(model: Model, folder: Path, at: Mapping[str, complex]) -> dict[str, str]:
@@ -135,37 +121,28 @@ def chosen_at(model: Model, folder: Path, at: Mapping[str, complex], chosen: boo
     parts = {name: OpenNode(side=sides.get(name, part.side)) for name, part in model.open.parts.items()}
     names = tuple(name for name in model.nodes if name in left and chosen)
     sides = {**model.open.sides, **sides}
-    return placed_again(_moved(model, left, parts=parts, sides=sides, coupled=(), undecided=(), chosen=names), folder)
+    return placed_again(moved(model, left, parts=parts, sides=sides, coupled=(), undecided=(), chosen=names), folder)
 
 
-def rough_again(model: Model, folder: Path, number: int) -> Model:
-    """Return a model with other rough positions of its coupled nodes."""
-    opened = model.open
-    at = {name: z for name, z in _points(model).items() if name not in opened.coupled}
-    return with_rough(model, placing_data(model, folder), Placement(at, opened.sides), opened.undecided, number)
-
-
-def with_rough(
-    model: Model, data: PlacingData, placement: Placement, undecided: Sequence[str] = (), number: int = 0
-) -> Model:
-    """Return a model with the positions of a placement, and rough ones of its other nodes: on a circle about these.
+def with_rough(model: Model, folder: Path, number: int = 0) -> Model:
+    """Return a model with rough positions of its coupled nodes: on a circle about the others.
 
     The sense of sliding pairs without rotation is that of the side of the second node; without a side it is `right`.
     `number`: of the circle, where others are needed.
     """
-    known = list(placement.at.values()) or [0j]
+    left = model.open.coupled
+    at = {name: complex(*xy) for name, xy in model.nodes.items() if name not in left}
+    known = [*at.values()] or [0j]
     middle = sum(known) / len(known)
     radius = max(abs(z - middle) for z in known) or 1.0
     turn = cmath.exp(1j * number) / (1.0 + 0.3 * number)
-    left = [name for name in model.nodes if name not in placement.at]
-    rough = {name: middle + radius * turn * cmath.exp(1j * GOLDEN * (k + 1)) for k, name in enumerate(left)}
-    at = {**placement.at, **rough}
-    for slot in (one for one in data.lines if len(one.nodes) == 2):
+    at |= {name: middle + radius * turn * cmath.exp(1j * GOLDEN * (k + 1)) for k, name in enumerate(left)}
+    data = placing_data(model, folder)
+    for slot in (one for one in data.lines if len(one.nodes) == 2 and one.nodes[1] in left):
         first, second = slot.nodes
-        if second in rough:
-            along = _direction(data, slot, at)
-            at[second] = at[first] + radius * (-along if model.open.parts[second].side == SIDES[0] else along)
-    return with_positions(model, placement._replace(at=at), undecided)
+        along = _direction(data, slot, at)
+        at[second] = at[first] + radius * (-along if model.open.parts[second].side == SIDES[0] else along)
+    return moved(model, {name: at[name] for name in left})
 
 
 def _direction(data: PlacingData, slot: GivenLine, at: Mapping[str, complex]) -> complex:
@@ -180,13 +157,7 @@ def _direction(data: PlacingData, slot: GivenLine, at: Mapping[str, complex]) ->
     return complex(unit(at[slot.guide[1]] - at[slot.guide[0]]))
 
 
-def with_positions(model: Model, placement: Placement, undecided: Sequence[str] = ()) -> Model:
-    """Return a model with the positions and sides of a placement, in the order of the file."""
-    at = {name: z for name, z in placement.at.items() if name in model.open.parts}
-    return _moved(model, at, sides=dict(placement.sides), undecided=tuple(undecided))
-
-
-def _moved(model: Model, at: Mapping[str, Any], **opened: Any) -> Model:
+def moved(model: Model, at: Mapping[str, Any], **opened: Any) -> Model:
     """Return a model with other positions of some nodes, and other values of its `open`."""
     nodes = {name: [at[name].real, at[name].imag] if name in at else xy for name, xy in model.nodes.items()}
     moved = model.with_value("nodes", lambda _: nodes)
@@ -206,7 +177,7 @@ class _Search:
         self, steps: list[PlacingStep], asked: Mapping[str, str], preferred: Mapping[str, str], size: float
     ) -> None:
         self.steps, self.asked, self.preferred, self.size = steps, asked, preferred, size
-        self.blocked: Blocked | None = None
+        self.blocked: Gap | None = None
 
     def run(self, at: dict[str, Any]) -> Iterator[Placement]:
         """Yield the placements, those of the preferred sides first."""
@@ -233,8 +204,9 @@ class _Search:
         try:
             positions = step.positions(at)
         except Gap as gap:
-            known = (one for one in (self.blocked, Blocked(number, step, gap)) if one is not None)
-            self.blocked = min(known, key=lambda one: (-one.number, one.gap.amount))  # farthest, or nearest to possible
+            gap.node, gap.number = step.node, number
+            known = (one for one in (self.blocked, gap) if one is not None)
+            self.blocked = min(known, key=lambda one: (-one.number, one.amount))  # farthest, or nearest to possible
             return []
         named = list(zip(SIDES if step.owner else ("",), positions, strict=False))
         asked = self.asked.get(step.owner)

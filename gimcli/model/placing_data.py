@@ -51,17 +51,6 @@ class GivenLine:
 
 
 @dataclass(frozen=True)
-class GivenAngle:
-    """The angle [rad] of the ray pivot -> arm from the ray pivot -> reference, or from +x."""
-
-    name: str
-    pivot: str
-    arm: str
-    reference: str | None
-    angle: Any
-
-
-@dataclass(frozen=True)
 class PlacingData:
     """All that is known before nodes are placed; `order` is the order of the nodes in the file."""
 
@@ -69,7 +58,8 @@ class PlacingData:
     shapes: tuple[GivenShape, ...]
     lines: tuple[GivenLine, ...]
     """Those of sliding pairs, and then those of travels that actuators drive."""
-    angles: tuple[GivenAngle, ...]
+    angles: Mapping[str, tuple[Actuator, Any]]
+    """Those that rotary actuators drive [rad], from the ray pivot -> reference or +x to the ray pivot -> arm."""
     distances: tuple[GivenShape, ...]
     """Those that linear actuators drive."""
     missing: Mapping[str, Link | Element]
@@ -91,10 +81,8 @@ def placing_data(model: Model, folder: Path) -> PlacingData:
     )  # fmt: skip
     return PlacingData(
         tuple(model.nodes), tuple(_with_sliders(shape, lines) for shape in shapes.values()), lines,
-        tuple(
-            GivenAngle(name, a.pivot, a.arm, a.reference, (value or 0.0) * RADIANS[model.units.angle])
-            for name, (a, value) in inputs.items() if a.pivot is not None and a.arm is not None
-        ),
+        {name: (a, (value or 0.0) * RADIANS[model.units.angle]) for name, (a, value) in inputs.items()
+         if a.pivot is not None and a.arm is not None},
         tuple(
             GivenShape(name, {a.nodes[0]: 0.0j, a.nodes[1]: value})
             for name, (a, value) in inputs.items() if a.nodes is not None and value is not None

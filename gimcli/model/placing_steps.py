@@ -6,17 +6,19 @@ The order depends on the structure alone; each step has one position for its nod
 from __future__ import annotations
 
 import heapq
-from abc import ABC, abstractmethod
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Iterator, Mapping, Set
-from dataclasses import dataclass
-from typing import Any, ClassVar
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set
+from functools import partial
+from typing import Any, NamedTuple
 
 from gimcli.calculus.numbers import FUNCTIONS, nominal
-from gimcli.model.placing_data import GivenLine, GivenShape, PlacingData, height, meeting, unit
+from gimcli.connected import grouped
+from gimcli.model.placing_data import GivenLine, GivenShape, Line, PlacingData, height, meeting, unit
 
 Places = Mapping[str, Any]
 """Positions of nodes as complex numbers, file's unit of length."""
+
+SIDES = ("left", "right")
 
 TOUCHING = 1e-12
 """Gap between two loci, relative to their size, that is rounding: they touch."""
@@ -25,7 +27,10 @@ TOUCHING = 1e-12
 class Gap(Exception):  # noqa: N818  # an outcome, not an error
     """The loci of a step do not meet; `amount` is by how much (file's unit)."""
 
-    def __init__(self, text: str, amount: float) -> None:
+    node: str
+    number: int  # of the step
+
+    def __init__(self, text: str, amount: float = 0.0) -> None:
         super().__init__(text)
         self.text, self.amount = text, amount
 
@@ -34,12 +39,16 @@ CERTAIN, NODES, MEMBERS = range(3)
 """Ranks: steps without a choice are first, then nodes by two loci, then members that turn about a node."""
 
 
-@dataclass(frozen=True)
-class PlacingStep(ABC):
-    """A step that places nodes; the first one is the node whose side chooses, if there is a choice."""
+class PlacingStep(NamedTuple):
+    """A step that places one node, or the nodes of a member of which a node is placed."""
 
     nodes: tuple[str, ...]
-    rank: ClassVar[int] = CERTAIN
+    rank: int
+    formula: Callable[[Places], list[Any]]
+    """The positions of the node, or the factors that turn the member from its own frame: one, or left and right."""
+    shape: GivenShape | None = None
+    placed: str = ""  # the node of the member
+    side: str | None = None  # the usual one, if there is a choice
 
     @property
     def node(self) -> str:
@@ -51,19 +60,24 @@ class PlacingStep(ABC):
         """The node whose side chooses; "" if there is no choice."""
         return self.node if self.rank > CERTAIN else ""
 
-    @abstractmethod
     def positions(self, at: Places) -> list[dict[str, Any]]:
         """Return the positions of its nodes from those of the nodes before: one, or those for `left` and `right`.
 
         Raises Gap if there is none.
         """
+        if self.shape is None:
+            return [{self.node: z} for z in self.formula(at)]
+        local, first = self.shape.local, self.placed
+        return [
+            {n: at[first] + turn * (local[n] - local[first]) for n in local if n in self.nodes}
+            for turn in self.formula(at)
+        ]
 
 
 # -- loci -----------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class CircleLocus:
+class CircleLocus(NamedTuple):
     """The circle about a node that is placed."""
 
     name: str  # of the member, or of the actuator
@@ -86,135 +100,77 @@ def _root(square: Any, scale: float) -> Any:
     return FUNCTIONS["sqrt"](square)
 
 
-# -- steps ----------------------------------------------------------------------------------
+def _on_line(line: Line, centre: Any, radius: Any) -> tuple[list[Any], float]:
+    """Return the points of a line at a distance from a centre, behind and ahead, and the distance of the line.
 
-
-@dataclass(frozen=True)
-class MemberStep(PlacingStep):
-    """A member of which a node is placed."""
-
-    shape: GivenShape
-    placed: str
-
-    def turned(self, at: Places, turn: Any) -> dict[str, Any]:
-        """Return the positions of its nodes if the member is turned from its own frame by a complex factor."""
-        local, nodes = self.shape.local, set(self.nodes)
-        return {n: at[self.placed] + turn * (local[n] - local[self.placed]) for n in local if n in nodes}
-
-
-@dataclass(frozen=True)
-class TurnStep(MemberStep):
-    """A member with a known direction: it is at an angle to that of two nodes that are placed, or to +x."""
-
-    pivot: str
-    tip: str  # node of the member whose direction from the pivot is known
-    base: str | None  # node whose direction from the pivot is 0; None: +x
-    angle: Any = 0.0
-
-    def positions(self, at: Places) -> list[dict[str, Any]]:
-        """Return the only positions."""
-        local, pivot = self.shape.local, self.pivot
-        zero = 1.0 + 0.0j if self.base is None else unit(at[self.base] - at[pivot])
-        cos, sin = FUNCTIONS["cos"](self.angle), FUNCTIONS["sin"](self.angle)
-        return [self.turned(at, zero * (cos + 1j * sin) / unit(local[self.tip] - local[pivot]))]
-
-
-@dataclass(frozen=True)
-class CrossedLines(PlacingStep):
-    """A node on two lines."""
-
-    loci: tuple[GivenLine, GivenLine]
-
-    def positions(self, at: Places) -> list[dict[str, Any]]:
-        """Return the only position."""
-        one, other = self.loci
-        met = meeting(one.line(at), other.line(at))
-        if met is None:
-            raise Gap(f"the lines of {one.name} and {other.name} are parallel", 0.0)
-        return [{self.node: met}]
-
-
-@dataclass(frozen=True)
-class CrossedCircles(PlacingStep):
-    """A node at known distances from two nodes; left and right as seen from the first to the second centre."""
-
-    loci: tuple[CircleLocus, CircleLocus]
-    rank = NODES
-
-    def positions(self, at: Places) -> list[dict[str, Any]]:
-        """Return the positions to the left and to the right."""
-        one, other = self.loci
-        p, q, r, s = at[one.centre], at[other.centre], one.radius, other.radius
-        far = abs(q - p)
-        apart, near, reach = float(nominal(far)), float(abs(nominal(r - s))), float(nominal(r + s))
-        if apart <= TOUCHING * reach:
-            raise Gap(f"{one.centre} and {other.centre} coincide, and leave the position of {self.node} open", 0.0)
-        along = (far * far + r * r - s * s) / (2.0 * far)
-        across = _root((r - along) * (r + along), reach)
-        if across is None:
-            raise Gap(*self._gap(apart, near, reach))
-        foot, square = p + (q - p) / far * along, 1j * (q - p) / far * across
-        return [{self.node: foot + square}, {self.node: foot - square}]
-
-    def _gap(self, apart: float, near: float, reach: float) -> tuple[str, float]:
-        one, other = self.loci
-        span = f"{one.centre} and {other.centre} are {number(apart)} apart"
-        if apart > reach:
-            both = f"{one} and {other} together reach only {number(reach)}"
-            return f"{span}, but {both}: {number(apart - reach)} too short", apart - reach
-        long, short = (one, other) if nominal(one.radius) > nominal(other.radius) else (other, one)
-        return f"{span}, but {long} and {short} need at least {number(near)}: {number(near - apart)} more", near - apart
-
-
-@dataclass(frozen=True)
-class CircleAndLine(PlacingStep):
-    """A node on a line at a known distance from a node; right is the position farther along the line."""
-
-    circle: CircleLocus
-    locus: GivenLine
-    rank = NODES
-
-    def positions(self, at: Places) -> list[dict[str, Any]]:
-        """Return the positions to the left (behind) and to the right (ahead), along the line."""
-        centre, r = at[self.circle.centre], self.circle.radius
-        point, along = self.locus.line(at)
-        away = height((point, along), centre)
-        across = _root((r - away) * (r + away), float(nominal(r)))
-        if across is None:
-            most, short = abs(float(nominal(away))), abs(float(nominal(away))) - float(nominal(r))
-            text = f"{self.circle.centre} is {number(most)} from the line of {self.locus.name}"
-            raise Gap(f"{text}, but {self.circle} is {number(short)} too short for it", short)
-        foot = centre - 1j * along * away
-        return [{self.node: foot - along * across}, {self.node: foot + along * across}]
-
-
-@dataclass(frozen=True)
-class SlotThroughNode(MemberStep):
-    """A member of which one node is placed, turned so that its line passes through a node.
-
-    Right: this node is farther along the guide than the node that is placed; left: it is behind it.
+    There are none if the line is too far.
     """
+    away, along = height(line, centre), line[1]
+    across = _root((radius - away) * (radius + away), float(nominal(radius)))
+    foot = centre - 1j * along * away
+    points = [] if across is None else [foot - along * across, foot + along * across]
+    return points, abs(float(nominal(away)))
 
-    slot: GivenLine
-    slider: str
-    rank = MEMBERS
 
-    def positions(self, at: Places) -> list[dict[str, Any]]:
-        """Return the positions for `left` and for `right`."""
-        local, ray = self.shape.local, at[self.slider] - at[self.placed]
-        line = self.slot.line(local)
-        away = -height(line, local[self.placed])
-        far = abs(ray)
-        if float(nominal(far)) <= TOUCHING * max(abs(nominal(z)) for z in local.values()):
-            text = f"{self.slider} and {self.placed} coincide, and leave the direction of {self.shape.name} open"
-            raise Gap(text, 0.0)
-        ahead = _root((far - away) * (far + away), float(nominal(far)))
-        if ahead is None:
-            short = abs(float(nominal(away))) - float(nominal(far))
-            text = f"{self.slider} is {number(far)} from {self.placed}, but the line of {self.slot.name} passes it at"
-            raise Gap(f"{text} {number(abs(nominal(away)))}: {number(short)} more", short)
-        turns = (ray * (sign * ahead - 1j * away) / (far * far) / line[1] for sign in (-1.0, 1.0))
-        return [self.turned(at, turn) for turn in turns]
+# -- formulas -------------------------------------------------------------------------------
+
+
+def _crossed_lines(one: GivenLine, other: GivenLine, at: Places) -> list[Any]:
+    """Return the only position of a node on two lines."""
+    met = meeting(one.line(at), other.line(at))
+    if met is None:
+        raise Gap(f"the lines of {one.name} and {other.name} are parallel")
+    return [met]
+
+
+def _crossed_circles(node: str, one: CircleLocus, other: CircleLocus, at: Places) -> list[Any]:
+    """Return the positions of a node at known distances from two nodes, left and right of their line."""
+    p, q, r, s = at[one.centre], at[other.centre], one.radius, other.radius
+    far = abs(q - p)
+    apart, near, reach = float(nominal(far)), float(abs(nominal(r - s))), float(nominal(r + s))
+    if apart <= TOUCHING * reach:
+        raise Gap(f"{one.centre} and {other.centre} coincide, and leave the position of {node} open")
+    along = (far * far + r * r - s * s) / (2.0 * far)
+    across = _root((r - along) * (r + along), reach)
+    if across is not None:
+        foot, square = p + (q - p) / far * along, 1j * (q - p) / far * across
+        return [foot + square, foot - square]
+    span = f"{one.centre} and {other.centre} are {number(apart)} apart, but"
+    if apart > reach:
+        raise Gap(f"{span} {one} and {other} together reach only {number(reach)}: {number(apart - reach)} too short",
+                  apart - reach)  # fmt: skip
+    long, short = (one, other) if nominal(r) > nominal(s) else (other, one)
+    raise Gap(f"{span} {long} and {short} need at least {number(near)}: {number(near - apart)} more", near - apart)
+
+
+def _circle_and_line(circle: CircleLocus, line: GivenLine, at: Places) -> list[Any]:
+    """Return the positions of a node on a line at a known distance from a node: behind and ahead, along the line."""
+    found, away = _on_line(line.line(at), at[circle.centre], circle.radius)
+    if not found:
+        short = away - float(nominal(circle.radius))
+        text = f"{circle.centre} is {number(away)} from the line of {line.name}, but {circle}"
+        raise Gap(f"{text} is {number(short)} too short for it", short)
+    return found
+
+
+def _direction(shape: GivenShape, pivot: str, tip: str, base: str | None, angle: Any, at: Places) -> list[Any]:
+    """Return the only turn of a member whose ray pivot -> tip is at an angle to pivot -> base, or to +x."""
+    zero = 1.0 + 0.0j if base is None else unit(at[base] - at[pivot])
+    cos, sin = FUNCTIONS["cos"](angle), FUNCTIONS["sin"](angle)
+    return [zero * (cos + 1j * sin) / unit(shape.local[tip] - shape.local[pivot])]
+
+
+def _through(shape: GivenShape, placed: str, slot: GivenLine, slider: str, at: Places) -> list[Any]:
+    """Return the turns of a member whose line passes through a node, which is behind or ahead of the placed one."""
+    local, ray = shape.local, at[slider] - at[placed]
+    far = float(nominal(abs(ray)))
+    if far <= TOUCHING * max(abs(nominal(z)) for z in local.values()):
+        raise Gap(f"{slider} and {placed} coincide, and leave the direction of {shape.name} open")
+    found, away = _on_line(slot.line(local), local[placed], abs(ray))
+    if not found:
+        text = f"{slider} is {number(far)} from {placed}, but the line of {slot.name} passes it at {number(away)}"
+        raise Gap(f"{text}: {number(away - far)} more", away - far)
+    return [ray / (z - local[placed]) for z in found]
 
 
 # -- order ----------------------------------------------------------------------------------
@@ -222,13 +178,7 @@ class SlotThroughNode(MemberStep):
 Key = tuple[str, str]
 
 
-def steps_of(data: PlacingData, placed: Set[str]) -> tuple[list[PlacingStep], set[str]]:
-    """Return the steps that place nodes, beginning with those that are placed, and the nodes that are left."""
-    order = _Order(data, placed)
-    return list(order.steps()), set(data.order) - order.known
-
-
-class _Order:
+class Order:
     """The steps that are possible with the nodes that are placed so far."""
 
     def __init__(self, data: PlacingData, placed: Set[str]) -> None:
@@ -236,56 +186,53 @@ class _Order:
         self.shapes = {shape.name: shape for shape in (*data.shapes, *data.distances)}
         self.rank = {name: k for k, name in enumerate((*self.shapes, *data.order))}
         self.beside = _neighbours(data)
-        self.ready: dict[Key, PlacingStep] = {}
-        self.queue: list[tuple[int, int, Key]] = []
+        self.ready, self.queue = dict[Key, PlacingStep | None](), list[tuple[int, int, Key]]()
 
     def steps(self) -> Iterator[PlacingStep]:
         """Yield the steps; the first possible one is always taken."""
         self._update([*(("member", name) for name in self.shapes), *(("node", name) for name in self.data.order)])
         while self.queue:
             rank, _, key = heapq.heappop(self.queue)
-            step = self.ready.get(key)
-            if step is None or step.rank != rank or self.known.issuperset(step.nodes):
-                continue
-            yield step
-            self.known.update(step.nodes)
-            self._update(dict.fromkeys(key for node in step.nodes for key in self.beside[node]))
+            step = self.ready[key]
+            if step is not None and step.rank == rank and not self.known.issuperset(step.nodes):
+                yield step
+                self.known.update(step.nodes)
+                self._update(dict.fromkeys(key for node in step.nodes for key in self.beside[node]))
 
     def _update(self, keys: Iterable[Key]) -> None:
-        for key in keys:
-            step = next(self._of_member(self.shapes[key[1]]) if key[0] == "member" else self._of_node(key[1]), None)
-            if step is None:
-                self.ready.pop(key, None)
-            else:
-                self.ready[key] = step
-                heapq.heappush(self.queue, (step.rank, self.rank[key[1]], key))
+        for kind, name in keys:
+            steps = self._of_member(self.shapes[name]) if kind == "member" else self._of_node(name)
+            step = self.ready[kind, name] = next(steps, None)
+            if step is not None:
+                heapq.heappush(self.queue, (step.rank, self.rank[name], (kind, name)))
 
     # -- members ------------------------------------------------------------------------------
 
     def _of_member(self, shape: GivenShape) -> Iterator[PlacingStep]:
-        """Yield the steps that place a whole member."""
-        have = tuple(n for n in shape.local if n in self.known)
-        lack = tuple(n for n in shape.local if n not in self.known)
-        if lack and len(have) > 1:
-            yield TurnStep(lack, shape, have[0], have[0], have[1], have[1])
-        elif lack and have:
-            yield from self._turned(shape, have[0], lack)
-            yield from self._through(shape, have[0], lack)
+        """Yield the steps that place a whole member, those without a choice first."""
+        have = [n for n in shape.local if n in self.known]
+        if not have or len(have) == len(shape.local):
+            return
+        first, lack = have[0], tuple(n for n in shape.local if n not in self.known)
+        for turn in self._turns(shape, have):
+            yield PlacingStep(lack, CERTAIN, partial(_direction, shape, *turn), shape, first)
+        for slot in self.data.lines if len(have) == 1 else ():
+            if not slot.square and set(slot.guide) <= shape.local.keys():
+                nodes = tuple(dict.fromkeys((*(n for n in slot.guide if n in lack), *lack)))
+                for slider in (node for node in slot.nodes if node in self.known and node not in shape.local):
+                    yield PlacingStep(nodes, MEMBERS, partial(_through, shape, first, slot, slider), shape, first)
 
-    def _turned(self, shape: GivenShape, placed: str, lack: tuple[str, ...]) -> Iterator[PlacingStep]:
+    def _turns(self, shape: GivenShape, have: Sequence[str]) -> Iterator[tuple[str, str, str | None, Any]]:
+        """Yield pivot and tip of a known direction of a member, the node from whose direction it is, and the angle."""
+        if len(have) > 1:
+            yield have[0], have[1], have[1], 0.0
         own = shape.local.keys()
-        for given in self.data.angles:
-            pivot, arm, base = given.pivot, given.arm, given.reference
+        for one, angle in self.data.angles.values() if len(have) == 1 else ():
+            pivot, arm, base = str(one.pivot), str(one.arm), one.reference
             if {pivot, arm} <= own and (base is None or (base not in own and {pivot, base} <= self.known)):
-                yield TurnStep(lack, shape, placed, pivot, arm, base, given.angle)
+                yield pivot, arm, base, angle
             elif base is not None and {pivot, base} <= own and arm not in own and {pivot, arm} <= self.known:
-                yield TurnStep(lack, shape, placed, pivot, base, arm, -given.angle)
-
-    def _through(self, shape: GivenShape, placed: str, lack: tuple[str, ...]) -> Iterator[PlacingStep]:
-        for slot in (one for one in self.data.lines if not one.square and set(one.guide) <= shape.local.keys()):
-            for slider in (node for node in slot.nodes if node in self.known and node not in shape.local):
-                chosen = next((n for n in slot.guide if n in lack), lack[0])
-                yield SlotThroughNode(tuple(dict.fromkeys((chosen, *lack))), shape, placed, slot, slider)
+                yield pivot, base, arm, -angle
 
     # -- nodes --------------------------------------------------------------------------------
 
@@ -295,11 +242,14 @@ class _Order:
             return
         lines, circles = self._lines(node), self._circles(node)
         if len(lines) > 1:
-            yield CrossedLines((node,), (lines[0], lines[1]))
+            yield PlacingStep((node,), CERTAIN, partial(_crossed_lines, lines[0], lines[1]))
         elif lines and circles:
-            yield CircleAndLine((node,), circles[0], lines[0])
+            line, circle = lines[0], circles[0]
+            block = {node, circle.centre} == set(line.nodes)  # a sliding pair without rotation: the second is ahead
+            usual = SIDES[line.nodes.index(node)] if block else None
+            yield PlacingStep((node,), NODES, partial(_circle_and_line, circle, line), side=usual)
         elif len(circles) > 1:
-            yield CrossedCircles((node,), (circles[0], circles[1]))
+            yield PlacingStep((node,), NODES, partial(_crossed_circles, node, circles[0], circles[1]))
 
     def _lines(self, node: str) -> list[GivenLine]:
         """Return the lines on which a node is, one for each guide and kind."""
@@ -316,20 +266,16 @@ class _Order:
         return [found[name] for name in sorted(found, key=self.rank.__getitem__)]
 
 
-def _neighbours(data: PlacingData) -> dict[str, list[Key]]:
+def _neighbours(data: PlacingData) -> dict[str, dict[Key, None]]:
     """Return the members and nodes whose steps may change when a node is placed, by node."""
     found: dict[str, dict[Key, None]] = defaultdict(dict)
-    of_member: dict[str, dict[str, None]] = defaultdict(dict)
-    for shape in (*data.shapes, *data.distances):
-        keys = dict.fromkeys([("member", shape.name), *(("node", name) for name in shape.local)])
-        for node in shape.local:
-            of_member[node][shape.name] = None
-            found[node].update(keys)
-    groups = [(*one.guide, *one.nodes) for one in data.lines]
-    groups += [tuple(n for n in (g.pivot, g.arm, g.reference) if n is not None) for g in data.angles]
-    for names in groups:
-        count = Counter(member for node in names for member in of_member[node])
-        keys = dict.fromkeys([*(("member", m) for m, n in count.items() if n > 1), *(("node", n) for n in names)])
+    shapes = (*data.shapes, *data.distances)
+    of_member = grouped((node, shape.name) for shape in shapes for node in shape.local)
+    groups = [(*one.guide, *one.nodes) for one in data.lines] + [(*one.named,) for one, _ in data.angles.values()]
+    counts = (Counter(member for node in names for member in of_member.get(node, ())) for names in groups)
+    two = [(names, [m for m, n in count.items() if n > 1]) for names, count in zip(groups, counts, strict=True)]
+    for names, members in (*((tuple(shape.local), [shape.name]) for shape in shapes), *two):
+        keys = dict.fromkeys([*(("member", name) for name in members), *(("node", name) for name in names)])
         for node in names:
             found[node].update(keys)
-    return defaultdict(list, {node: list(keys) for node, keys in found.items()})
+    return found

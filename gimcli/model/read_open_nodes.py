@@ -6,8 +6,8 @@ from collections.abc import Iterator, Sequence
 
 from gimcli.model.laws import ended
 from gimcli.model.pairs import used_nodes
-from gimcli.model.placing import Blocked, Placement, Placing, place, with_positions, with_rough
-from gimcli.model.placing_data import PlacingData, placing_data, starts_by_value
+from gimcli.model.placing import Placement, Placing, moved, place, with_rough
+from gimcli.model.placing_data import PlacingData, starts_by_value
 from gimcli.model.placing_steps import number
 from gimcli.model.references import PartFault
 from gimcli.model.schema import Link, Model, OpenNode, OpenNodes
@@ -25,12 +25,11 @@ def with_open_nodes(source: Source, model: Model) -> Read:
     placing = place(model, source.folder, {})
     faults += [] if faults else _left(model, placing)
     if not faults and placing.blocked is not None:
-        faults.append(_impossible(source, model, placing.blocked))
-    if not faults:
-        model.open = model.open._replace(coupled=tuple(name for name in model.nodes if name in placing.left))
-        return with_rough(model, placing.data, placing.found[0], placing.undecided), ()
-    given = {name: complex(*xy) for name, xy in model.nodes.items() if name not in model.open.parts}
-    return with_rough(model, placing.data, Placement(given, {})), faults
+        faults.append(_impossible(source, model, placing))
+    left, found = (model.open.parts, Placement({}, {})) if faults else (placing.left, placing.found[0])
+    coupled = tuple(name for name in model.nodes if name in left)
+    model = moved(model, found.at, sides=found.sides, undecided=placing.undecided, coupled=coupled)
+    return with_rough(model, source.folder) if coupled else model, faults
 
 
 def placed_anew(source: Source, model: Model) -> Read:
@@ -38,9 +37,10 @@ def placed_anew(source: Source, model: Model) -> Read:
     old = model.open
     placing = place(model, source.folder, old.sides)
     if placing.blocked is not None:
-        return model, (_impossible(source, model, placing.blocked),)
+        return model, (_impossible(source, model, placing),)
     undecided = [name for name in placing.undecided if name in old.undecided or name not in old.sides]
-    return with_positions(model, placing.found[0], undecided), ()
+    at, sides, _ = placing.found[0]
+    return moved(model, at, sides=sides, undecided=tuple(undecided)), ()
 
 
 def _fixed(model: Model) -> Iterator[PartFault]:
@@ -79,11 +79,12 @@ def _open_laws(model: Model, placing: Placing) -> Iterator[PartFault]:
             yield PartFault(("actuators", name), text)
 
 
-def _impossible(source: Source, model: Model, blocked: Blocked) -> PartFault:
+def _impossible(source: Source, model: Model, placing: Placing) -> PartFault:
     """Return the error for a step that is impossible."""
-    name = blocked.step.node
-    at = _inputs(model, placing_data(model, source.folder))
-    return PartFault(("nodes", name), f"{name} cannot be placed{at}: {blocked.gap.text}{_other(source, model)}")
+    gap = placing.blocked
+    assert gap is not None
+    at = _inputs(model, placing.data)
+    return PartFault(("nodes", gap.node), f"{gap.node} cannot be placed{at}: {gap.text}{_other(source, model)}")
 
 
 def _inputs(model: Model, data: PlacingData) -> str:
@@ -91,7 +92,7 @@ def _inputs(model: Model, data: PlacingData) -> str:
     units = model.units
     unit = "" if units.length == "unit" else f" {units.length}"
     values = [
-        *(f"{one.name} = {number(one.angle / RADIANS[units.angle])} {units.angle}" for one in data.angles),
+        *(f"{name} = {number(rad / RADIANS[units.angle])} {units.angle}" for name, (_, rad) in data.angles.items()),
         *(f"{one.name} = {number([*one.local.values()][1])}{unit}" for one in data.distances),
         *(f"{one.name} = {number(one.offset)}{unit}" for one in data.lines if one.square),
     ]
