@@ -17,7 +17,7 @@ from gimcli.model import wording
 from gimcli.model.check_inputs import check_inputs, check_pair
 from gimcli.model.pairs import sized_nodes, used_nodes
 from gimcli.model.part import long_form
-from gimcli.model.references import CLOSEST, References
+from gimcli.model.references import CLOSEST, PartFault, References
 from gimcli.model.schema import DYNAMIC, NO_FORMULAS, WHOLE, Element, Link, Model, OpenNode
 from gimcli.model.source import Source, Where, part_of
 from gimcli.nearest import near
@@ -99,14 +99,13 @@ def _without(data: dict[str, Any], faults: list[dict[str, Any]]) -> tuple[dict[s
 
 def _checked_with_open_nodes(source: Source, model: Model, doubtful: set[Where]) -> Model:
     """Return the model with positions of its nodes without coordinates, after a check."""
-    if not any(isinstance(part, OpenNode) for part in model.nodes.values()):
-        check(References(source, model, sized_nodes(model), doubtful))
-        return model
-    from gimcli.model.read_open_nodes import with_open_nodes  # imported late: few models have such nodes
+    faults = list[PartFault]()
+    if any(isinstance(part, OpenNode) for part in model.nodes.values()):
+        from gimcli.model.read_open_nodes import with_open_nodes  # imported late: few models have such nodes
 
-    model, faults = with_open_nodes(source, model)
+        model, faults = with_open_nodes(source, model)
     check(References(source, model, sized_nodes(model), doubtful))
-    for fault in () if source.faults else faults:
+    for fault in [] if source.faults else faults:
         source.fault(fault.at, fault.text, key=True)
     return model
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import cmath
 import math
 from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from gimcli.mechanism import MOST_TURNS
+from gimcli.model.compile_geometry import measured
 from gimcli.model.laws import PROFILES, PolynomialLaw, ended, increment, run_times
 from gimcli.model.references import PartFault, References
 from gimcli.model.schema import ENDS, LONGEST, SHORTEST, Actuator, Law, Profile
@@ -159,22 +159,12 @@ def _check_course(
 
 def initial_value(refs: References, actuator: Actuator) -> float | None:
     """Return the initial value of an input in the file's unit; None if its nodes are not declared."""
-    if not set(actuator.named) <= set(refs.model.nodes):
+    needed = {"pivot", "arm"} if actuator.rotary else {"node", "guide"}
+    known = actuator.nodes is not None or needed <= {key for key, _ in actuator.keyed}
+    if not known or not set(actuator.named) <= set(refs.model.nodes):
         return None
-    place = {name: complex(*refs.model.nodes[name]) for name in actuator.named}
-    if actuator.nodes is not None:
-        return abs(place[actuator.nodes[1]] - place[actuator.nodes[0]])
-    if actuator.pivot is not None and actuator.arm is not None:
-        ray = place[actuator.arm] - place[actuator.pivot]
-        if actuator.reference is not None:
-            ray *= (place[actuator.reference] - place[actuator.pivot]).conjugate()
-        angle = cmath.phase(ray)
-        return math.degrees(angle) if refs.model.units.angle == "deg" else angle
-    if actuator.node is not None and actuator.guide is not None:
-        first, second = (place[name] for name in actuator.guide)
-        along = second - first
-        return ((place[actuator.node] - first) * along.conjugate()).real / (abs(along) or 1.0)
-    return None
+    value = measured(actuator, {name: complex(*refs.model.nodes[name]) for name in actuator.named})
+    return math.degrees(value) if actuator.rotary and refs.model.units.angle == "deg" else value
 
 
 def _extremes(coefficients: Sequence[float]) -> list[float]:

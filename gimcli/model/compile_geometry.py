@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -116,31 +117,23 @@ class GeometryCompiler:
 
     def quantity(self, name: str, actuator: schema.Gauge) -> Input:
         """Return the quantity that an actuator drives, or that a gauge measures, without a law."""
+        drawn = measured(actuator, {node: self.drawn[self.index[node]] for node in actuator.named})
         if actuator.rotary:
-            return self._rotary(name, actuator)
+            return self._rotary(name, actuator, drawn)
         if actuator.nodes is not None:
             a, b = (self.index[n] for n in actuator.nodes)
-            drawn = abs(scalar(self.drawn[b] - self.drawn[a]))
             return Input(name, SPAN, (a, b), drawn=drawn)
-        guide = list(actuator.guide or [])
-        member, point, direction = self.line(guide)
-        a = self.index[str(actuator.node)]
-        u, v = (scalar(self.drawn[self.index[n]]) for n in guide)
-        along = (v - u) / abs(v - u)
-        drawn = ((scalar(self.drawn[a]) - u) * along.conjugate()).real
-        return Input(name, HEIGHT, (a,), (member,), point, direction, drawn=drawn)
+        member, point, direction = self.line(list(actuator.guide or []))
+        return Input(name, HEIGHT, (self.index[str(actuator.node)],), (member,), point, direction, drawn=drawn)
 
-    def _rotary(self, name: str, actuator: schema.Gauge) -> Input:
+    def _rotary(self, name: str, actuator: schema.Gauge, drawn: Any) -> Input:
         pivot, arm, reference = str(actuator.pivot), str(actuator.arm), actuator.reference
         arm_member = self._common(pivot, arm, moving=True)
         arm_direction = _unit(self._local(arm_member, arm) - self._local(arm_member, pivot))
         reference_member, reference_direction = FRAME, 1.0 + 0.0j
-        ray = scalar(self.drawn[self.index[arm]] - self.drawn[self.index[pivot]])
         if reference is not None:
             reference_member = self._common(pivot, reference, but=arm_member)
             reference_direction = _unit(self._local(reference_member, reference) - self._local(reference_member, pivot))
-            ray /= scalar(self.drawn[self.index[reference]] - self.drawn[self.index[pivot]])
-        drawn = phase(ray + 0.0j)  # -0.0 would turn pi into -pi
         return Input(
             name, ANGLE, (self.index[pivot],), (arm_member, reference_member), arm=arm_direction,
             reference=reference_direction, drawn=drawn,
@@ -167,6 +160,20 @@ class GeometryCompiler:
     def _written(self, name: str) -> list[int]:
         """Return the nodes of a member, or of the ground, in the order of the file."""
         return [self.index[n] for n in (self.model.members[name] if name != "ground" else self.model.ground).nodes]
+
+
+def measured(gauge: schema.Gauge, at: Mapping[str, Any]) -> Any:
+    """Return the value of a quantity for positions of its nodes: a distance, a travel, or an angle [rad]."""
+    if gauge.nodes is not None:
+        return abs(scalar(at[gauge.nodes[1]] - at[gauge.nodes[0]]))
+    if gauge.rotary:
+        pivot, arm, reference = at[str(gauge.pivot)], at[str(gauge.arm)], gauge.reference
+        ray = scalar(arm - pivot)
+        ray = ray if reference is None else ray / (scalar(at[reference] - pivot) or 1.0)
+        return phase(ray + 0.0j)  # -0.0 would turn pi into -pi
+    first, second = (scalar(at[name]) for name in gauge.guide or [])
+    along = second - first
+    return ((scalar(at[str(gauge.node)]) - first) * (along / (abs(along) or 1.0)).conjugate()).real
 
 
 def axes(member: Member, nodes: Sequence[int], zero: float = 0.0) -> tuple[complex, complex]:

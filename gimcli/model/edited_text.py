@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import Any
 
 from gimcli.errors import ModelError, UsageError
 from gimcli.mechanism import Mechanism
@@ -22,12 +22,8 @@ _PROPERTIES = re.compile(r"(?:[&!]\S*\s+)*")
 """Anchors and tags before a value."""
 
 
-class Edit(NamedTuple):
-    """A piece of a text, by the indices of its first character and behind its last one, and the new text."""
-
-    start: int
-    end: int
-    text: str
+Edit = tuple[int, int, str]
+"""A piece of a text, by the indices of its first character and behind its last one, and the new text."""
 
 
 def written_with(mechanism: Mechanism, changes: Mapping[str, float | str] | None = None) -> str:
@@ -108,7 +104,7 @@ def _edit(source: Source, where: Where, value: Any) -> Edit:
     if isinstance(old, list) and not brackets:  # it begins below its key
         start = len(source.text[:start].rstrip())
     needs_space = start == end or (isinstance(old, list) and not brackets)
-    return Edit(start, end, " " * needs_space + flow(changed(old, rest, value), depth))
+    return start, end, " " * needs_space + flow(changed(old, rest, value), depth)
 
 
 def _added(source: Source, at: Where, item: str, brackets: bool) -> Edit:
@@ -116,13 +112,13 @@ def _added(source: Source, at: Where, item: str, brackets: bool) -> Edit:
     text, end, keys = source.text, source.extents[at][1], [*part_of(source.data, at)]
     if brackets:
         last = max(source.extents[*at, key][1] for key in keys)
-        return Edit(last, last, f", {item}")
+        return last, last, f", {item}"
     indent = " " * (source.keys[*at, keys[0]][1] - 1)
     line = end if text[end - 1] == "\n" else text.find("\n", end) + 1
     ending = "\r\n" if "\r\n" in text else "\n"
     if not line:
-        return Edit(len(text), len(text), f"{ending}{indent}{item}")
-    return Edit(line, line, f"{indent}{item}{ending}")
+        return len(text), len(text), f"{ending}{indent}{item}"
+    return line, line, f"{indent}{item}{ending}"
 
 
 def _written_out(source: Source, alias: Where, changes: Mapping[Where, Any]) -> Edit:
@@ -131,7 +127,7 @@ def _written_out(source: Source, alias: Where, changes: Mapping[Where, Any]) -> 
     for where, new in changes.items():
         if where[:depth] == alias:
             value = changed(value, where[depth:], new)
-    return Edit(*source.extents[alias], flow(value, depth))
+    return *source.extents[alias], flow(value, depth)
 
 
 def _changes(source: Source, alias: Where, changes: Mapping[Where, Any]) -> bool:

@@ -46,10 +46,16 @@ class Written:
         return found(self.dimensions, name, self.model.open.parts)
 
     def substituted(self, changes: Mapping[str, Any], functions: Mapping[str, Callable[..., Any]]) -> Model:
-        """Return the model with other dimensions, without any check; see `substitution.substituted`."""
-        from gimcli.model.substitution import substituted
+        """Return the model with other dimensions, without any check; formulas are evaluated again where they change.
 
-        return substituted(self.model, changes, functions)
+        Args:
+            changes: values by the names of dimensions: numbers, or any objects with Python's operators.
+            functions: the functions of formulas for these objects, by name.
+        """
+        from gimcli.model.substitution import with_numbers
+
+        wanted = {self.dimension(name).where: value for name, value in changes.items()}
+        return with_numbers(self.model, wanted, lambda _, formula, values: formula.value(values, functions))[0]
 
     def changed(self, mechanism: Mechanism, changes: Mapping[str, float | str]) -> Mechanism:
         """Return the mechanism of this model with other dimensions; see `Mechanism.with_`."""

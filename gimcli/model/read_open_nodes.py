@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 from gimcli.model.laws import ended
 from gimcli.model.pairs import used_nodes
@@ -14,7 +14,7 @@ from gimcli.model.schema import Link, Model, OpenNode, OpenNodes
 from gimcli.model.source import Source
 from gimcli.model.units import RADIANS
 
-Read = tuple[Model, Sequence[PartFault]]
+Read = tuple[Model, list[PartFault]]
 """A model whose nodes all have positions; rough ones if there are reasons why they cannot be placed."""
 
 
@@ -37,10 +37,10 @@ def placed_anew(source: Source, model: Model) -> Read:
     old = model.open
     placing = place(model, source.folder, old.sides)
     if placing.blocked is not None:
-        return model, (_impossible(source, model, placing),)
+        return model, [_impossible(source, model, placing)]
     undecided = [name for name in placing.undecided if name in old.undecided or name not in old.sides]
     at, sides, _ = placing.found[0]
-    return moved(model, at, sides=sides, undecided=tuple(undecided)), ()
+    return moved(model, at, sides=sides, undecided=tuple(undecided)), []
 
 
 def _fixed(model: Model) -> Iterator[PartFault]:

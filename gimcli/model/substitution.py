@@ -7,7 +7,6 @@ from typing import Any
 
 from gimcli.language.expression import Expression
 from gimcli.model.arithmetic import PARAMETERS, in_order
-from gimcli.model.dimensions import dimensions_of, found
 from gimcli.model.part import Part
 from gimcli.model.schema import DYNAMIC, Law, Model
 from gimcli.model.source import Where
@@ -22,22 +21,6 @@ def without_dynamics(model: Model) -> Model:
     return model.with_value(
         "actuators", lambda old: {name: one.with_value("rotor", lambda _: None) for name, one in old.items()}
     )
-
-
-def substituted(model: Model, changes: Mapping[str, Any], functions: Mapping[str, Callable[..., Any]]) -> Model:
-    """Return a model with other dimensions, without any check.
-
-    Args:
-        model: the model.
-        changes: values by the names of dimensions: numbers, or any objects with Python's operators.
-        functions: the functions of formulas for these objects, by name.
-
-    Returns:
-        A copy; formulas of changed parameters are evaluated again.
-    """
-    named = dimensions_of(model)
-    wanted = {found(named, name).where: value for name, value in changes.items()}
-    return with_numbers(model, wanted, lambda _, formula, values: formula.value(values, functions))[0]
 
 
 def with_numbers(model: Model, wanted: Mapping[Where, Any], evaluate: Evaluate) -> tuple[Model, dict[Where, Any]]:
