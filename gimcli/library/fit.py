@@ -52,10 +52,10 @@ MOST_CHECKED = 60
 
 def _machine(mechanism: Mechanism, given: dict[str, Any]) -> list[Machine]:
     """Return the machine that has all dimensions; raise UsageError if several have some of them."""
-    from gimcli.model.dimensions import dimension
+    from gimcli.model.dimensions import written
 
-    names = [dimension(mechanism, name).name for name in given["vary"]]
-    found = [m for m in driven_machines(mechanism) if all(accepted(dimension, m.mechanism, name) for name in names)]
+    names = [written(mechanism).dimension(name).name for name in given["vary"]]
+    found = [m for m in driven_machines(mechanism) if all(accepted(m.mechanism.written.dimension, n) for n in names)]
     if len(found) != 1:
         raise UsageError(f"vary {', '.join(names)}: a fit is of one machine; vary dimensions that only one machine has")
     return found
@@ -103,7 +103,7 @@ def fit(
         UsageError: an unknown name or an invalid argument.
         StructureError: the mechanism is not fully driven.
     """
-    from gimcli.model.dimensions import dimension
+    from gimcli.model.dimensions import written
 
     if mechanism.couplings:
         raise StructureError(f"{mechanism.name} has inputs that follow others: `fit` cannot vary it; `gim sweep` can")
@@ -112,7 +112,7 @@ def fit(
     task = None if goal else task_of(mechanism, columns_of(through), timing, point, output, any_order)
     if goal and (through is not None or timing or point or output):
         raise UsageError("goal: a goal takes the place of targets: remove through, timing, point and output")
-    names = tuple(dimension(mechanism, name).name for name in vary)
+    names = tuple(written(mechanism).dimension(name).name for name in vary)
     if len(set(names)) < len(names):
         raise UsageError(f"vary: {', '.join(names)}: a dimension is named twice; remove one")
     with explained(mechanism):

@@ -19,7 +19,7 @@ from gimcli.canonical import beside
 from gimcli.dynamic_data import NO_NODE
 from gimcli.errors import ModelError, UsageError
 from gimcli.mechanism import FRAME, ComplexArray, Mechanism
-from gimcli.model.dimensions import dimensions
+from gimcli.model.dimensions import written
 from gimcli.model.edited_text import replaced, written_with
 from gimcli.model.read import read_text
 from gimcli.model.schema import Model
@@ -111,7 +111,7 @@ def _coordinates(mechanism: Mechanism, model: Model, z: ComplexArray) -> dict[Wh
 
 def _written(mechanism: Mechanism, wanted: Mapping[Where, complex], digits: int) -> dict[Where, Any]:
     """Return the coordinates that change, by their paths of keys."""
-    values = {dimension.where: dimension.value for dimension in dimensions(mechanism)}
+    values = {dimension.where: dimension.value for dimension in written(mechanism).dimensions.values()}
     opened = mechanism.written.model.open.parts
     places = digits - 1 - math.floor(math.log10(mechanism.size * mechanism.scale))
     changes: dict[Where, Any] = {}

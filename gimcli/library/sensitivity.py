@@ -23,7 +23,7 @@ from gimcli.library.inputs import MOST_STEPS, Jit, OneOf, Range, Seed, Steps, in
 from gimcli.library.machines import accepted, driven_machines, for_each_machine, names_of
 from gimcli.library.sensitivity_result import SensitivityResult
 from gimcli.mechanism import FloatArray, Machine, Mechanism
-from gimcli.model.dimensions import Dimension, dimension, dimensions, tolerances
+from gimcli.model.dimensions import Dimension, tolerances, written
 from gimcli.motion.motion import Motion, trace
 from gimcli.motion.solve import solve
 from gimcli.positions.dispatch import choose
@@ -232,10 +232,10 @@ def _dimensions(mechanism: Mechanism, names: Sequence[str]) -> list[Dimension]:
     """Return the named dimensions and inputs; by default those that the file gives as numbers, and all inputs."""
     inputs = {mechanism.actuators[k].name: _input(mechanism, k) for k in mechanism.drivers}
     if names:
-        found = [inputs[name] if name in inputs else dimension(mechanism, name) for name in names]
+        found = [inputs[name] if name in inputs else written(mechanism).dimension(name) for name in names]
     else:
         tolerated = tolerances(mechanism)
-        own = [d for d in dimensions(mechanism) if (d.given and not d.formula) or d.name in tolerated]
+        own = [d for d in written(mechanism).dimensions.values() if (d.given and not d.formula) or d.name in tolerated]
         found = [*own, *inputs.values()]
     return list({one.name: one for one in found}.values())
 

@@ -28,7 +28,7 @@ from gimcli.library.record import Records, RowField
 from gimcli.library.result import RowsResult
 from gimcli.library.under_way import UnderWay, in_parts
 from gimcli.mechanism import Mechanism
-from gimcli.model.dimensions import dimension
+from gimcli.model.dimensions import written
 from gimcli.output.parts import Parts, header_of
 from gimcli.positions.dispatch import choose, plain
 from gimcli.progress import Notify, Phases, no_phases
@@ -104,7 +104,7 @@ def sweep(
         raise UsageError(f"tolerance: expected a number from 1e-14 to below 1, got {tolerance}")
     full: dict[str, Any] = {}
     for name, given in (vary if isinstance(vary, Mapping) else _designs(vary)).items():
-        own = dimension(mechanism, name).name
+        own = written(mechanism).dimension(name).name
         if own in full:
             raise UsageError(f"vary: '{own}' is given twice")
         full[own] = given
@@ -125,7 +125,7 @@ def sweep(
         for name in job.family.without_effect(*ends, forces=job.names.forced):
             notify(f"vary {name}: it changes no length, shape or law, so that all its values give the same positions")
     job = _with_kernels(job, folder if resume else None, notify)
-    units = {name: dimension(mechanism, name).unit for name in table.names}
+    units = {name: written(mechanism).dimension(name).unit for name in table.names}
     store = None if folder is None else Parts(Path(folder), _header(job), resume)
     return SweepUnderWay(SweepRun(job, store, workers, scheduler, progress("designs")), units)
 
@@ -150,8 +150,8 @@ def _designs(given: Any) -> dict[str, Any]:
 def _swept_machine(mechanism: Mechanism, job: SweepJob) -> Mechanism:
     """Return the machine that has all dimensions and quantities; the mechanism itself if several have some of them."""
     machines = [one.mechanism for one in driven_machines(mechanism)]
-    owners = [one for one in machines if any(accepted(dimension, one, name) for name in job.table.names)]
-    whole = len(owners) != 1 or not all(accepted(dimension, owners[0], name) for name in job.table.names)
+    owners = [one for one in machines if any(accepted(one.written.dimension, name) for name in job.table.names)]
+    whole = len(owners) != 1 or not all(accepted(owners[0].written.dimension, name) for name in job.table.names)
     return mechanism if whole or not accepted(replace(job, mechanism=owners[0]).check) else owners[0]
 
 

@@ -46,20 +46,10 @@ class Dimension(NamedTuple):
     formula: str  # the text in place of the number, otherwise ""
 
 
-def dimensions(mechanism: Mechanism) -> tuple[Dimension, ...]:
-    """Return the dimensions of a mechanism that was read from a model, parameters first."""
-    return tuple(written(mechanism).dimensions.values())
-
-
-def dimension(mechanism: Mechanism, name: str) -> Dimension:
-    """Return a dimension by its name; the name of a link stands for its length. Raise UsageError for others."""
-    return found(written(mechanism).dimensions, name)
-
-
 def tolerances(mechanism: Mechanism) -> dict[str, float]:
     """Return the tolerances of the file (file's units) by the full names of their dimensions."""
     own = written(mechanism)
-    return {found(own.dimensions, name).name: value for name, value in own.model.tolerances.items()}
+    return {own.dimension(name).name: value for name, value in own.model.tolerances.items()}
 
 
 def written(mechanism: Mechanism) -> Any:

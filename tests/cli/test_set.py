@@ -9,7 +9,6 @@ from typer.main import get_command
 
 from gimcli import load
 from gimcli.cli import COMMANDS, app
-from gimcli.model.dimensions import dimension
 
 MODEL = MODELS / "crank_rocker.yaml"
 
@@ -64,6 +63,6 @@ def test_solved_coordinates_and_other_values_are_written(tmp_path):
     assert "O4: [a + 20, 0]" in found
     assert "length: a/2" in found
     mechanism = load(new)
-    assert dimension(mechanism, "crank").value == 35.0
-    assert dimension(mechanism, "A.x").value == pytest.approx(35.0)  # the law starts at 0 deg
+    assert mechanism.written.dimension("crank").value == 35.0
+    assert mechanism.written.dimension("A.x").value == pytest.approx(35.0)  # the law starts at 0 deg
     assert abs(mechanism.to_file(mechanism.drawn)[mechanism.nodes.index("B")] - 90.0) == pytest.approx(80.0)

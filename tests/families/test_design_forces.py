@@ -10,7 +10,6 @@ from random_mechanisms import Growth
 import gimcli
 from gimcli.errors import GimError
 from gimcli.families.family import Family
-from gimcli.model.dimensions import dimensions
 
 STEPS = 24
 
@@ -32,7 +31,7 @@ AWAY = {"from", "to", "start", "effort", "polynomial", "teeth"}
 def designs(name, seed):
     """Return a model and values near its own of some of its dimensions (3 designs)."""
     m, generator = gimcli.load(MODELS / f"{name}.yaml"), np.random.default_rng(seed)
-    own = [d for d in dimensions(m) if d.given and not d.formula and AWAY.isdisjoint(d.name.split("."))]
+    own = [d for d in m.written.dimensions.values() if d.given and not d.formula and AWAY.isdisjoint(d.name.split("."))]
     chosen = [own[k] for k in sorted(generator.permutation(len(own))[:12])]
     changes = 1.0 + 1e-3 * generator.uniform(-1.0, 1.0, (3, len(chosen)))
     return m, [{d.name: d.value * x for d, x in zip(chosen, row, strict=True)} for row in changes]
@@ -165,7 +164,7 @@ def compare(m, chosen, names, limit=1e-7):
     Dimensions that change the inputs or the time are left out: derivatives are at constant inputs.
     """
     found, compared = gimcli.sensitivity(m, of=names, by=chosen, samples=0, steps=6), 0
-    own, inputs = {d.name: d.value for d in dimensions(m)}, ["time", *(a.name for a in m.actuators)]
+    own, inputs = {d.name: d.value for d in m.written.dimensions.values()}, ["time", *(a.name for a in m.actuators)]
     for name in chosen:
         h = 3e-4 * max(abs(own[name]), 0.1)
         rows = [{name: own[name] + x} for x in (h, -h, h / 2, -h / 2)]
@@ -209,7 +208,7 @@ def test_derivatives_of_forces_of_random_mechanisms_are_those_of_differences(kin
     data["springs"] = {"coil": {"nodes": ends, "stiffness": 50, "free": 0.7}}
     data["dampers"] = {"oil": {"nodes": ends, "damping": 3}}
     m, spread = gimcli.load(data), np.random.default_rng(seed)
-    own = [d.name for d in dimensions(m) if d.given and AWAY.isdisjoint(d.name.split("."))]
+    own = [d.name for d in m.written.dimensions.values() if d.given and AWAY.isdisjoint(d.name.split("."))]
     chosen = spread.choice(own, 8, replace=False).tolist()
     names = [text for text in names_of(m) if not text.endswith(".error")]
     assert compare(m, chosen, names, 1e-6) > 3

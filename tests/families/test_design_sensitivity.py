@@ -10,7 +10,6 @@ from random_mechanisms import Growth
 from gimcli import GimError, UsageError, load
 from gimcli.families.design_sensitivity import DesignSensitivity, moves_nodes
 from gimcli.families.position_state import position_items
-from gimcli.model.dimensions import dimensions
 from gimcli.motion.motion import trace
 from gimcli.positions.dispatch import plain
 from gimcli.positions.options import Options
@@ -60,7 +59,7 @@ def test_scaling_all_lengths_scales_the_point_and_turns_no_member():
     """Euler's law of homogeneous functions."""
     names = [name for name in TABLE if name != "motor"]
     mechanism = four_bar("rad")
-    sizes = [d.value for name in names for d in dimensions(mechanism) if d.name == name]
+    sizes = [d.value for name in names for d in mechanism.written.dimensions.values() if d.name == name]
     values, slopes = start(mechanism, names, ["P", "coupler", "follower", "transmission"])
     assert slopes @ sizes == pytest.approx([*values[:2], 0.0, 0.0, 0.0], abs=1e-11)
 
@@ -103,7 +102,7 @@ def test_random_mechanisms_have_the_derivatives_of_differences(kind, drive, seed
 def compare(mechanism, motion):
     """Compare all derivatives with differences; return how many were compared, and the dimensions that are fixed."""
     quantities = quantities_of(mechanism)
-    given = [d for d in dimensions(mechanism) if d.given and not d.formula]
+    given = [d for d in mechanism.written.dimensions.values() if d.given and not d.formula]
     found = DesignSensitivity(mechanism, [d.name for d in given], quantities, plain)
     result = found(motion.z, motion.inputs)
     compared, fixed = 0, found.fixed(motion.z, motion.inputs)

@@ -7,14 +7,13 @@ from bundled import FILES
 
 import gimcli
 from gimcli import GimError
-from gimcli.model.dimensions import dimensions
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
 def test_all_dimensions_are_recorded(path):
     """The numbers of the plan as functions of all dimensions at once have their nominal values."""
     mechanism = gimcli.load(path)
-    names = [one.name for one in dimensions(mechanism) if not one.formula]
+    names = [one.name for one in mechanism.written.dimensions.values() if not one.formula]
     recorded, recording = mechanism.written.recorded(mechanism, names)
     assert recorded.nodes == mechanism.nodes
     assert len(recording.variables) == len(names)
@@ -24,7 +23,7 @@ def test_all_dimensions_are_recorded(path):
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
 def test_each_dimension_varies_alone(path):
     mechanism = gimcli.load(path)
-    for one in dimensions(mechanism):
+    for one in mechanism.written.dimensions.values():
         for ask in (
             lambda name: gimcli.sensitivity(mechanism, by=name, steps=1, samples=0, jit="off"),
             lambda name, value=one.value: gimcli.sweep(mechanism, {name: [value]}, keep="solved", steps=2),

@@ -7,7 +7,6 @@ from bundled import MODELS
 import gimcli
 from gimcli import UsageError
 from gimcli.families.family import Family
-from gimcli.model.dimensions import dimensions
 from gimcli.status import Status
 
 STEPS = 24
@@ -30,7 +29,7 @@ CASES = {
 
 def case(name):
     m = gimcli.load(MODELS / f"{name}.yaml")
-    own = {d.name: d.value for d in dimensions(m)}
+    own = {d.name: d.value for d in m.written.dimensions.values()}
     length = next(name for name in own if name.endswith(".length"))
     return m, CASES[name] or {length: [0.97 * own[length], own[length], 1.03 * own[length]]}
 
@@ -155,7 +154,7 @@ MOVED = {
 def test_velocities_and_their_derivatives_of_many_designs(name):
     """Also of two inputs, of linear ones, of a coupled group, of moving guides, and of laws that differ."""
     m = gimcli.load(MODELS / f"{name}.yaml")
-    own = {d.name: d.value for d in dimensions(m)}
+    own = {d.name: d.value for d in m.written.dimensions.values()}
     length = next(n for n in own if n.endswith(".length"))
     vary = {"duration": [1.0, 2.5], **(MOVED[name] or {length: [0.98 * own[length], own[length]]})}
     point, member = m.traced[0], m.members[1].name

@@ -5,7 +5,6 @@ import pytest
 from bundled import MODELS
 
 import gimcli
-from gimcli.model.dimensions import dimensions
 
 CASES = {
     "crank_rocker": ("P.vx", "P.ay", "P.jx", "rocker.omega", "rocker.alpha", "rocker.jerk", "hypot(P.vx, P.vy)"),
@@ -41,7 +40,7 @@ def test_derivatives_of_rates_are_those_of_differences(name):
     inputs = {m.actuators[k].name: float(m.value_to_file(k, u)) + (k + 1.0) * bool(m.actuators[k].rotary)
               for k, u in enumerate(m.start_inputs)}  # fmt: skip
     found = gimcli.sensitivity(m, of=texts, at=inputs)
-    own = {d.name: d.value for d in dimensions(m)}
+    own = {d.name: d.value for d in m.written.dimensions.values()}
     chosen = [d for d in found.derivatives[texts[0]] if d in own][:5]
     assert chosen
     wanted = {d: differences(m, texts, d, own[d], inputs) for d in chosen}
@@ -74,6 +73,6 @@ def test_derivatives_by_the_input_are_velocity_over_speed():
 def test_rates_of_inputs_that_follow_others_change_with_the_radii_of_their_belt(name):
     m, texts, inputs = gimcli.load(MODELS / "belt_drive.yaml"), ["T.x", "T.vx", "T.ax", "rod.omega"], {"motor": 30.0}
     found = gimcli.sensitivity(m, of=texts, by=name, at=inputs).derivatives
-    value = next(d.value for d in dimensions(m) if d.name == name)
+    value = next(d.value for d in m.written.dimensions.values() if d.name == name)
     for text, wanted in zip(texts, differences(m, texts, name, value, inputs), strict=True):
         assert found[text][name] == pytest.approx(wanted, rel=1e-6, abs=1e-6), text

@@ -16,7 +16,6 @@ import gimcli
 from gimcli import GimError, Mechanism, ModelError, loads
 from gimcli.language.expression import FUNCTIONS
 from gimcli.model.compile import compile_model
-from gimcli.model.dimensions import dimension, dimensions
 from gimcli.model.source import read_source
 
 TEXT = """\
@@ -88,11 +87,11 @@ def test_another_value_is_an_edit_of_the_file(name):
     found = loads(TEXT).with_({name: value})
     assert same(found, edited)
     assert not same(found, loads(TEXT))
-    assert dimension(found, name).value == value
+    assert found.written.dimension(name).value == value
 
 
 def test_the_names_of_all_dimensions():
-    found = {d.name: d for d in dimensions(loads(TEXT))}
+    found = {d.name: d for d in loads(TEXT).written.dimensions.values()}
     axes = {f"{node}.{axis}" for node in "OGABCSTUPQ" for axis in "xy"}
     own = {f"plate.shape.{node}.{axis}" for node in "ABC" for axis in "xy"}
     more = {
@@ -137,8 +136,8 @@ def test_every_number_of_every_model_is_a_dimension(model):
         return isinstance(part, int | float) and not isinstance(part, bool)
 
     mechanism = gimcli.load(model)
-    texts = sum(bool(d.formula) for d in dimensions(mechanism))
-    assert sum(d.given for d in dimensions(mechanism)) == count(read_source(model).data) + texts
+    texts = sum(bool(d.formula) for d in mechanism.written.dimensions.values())
+    assert sum(d.given for d in mechanism.written.dimensions.values()) == count(read_source(model).data) + texts
 
 
 def test_calls_are_chained_and_keep_the_file():
@@ -147,16 +146,16 @@ def test_calls_are_chained_and_keep_the_file():
     found = first.with_({"crank": 41}).with_({"B.x": 140, "crank.length": 42})
     assert (found.path, found.files, found.name) == (first.path, first.files, first.name)
     assert found.written.changes == {"crank.length": 42, "B.x": 140}
-    assert dimension(found, "crank").value == 42.0
-    assert dimension(first, "crank").value == 40.0
+    assert found.written.dimension("crank").value == 42.0
+    assert first.written.dimension("crank").value == 40.0
     assert same(first.with_({}), first)
 
 
 def test_formulas_are_values_too():
     found = loads(TEXT).with_({"b": "a/2", "rod": "b + 90"})
-    assert (dimension(found, "b").value, dimension(found, "rod").value) == (19.0, 109.0)
-    assert dimension(found.with_({"a": 10}), "rod").value == 95.0
-    assert dimension(loads(TEXT).with_({"a": "38/2"}), "b").value == 41.0
+    assert (found.written.dimension("b").value, found.written.dimension("rod").value) == (19.0, 109.0)
+    assert found.with_({"a": 10}).written.dimension("rod").value == 95.0
+    assert loads(TEXT).with_({"a": "38/2"}).written.dimension("b").value == 41.0
 
 
 @pytest.mark.parametrize("changes", [{"a": -6}, {"A.x": 0, "A.y": 0}, {"b": "1/(a - 38)"}, {"a": -(10**5000)}])

@@ -7,7 +7,6 @@ import yaml
 
 import gimcli
 from gimcli import UsageError, load, loads
-from gimcli.model.dimensions import dimensions
 from gimcli.model.edited_text import written_with
 
 REST = "nodes: {O: [0, 0], G: [100, 0], A: [20, 30], B: [110, 70]}\nground: [O, G]\n"
@@ -66,7 +65,7 @@ def test_new_values_are_written_in_place(name):
         assert found == text.replace(old, new)
     else:
         assert found.count("\r\n") == found.count("\n") == text.count("\n") + 1
-    assert dimensions(loads(found)) == dimensions(mechanism.with_(changes))
+    assert loads(found).written.dimensions == mechanism.with_(changes).written.dimensions
     assert written_with(mechanism) == text
 
 
@@ -79,11 +78,12 @@ def test_values_of_earlier_changes_are_written():
 @pytest.mark.few
 def test_every_dimension_of_every_model_is_written(model):
     mechanism = load(model)
-    named = [d for d in dimensions(mechanism) if not d.name.startswith(("motor.from", "duration"))]
+    named = [d for d in mechanism.written.dimensions.values() if not d.name.startswith(("motor.from", "duration"))]
     named = [d for d in named if d.name != "free.speed" and ".polynomial." not in d.name]  # it ends at 1
     changes = {d.name: d.value * (1 + 1e-9) + (not d.given) * 1e-9 for d in named}
     text = written_with(mechanism, changes)
-    assert [d.value for d in dimensions(loads(text, model.parent)) if d.name in changes] == [*changes.values()]
+    found = loads(text, model.parent).written.dimensions
+    assert {name: found[name].value for name in changes} == changes
 
 
 def test_a_model_in_memory_is_written_as_a_file():

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from gimcli import ModelError, UsageError, load, loads
-from gimcli.model.dimensions import dimension, tolerances
+from gimcli.model.dimensions import tolerances, written
 from gimcli.model.part import Part
 from gimcli.model.remarks import remarks
 
@@ -120,6 +120,6 @@ def test_a_mechanism_without_a_model_has_no_dimensions():
     from dataclasses import replace
 
     with pytest.raises(UsageError):
-        dimension(replace(loads(NUMBERS), written=None), "rod.length")
+        written(replace(loads(NUMBERS), written=None))
     with pytest.raises(UsageError):
         replace(loads(NUMBERS), written=None).with_({"rod.length": 2})
