@@ -130,10 +130,11 @@ def read_by_others(text: str, source: str, path: Path | None = None, folder: Pat
     """Return the mechanism of a text in the format of another program; None if it is in none of them."""
     from gimcli.exchange.assembling import model_of
     from gimcli.exchange.registry import draft_of
-    from gimcli.model.read import read_converted
+    from gimcli.model.read import read_data
 
     draft = draft_of(text, source)
-    return None if draft is None else read_converted(model_of(draft), source, draft.left_out, path, folder)
+    folder = folder or (path.parent if path else Path())
+    return None if draft is None else read_data(model_of(draft), folder, source, draft.left_out, path)
 
 
 def model_path(model: Path) -> Path:

@@ -23,48 +23,6 @@ if TYPE_CHECKING:
     from gimcli.coupling_data import GearPair
 
 
-class LawCompiler:
-    """Compiles the laws of the inputs of a model, whose values at the initial coordinates are known."""
-
-    def __init__(self, own: GeometryCompiler) -> None:
-        self.model, self.folder, self.units = own.model, own.folder, own.units
-
-    def compile(self, inputs: tuple[Input, ...]) -> tuple[tuple[Input, ...], float]:
-        """Return the inputs with their laws, and the duration of the motion [s]; followers have no law of their own."""
-        duration, drawn = self._duration(), {one.name: one.drawn / self.units[one.rotary] for one in inputs}
-        times = run_times(self.model, lambda name, _: drawn[name], duration is not None)
-        duration = times[0].seconds if duration is None and times else duration
-        timed = tuple(replace(one, law=self._law(one, self.model.actuators[one.name], duration)) for one in inputs)
-        return timed, 1.0 if duration is None else duration
-
-    def _duration(self) -> Any | None:
-        """Return the duration that the file or a table gives [s]."""
-        laws = (a.law for a in self.model.actuators.values() if a.law is not None)
-        table = next((law.profile.table for law in laws if law.profile.table is not None), None)
-        if self.model.duration is not None or table is None:
-            return self.model.duration
-        time, _ = read_table(self.folder / table)
-        return time[-1] - time[0]
-
-    def _law(self, one: Input, actuator: Actuator, duration: Any | None) -> InputLaw:
-        law, unit = actuator.law or Law(), self.units[one.rotary]
-        if actuator.follows is not None:
-            return one.law
-        if law.profile.table is not None:
-            return scaled(TableLaw(*read_table(self.folder / law.profile.table)), unit)
-        shape: InputLaw = PROFILES.get(law.profile.name, PROFILES["uniform"])
-        change = increment(law, TURN[self.model.units.angle] * one.rotary, duration)
-        if law.profile.polynomial is not None:
-            shape = PolynomialLaw(tuple(law.profile.polynomial))
-            if change is None and law.to is None:
-                return scaled(shape, unit)
-        start = one.drawn if law.from_ is None else law.from_ * unit
-        if law.to is not None:
-            return RunLaw(start, law.to * unit, shape)
-        whole = 2.0 * math.pi if one.rotary else 0.0
-        return RunLaw(start, start + (whole if change is None else change * unit), shape)
-
-
 def compile_model(model: Model, folder: Path = Path(), frame: tuple[complex, float] | None = None) -> Mechanism:
     """Return the mechanism of a validated model; the paths of tables start at `folder`.
 
@@ -77,7 +35,7 @@ def compile_model(model: Model, folder: Path = Path(), frame: tuple[complex, flo
     traced = model.trace or list(model.points) or moving
     pairs = tuple(row for name, pair in model.prismatic.items() for row in own.rows(name, pair))
     driven = tuple(own.quantity(name, a) for name, a in model.actuators.items())
-    actuators, duration = LawCompiler(own).compile(driven)
+    actuators, duration = _with_own_laws(own, driven)
     actuators, couplings, gears = _coupled(own, pairs, actuators)
     dynamics, gauges = _dynamics(own, pairs, actuators)
     return Mechanism(
@@ -113,6 +71,50 @@ def _dynamics(
     from gimcli.model.compile_dynamics import DynamicsCompiler
 
     return DynamicsCompiler(own, pairs, actuators).compile()
+
+
+# -- laws -----------------------------------------------------------------------------------
+
+
+def _with_own_laws(own: GeometryCompiler, inputs: tuple[Input, ...]) -> tuple[tuple[Input, ...], float]:
+    """Return inputs, whose initial values are known, with their laws, and the duration of the motion [s].
+
+    Followers have no law of their own.
+    """
+    duration, drawn = _duration(own), {one.name: one.drawn / own.units[one.rotary] for one in inputs}
+    times = run_times(own.model, lambda name, _: drawn[name], duration is not None)
+    duration = times[0].seconds if duration is None and times else duration
+    timed = tuple(replace(one, law=_law(own, one, own.model.actuators[one.name], duration)) for one in inputs)
+    return timed, 1.0 if duration is None else duration
+
+
+def _duration(own: GeometryCompiler) -> Any | None:
+    """Return the duration that the file or a table gives [s]."""
+    laws = (a.law for a in own.model.actuators.values() if a.law is not None)
+    table = next((law.profile.table for law in laws if law.profile.table is not None), None)
+    if own.model.duration is not None or table is None:
+        return own.model.duration
+    time, _ = read_table(own.folder / table)
+    return time[-1] - time[0]
+
+
+def _law(own: GeometryCompiler, one: Input, actuator: Actuator, duration: Any | None) -> InputLaw:
+    law, unit = actuator.law or Law(), own.units[one.rotary]
+    if actuator.follows is not None:
+        return one.law
+    if law.profile.table is not None:
+        return scaled(TableLaw(*read_table(own.folder / law.profile.table)), unit)
+    shape: InputLaw = PROFILES.get(law.profile.name, PROFILES["uniform"])
+    change = increment(law, TURN[own.model.units.angle] * one.rotary, duration)
+    if law.profile.polynomial is not None:
+        shape = PolynomialLaw(tuple(law.profile.polynomial))
+        if change is None and law.to is None:
+            return scaled(shape, unit)
+    start = one.drawn if law.from_ is None else law.from_ * unit
+    if law.to is not None:
+        return RunLaw(start, law.to * unit, shape)
+    whole = 2.0 * math.pi if one.rotary else 0.0
+    return RunLaw(start, start + (whole if change is None else change * unit), shape)
 
 
 # -- followers ------------------------------------------------------------------------------

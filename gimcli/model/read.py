@@ -125,27 +125,22 @@ def read_text(text: str, folder: Path) -> Mechanism:
     return _mechanism(read_yaml(text, Path("<text>")), folder, NAME)
 
 
-def read_data(data: Mapping[str, Any], folder: Path) -> Mechanism:
-    """Validate and compile a model given as plain data; errors name keys instead of lines."""
-    from gimcli.model.yaml_text import yaml_text
-
-    source = read_yaml(yaml_text(_plain(data, ())) or "{}", Path("<dict>"))
-    source.by_line = False
-    return _mechanism(source, folder, NAME)
-
-
-def read_converted(
-    data: Mapping[str, Any], source: str, left_out: Sequence[str], path: Path | None, folder: Path | None
+def read_data(
+    data: Mapping[str, Any],
+    folder: Path,
+    source: str = "<dict>",
+    left_out: Sequence[str] = (),
+    path: Path | None = None,
 ) -> Mechanism:
-    """Validate and compile the data of a model that comes from a file of another program; errors name keys.
+    """Validate and compile a model given as plain data; errors name keys instead of lines.
 
-    `left_out` names what did not come over; `source` names the file in messages, `path` is None for an address.
+    Of a mechanism of another program, `source` names the file in messages, `left_out` what did not come over; `path` is
+    None for an address.
     """
     from gimcli.model.yaml_text import yaml_text
 
-    own = read_yaml(yaml_text(data, left_out), Path(source))
+    own = read_yaml(yaml_text(_plain(data, ()), left_out) or "{}", Path(source))
     own.by_line = False
-    folder = folder or (path.parent if path else Path())
     return replace(_mechanism(own, folder, path.stem if path else NAME, path), left_out=tuple(left_out))
 
 

@@ -11,14 +11,14 @@ from damaged_texts import changed, cut, with_numbers
 import gimcli
 from gimcli.exchange.assembling import model_of
 from gimcli.exchange.registry import draft_of
-from gimcli.model.read import read_converted
+from gimcli.model.read import read_data
 
 FILES = sorted(path for path in (Path(__file__).parent / "data").iterdir() if path.suffix not in (".md", ".txt"))
 
 
 def converted(text: str):
     draft = draft_of(text, "f")
-    return draft and read_converted(model_of(draft), "f", draft.left_out, None, None)
+    return draft and read_data(model_of(draft), Path(), "f", draft.left_out)
 
 
 def read_or_refused(text: str) -> None:
