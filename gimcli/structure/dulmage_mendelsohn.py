@@ -10,13 +10,15 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from heapq import heappop, heappush
-from itertools import accumulate, pairwise
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from gimcli.connected import grouped
 
 if TYPE_CHECKING:
     from graphlib import TopologicalSorter
+
+NONE = -1
 
 
 @dataclass(frozen=True)
@@ -53,17 +55,51 @@ def split(
 
 
 def match(count: int, columns: Sequence[Sequence[int]]) -> list[int]:
-    """Return a maximum matching: for each unknown an equation of its own that contains it, or -1."""
-    import numpy as np
-    from scipy.sparse import csr_array
-    from scipy.sparse.csgraph import maximum_bipartite_matching
+    """Return a maximum matching: for each unknown an equation of its own that contains it, or NONE.
 
-    if not columns or not count:
-        return [-1] * len(columns)
-    ends = np.array([0, *accumulate(map(len, columns))], dtype=np.int32)  # scipy before 1.15 needs 32 bits
-    entered = np.array([row for rows in columns for row in rows], dtype=np.int32)
-    table = csr_array((np.ones(len(entered)), entered, ends), shape=(len(columns), count))
-    return [int(row) for row in maximum_bipartite_matching(table, perm_type="column")]
+    Source: Hopcroft & Karp 1973; scipy's function is the same, but takes longer to import than to match.
+    """
+    row_of, column_of = [NONE] * len(columns), [NONE] * count
+    while NONE in (level := _levels(columns, row_of, column_of)):
+        for start in [column for column, row in enumerate(row_of) if row == NONE]:
+            _lengthen(columns, row_of, column_of, level, start)
+    return row_of
+
+
+def _levels(columns: Sequence[Sequence[int]], row_of: list[int], column_of: list[int]) -> dict[int, int]:
+    """Return the least number of steps from unmatched unknowns to others, and to an equation without one (NONE)."""
+    level = {column: 0 for column, row in enumerate(row_of) if row == NONE}
+    todo = list(level)
+    for column in todo:
+        for row in columns[column] if level[column] < level.get(NONE, len(columns)) else ():
+            if column_of[row] not in level:
+                level[column_of[row]] = level[column] + 1
+                todo.append(column_of[row])
+    return level
+
+
+def _lengthen(
+    columns: Sequence[Sequence[int]], row_of: list[int], column_of: list[int], level: dict[int, int], start: int
+) -> None:
+    """Exchange the equations on a shortest path from an unmatched unknown to an equation without one, if there is one.
+
+    No other path leads through the unknowns of this one.
+    """
+    todo, before = [start], dict[int, int]()
+    while todo:
+        column = todo.pop()
+        for row in columns[column]:
+            owner = column_of[row]
+            if level.get(owner) != level[column] + 1:
+                continue
+            if owner == NONE:
+                while row != NONE:
+                    del level[column]
+                    column_of[row], row_of[column], row = column, row, row_of[column]
+                    column = before.get(column, NONE)
+                return
+            before[owner] = column
+            todo.append(owner)
 
 
 def join(needs: list[list[int]], together: Iterable[Sequence[int]]) -> None:
@@ -94,22 +130,40 @@ def components(needs: Sequence[Sequence[int]], ranked: bool = False) -> list[lis
     """
     from graphlib import TopologicalSorter
 
-    import numpy as np
-    from scipy.sparse import csr_array
-    from scipy.sparse.csgraph import connected_components
-
-    edges = [sorted(set(others)) for others in needs]  # scipy 1.x gives wrong components for duplicate edges
-    ends = np.array([0, *accumulate(map(len, edges))], dtype=np.int32)
-    heads = np.array([other for others in edges for other in others], dtype=np.int32)
-    graph = csr_array((np.ones(len(heads)), heads, ends), shape=(len(needs), len(needs)))
-    label = connected_components(graph, directed=True, connection="strong")[1].tolist()
-    parts: dict[int, list[int]] = {}
-    before: dict[int, dict[int, None]] = {}
-    for node, own in enumerate(label):
-        parts.setdefault(own, []).append(node)
-        before.setdefault(own, {}).update((label[other], None) for other in edges[node] if label[other] != own)
+    label = _strong(needs)
+    parts = grouped((label[node], node) for node in range(len(needs)))
+    before = {
+        own: dict.fromkeys(label[other] for node in part for other in sorted(needs[node]) if label[other] != own)
+        for own, part in parts.items()
+    }
     order = TopologicalSorter(before)
     return [parts[own] for own in (_ranked(order, parts) if ranked else order.static_order())]
+
+
+def _strong(needs: Sequence[Sequence[int]]) -> dict[int, int]:
+    """Return a label for each node, the same for nodes that depend on one another.
+
+    Source: Sharir, A strong-connectivity algorithm and its applications in data flow analysis, 1981.
+    """
+    back = grouped((other, node) for node, others in enumerate(needs) for other in others)
+    left: dict[int, None] = {}  # nodes in the order in which a search along `needs` leaves them
+    label: dict[int, int] = {}
+    todo, seen = list(range(len(needs))), set[int]()
+    while todo:
+        node = todo.pop()
+        if node < 0:
+            left[~node] = None
+        elif node not in seen:
+            seen.add(node)
+            todo += [~node, *needs[node]]
+    for first in reversed(left):
+        todo = [first]
+        while todo:
+            node = todo.pop()
+            if node not in label:
+                label[node] = first
+                todo += back.get(node, [])
+    return label
 
 
 def _ranked(order: TopologicalSorter[int], parts: Mapping[int, Sequence[int]]) -> Iterator[int]:
