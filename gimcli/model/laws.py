@@ -12,7 +12,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,6 +20,7 @@ from gimcli.calculus.numbers import nominal
 from gimcli.input_laws import FloatArray, InputLaw, SummedLaw
 from gimcli.model.schema import Actuator, Law, Model
 from gimcli.model.units import TURN
+from gimcli.numerics.shape_preserving import ShapePreservingCubic
 
 CUBIC = (0.0, 0.0, 3.0, -2.0)
 QUINTIC = (0.0, 0.0, 0.0, 10.0, -15.0, 6.0)
@@ -76,24 +76,18 @@ class Wave(InputLaw):
 
 
 class TableLaw(InputLaw):
-    """Shape-preserving cubic interpolation of (time, value) pairs, without overshoot between them.
-
-    Source: Fritsch & Butland 1984, as in scipy's PchipInterpolator.
-    """
+    """Shape-preserving cubic interpolation of (time, value) pairs, without overshoot between them."""
 
     def __init__(self, time: Sequence[float], value: Sequence[float]) -> None:
-        from scipy.interpolate import PchipInterpolator
-
-        self._when = (np.asarray(time) - time[0]) / (time[-1] - time[0])
-        self._curve: Any = PchipInterpolator(self._when, value)
+        self._curve = ShapePreservingCubic((np.asarray(time) - time[0]) / (time[-1] - time[0]), value)
 
     def __call__(self, time: FloatArray, order: int = 0) -> FloatArray:
         """Return the value or a derivative."""
-        return np.asarray(self._curve(time, nu=order), dtype=float)
+        return self._curve(time, order)
 
     def stops(self) -> FloatArray:
         """Return the inner times of the table: the interpolation is monotonic between two of them."""
-        return np.asarray(self._when[1:-1], dtype=float)
+        return self._curve.at[1:-1]
 
 
 PROFILES: dict[str, InputLaw] = {
@@ -134,25 +128,16 @@ def scaled(law: InputLaw, factor: float) -> InputLaw:
     return SummedLaw(((factor, law),))
 
 
-class Sampled:
+class Sampled(ShapePreservingCubic):
     """Shape-preserving cubic interpolation of samples; constant before the first sample and after the last."""
 
-    def __init__(self, at: Sequence[float], value: Sequence[float]) -> None:
-        self.at, self._value = np.asarray(at, dtype=float), np.asarray(value, dtype=float)
-
-    @cached_property
-    def _curve(self) -> Any:
-        from scipy.interpolate import PchipInterpolator  # imported late: only forces need it
-
-        return PchipInterpolator(self.at, self._value)
-
-    def __call__(self, at: FloatArray) -> FloatArray:
-        """Return the interpolated value at each abscissa."""
-        return np.asarray(self._curve(np.clip(at, self.at[0], self.at[-1])), dtype=float)
+    def __call__(self, at: FloatArray, order: int = 0) -> FloatArray:
+        """Return the interpolated value at each abscissa, or its derivative between the first and the last."""
+        return super().__call__(np.clip(at, self.at[0], self.at[-1]), order)
 
     def slope(self, at: FloatArray) -> FloatArray:
         """Return the derivative of the interpolated value; 0 before the first sample and after the last."""
-        return np.where((self.at[0] < at) & (at < self.at[-1]), self._curve(at, 1), 0.0)
+        return np.where((self.at[0] < at) & (at < self.at[-1]), self(at, 1), 0.0)
 
 
 # -- ends and durations -------------------------------------------------------------------------
