@@ -25,7 +25,7 @@ SHOWN = 40
 def _print(result: EquilibriumResult) -> None:
     mechanism, found = result.mechanism, result._found
     print_records(result.headline(), result._records, most=SHOWN)
-    others = [f"{k + 1} --assembly {own}" for k, (own, other) in enumerate(result.assemblies) if other]
+    others = [f"{k} --assembly {own.number}" for k, own in enumerate(result.assemblies, 1) if own and own.elsewhere]
     where = at_inputs(mechanism, result.report()["at"])
     print_remarks(
         (

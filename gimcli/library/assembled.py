@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -96,18 +96,27 @@ def drawn_at(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray) -> Mecha
     return drawn if drawn.complete is None else drawn.complete(drawn)
 
 
-def assembly_of(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray) -> tuple[int | None, bool]:
-    """Return the number of a position in the list of all configurations, and whether `solve` finds another there.
+@dataclass(frozen=True)
+class ListedPosition:
+    """A position in the list of all configurations at its inputs."""
 
-    The number is None for a position that is not in the list, such as a limit of an input.
-    """
+    found: Configurations = field(repr=False)
+    number: int  # from 1
+
+    @property
+    def elsewhere(self) -> bool:
+        """Whether `solve` finds another configuration there."""
+        return self.number - 1 != drawn_configuration(self.found)
+
+
+def listed_position(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray) -> ListedPosition | None:
+    """Return a position z (nodes,) with its number; None if it is not in the list, such as a limit of an input."""
     with suppress(GimError):  # a mechanism whose configurations cannot be listed
         found = all_configurations(mechanism, inputs)
         far = np.max(mechanism.apart(found.z.T, z[:, None]), axis=0)
         if len(found) and far.min() <= SAME * mechanism.size:
-            own = int(np.argmin(far))
-            return own + 1, own != drawn_configuration(found)
-    return None, False
+            return ListedPosition(found, int(np.argmin(far)) + 1)
+    return None
 
 
 def _index(found: Configurations, assembly: int | str) -> int:

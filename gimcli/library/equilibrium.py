@@ -18,7 +18,7 @@ from gimcli.dynamics.equilibria_curve import Equilibria, Push
 from gimcli.dynamics.equilibria_search import released_search
 from gimcli.errors import UsageError
 from gimcli.graphs.extras import Extras
-from gimcli.library.assembled import assembly_of
+from gimcli.library.assembled import ListedPosition, listed_position
 from gimcli.library.inputs import Range, Seed, in_file_units, inputs_of, refuse_linked
 from gimcli.library.machines import for_each_machine, released_inputs, released_machines
 from gimcli.library.record import InputsField, NodesField, Records, RowField
@@ -147,9 +147,9 @@ class EquilibriumResult(Result):
         return not lost and all(one.status is Status.OK for one in found.found)
 
     @cached_property
-    def assemblies(self) -> list[tuple[int | None, bool]]:
-        """The numbers of the equilibria in the lists of `solve --all`, and whether they need `--assembly` there."""
-        return [assembly_of(self.mechanism, one.z, one.inputs) for one in self._found.found]
+    def assemblies(self) -> list[ListedPosition | None]:
+        """The equilibria in the lists of `solve --all`."""
+        return [listed_position(self.mechanism, one.z, one.inputs) for one in self._found.found]
 
     @cached_property
     def _state(self) -> SeparateState:
@@ -242,7 +242,7 @@ class EquilibriumResult(Result):
             ),
             RowField("residual", [one.residual for one in found], float),
             RowField("status", [one.status.word for one in found], str),
-            RowField("assembly", lambda: [own for own, _ in self.assemblies]),
+            RowField("assembly", lambda: [own and own.number for own in self.assemblies]),
             RowField("pushes", [[self._push(push) for push in one.pushes] for one in found]),
             NodesField(mechanism, [one.z for one in found]),
         )  # fmt: skip
