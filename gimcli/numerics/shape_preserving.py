@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 FloatArray = NDArray[np.float64]
 
@@ -18,7 +16,7 @@ class ShapePreservingCubic:
     Computing with MATLAB, 2004, section 3.6.
     """
 
-    def __init__(self, at: Sequence[float], value: Sequence[float]) -> None:
+    def __init__(self, at: ArrayLike, value: ArrayLike) -> None:
         self.at, own = np.asarray(at, dtype=float), np.asarray(value, dtype=float)
         h, self._inner = np.diff(self.at), self.at[1:-1]
         rise = np.diff(own) / h
