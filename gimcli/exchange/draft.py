@@ -193,6 +193,10 @@ class Draft(Refusing):
             own = f"`motor: {{type: rotary, pivot: {pivot}, arm: {arm}}}` in `actuators`"
             self.left_out.append(f"the file has no inputs; add one, such as {own}")
 
+    def refuse_many(self, places: int) -> None:
+        """Raise ModelError if all links together have too many joints."""
+        self.refuse(places > MOST_PLACES, f"more than {MOST_PLACES} joints of links are too many for one mechanism")
+
     def size(self) -> float:
         """Return the diagonal of the joints; 1 where they coincide."""
         places = list(self.joints.values())

@@ -12,9 +12,10 @@ import re
 from gimcli.connected import grouped
 from gimcli.exchange.draft import GROUND, Draft, free_name
 from gimcli.exchange.linkage_gears import GearTrains, anchored
-from gimcli.exchange.linkage_parts import LinkageParts, LinkPart, PartReader, PinPart, read_parts
+from gimcli.exchange.linkage_parts import LinkageParts, actuator_of, motor_of
+from gimcli.exchange.records import Record
 from gimcli.exchange.refusing import FilePlace
-from gimcli.exchange.repeated import RepeatedInput, RepeatedMotion
+from gimcli.exchange.repeated import RepeatedMotion
 from gimcli.exchange.tags import Tag, read_tags
 
 PROGRAM = "Linkage"
@@ -22,6 +23,7 @@ PER_INCH = 96.0
 DIGIT = 1e-6
 """Last digit of the coordinates in the file."""
 LENGTHS = {"": ("mm", 25.4), "millimeters": ("mm", 25.4), "mm": ("mm", 25.4), "inches": ("in", 1.0)}
+SETTINGS = {"units": "", "scalefactor": 1.0}
 
 _ROOT = re.compile(r"<linkage2?(?![\w.-])")
 _PARENTS = {
@@ -44,12 +46,14 @@ def read(text: str, source: str) -> Draft:
     first, old = FilePlace(f"{source}:{root.line}"), "a file of the first version of Linkage"
     first.refuse(root.name == "linkage", f"<linkage>: {old}; open it with Linkage 3 and save it again")
     first.refuse(root.name != "linkage2", f"expected <linkage2> as the first tag, got <{root.name[:40]}>")
-    program = PartReader(next((tag for tag in root.children if tag.name == "program"), Tag("program", 1)), source)
-    length, per_inch = LENGTHS.get(program.text("units").lower(), LENGTHS[""])
+    parts = LinkageParts(root, source)
+    program = parts.read(SETTINGS, next(iter(root.inside("program")), Tag("program", 1)))
+    length, per_inch = LENGTHS.get(program.units.lower(), LENGTHS[""])
     draft = Draft(PROGRAM, source, length=length, resolution=2.0 * DIGIT * per_inch / PER_INCH)
-    _Linkage(read_parts(root, source), draft, per_inch / PER_INCH).convert()
-    if (factor := program.number("scalefactor", 1.0)) not in (0.0, 1.0):
-        draft.left_out.append(f"the scale factor {factor:g} is left out: lengths are those of the coordinates")
+    _Linkage(parts, draft, per_inch / PER_INCH).convert()
+    if program.scalefactor not in (0.0, 1.0):
+        what = f"the scale factor {program.scalefactor:g}"
+        draft.left_out.append(f"{what} is left out: lengths are those of the coordinates")
     return draft
 
 
@@ -64,7 +68,7 @@ class _Linkage:
         self.parts, self.draft, self.scale = parts, draft, scale
         self.order = {link: k for k, link in enumerate(parts.links)}
         self.whole = {link: [link] for link in parts.links}
-        self.body: dict[LinkPart, str] = {}
+        self.body: dict[Record, str] = {}
         pins = parts.connectors.values()
         self.pins = [c for c in pins if c.mechanism or any(x.mechanism for x in c.links)]
 
@@ -87,35 +91,33 @@ class _Linkage:
     def _weld(self) -> None:
         """Join the links that are fastened to each other, and those that one motor turns."""
         for link in self.parts.links:
-            other = self.parts.link(link.fastened)
+            other = self.parts.link(link.fastenlink)
             if link.mechanism and other is not None and other.mechanism and other is not link:
                 for one in (link, other):
                     text = "is an actuator that is fastened to a link; fasten the other link elsewhere"
-                    one.own.refuse(one.actuator, text)
+                    one.refuse(one.actuator, text)
                 self._join(link, other)
-            elif link.mechanism and not link.gear and link.fastened_connector is not None:
-                raise link.own.refused(
-                    "is fastened to a connector; fasten it to a link, or make the connector an anchor"
-                )
+            elif link.mechanism and not link.gear and link.fastenconnector is not None:
+                raise link.refused("is fastened to a connector; fasten it to a link, or make the connector an anchor")
         for connector in self.pins:
             if connector.input and connector.anchor:
                 turned = [link for link in connector.links if self._turns(link)]
                 for link in turned[1:]:
                     self._join(turned[0], link)
 
-    def _turns(self, link: LinkPart) -> bool:
+    def _turns(self, link: Record) -> bool:
         """Return whether a motor at an anchor of a link turns it: it has no other anchor."""
         own = self._connectors(link)
         rigid = link.mechanism and not link.actuator and not anchored(link, self.parts)
         meshes = link.gear and any(link in ratio.links for ratio in self.parts.ratios)
         return rigid and (len(own) > 1 or meshes) and sum(c.anchor for c in own) == 1
 
-    def _join(self, a: LinkPart, b: LinkPart) -> None:
+    def _join(self, a: Record, b: Record) -> None:
         """Make two links parts of one body, in the order of the file."""
         both = sorted({*self.whole[a], *self.whole[b]}, key=self.order.__getitem__)
         self.whole.update(dict.fromkeys(both, both))
 
-    def _connectors(self, link: LinkPart) -> set[PinPart]:
+    def _connectors(self, link: Record) -> set[Record]:
         """Return all connectors of the body of a link."""
         return {c for x in self.whole[link] if x.mechanism for c in x.connectors}
 
@@ -123,27 +125,27 @@ class _Linkage:
 
     def _add_joints(self) -> None:
         limits = {ident for c in self.parts.connectors.values() for ident in c.limits}
-        self.points = {c for c in self.pins if c.ident not in limits and self._is_point(c)}
+        self.points = {c for c in self.pins if c.id not in limits and self._is_point(c)}
         for pin in self.pins:
-            pin.own.refuse(pin.input and not pin.anchor, "is an input that is no anchor; make it an anchor")
+            pin.refuse(pin.input and not pin.anchor, "is an input that is no anchor; make it an anchor")
         joints = [(c, [GROUND] if c.anchor else []) for c in self.pins if c not in self.points]
         self.names = {c: self.draft.joint(c.name, c.place * self.scale, *fixed) for c, fixed in joints}
 
-    def _is_point(self, connector: PinPart) -> bool:
+    def _is_point(self, connector: Record) -> bool:
         """Return whether a connector only draws its path: it is on one body, which has two joints without it."""
         links = [link for link in connector.links if link.mechanism]
         joint = connector.anchor or connector.limits or connector.fastened is not None
-        if not connector.drawn or joint or not links or any(link.actuator for link in links):
+        if not connector.draw or joint or not links or any(link.actuator for link in links):
             return False
         one = all(self.whole[link] is self.whole[links[0]] for link in links)
-        return one and sum(not c.drawn or c.anchor or len(c.links) > 1 for c in self._connectors(links[0])) > 1
+        return one and sum(not c.draw or c.anchor or len(c.links) > 1 for c in self._connectors(links[0])) > 1
 
     def _add_bodies(self) -> None:
         fastened = grouped((connector.fastened, connector) for connector in self.pins)
         for link, whole in self.whole.items():
             if not link.mechanism or link.actuator or whole[0] is not link:
                 continue
-            own = [c for x in whole if x.mechanism for c in [*x.connectors, *fastened.get(x.ident, [])]]
+            own = [c for x in whole if x.mechanism for c in [*x.connectors, *fastened.get(x.id, [])]]
             if anchored(link, self.parts):
                 self.body[link] = GROUND
                 continue
@@ -154,7 +156,7 @@ class _Linkage:
                 named = [x.name for x in whole if len(x.connectors) > 1] or [link.name]
                 self.body.update(dict.fromkeys(whole, self.draft.body("+".join(dict.fromkeys(named)), joints)))
 
-    def _mark(self, whole: list[LinkPart], joint: str) -> list[str]:
+    def _mark(self, whole: list[Record], joint: str) -> list[str]:
         """Return the mark of a wheel that is no link: a body needs two joints; none if the wheel transmits nothing."""
         meshing = {wheel for ratio in self.trains.driven for wheel in ratio.links}
         places = [link.connectors[0].place + self.trains.radius(link) for link in whole if link in meshing]
@@ -165,31 +167,30 @@ class _Linkage:
             carrier = self.parts.link(connector.fastened)
             if connector in self.points:
                 carrier = next(link for link in connector.links if link.mechanism)
-            elif connector in self.names or not connector.drawn:
+            elif connector in self.names or not connector.draw:
                 continue
             if carrier is not None and (body := self.body.get(carrier)):
                 self.draft.point(connector.name, body, connector.place * self.scale)
-        drawn = [name for c, name in self.names.items() if c.drawn and not c.anchor]
+        drawn = [name for c, name in self.names.items() if c.draw and not c.anchor]
         self.draft.traced = [*self.draft.tracers, *drawn]
 
     # -- sliders --------------------------------------------------------------------------------
 
-    def _add_slider(self, connector: PinPart) -> None:
-        own = connector.own
+    def _add_slider(self, connector: Record) -> None:
         for ident in connector.limits:
-            own.refuse(
+            connector.refuse(
                 ident not in self.parts.connectors,
                 f"slides to connector {ident}, which does not exist; correct its limits",
             )
-        own.refuse(connector.slide_radius, "slides along an arc (slideradius); curved slots cannot be converted")
+        connector.refuse(connector.slideradius, "slides along an arc (slideradius); curved slots cannot be converted")
         a, b = (self.parts.connectors[ident] for ident in connector.limits)
-        own.refuse(
+        connector.refuse(
             a not in self.names or b not in self.names or abs(a.place - b.place) <= DIGIT,
             "its two limits coincide or are on no layer of the mechanism; move one of them",
         )
         shared = [link for link in a.links if link in b.links and link.mechanism and not link.actuator]
         carrier = self.body.get(shared[0], "") if shared else GROUND if a.anchor and b.anchor else ""
-        own.refuse(not carrier, f"its limits {a.name} and {b.name} are on no common link; correct its limits")
+        connector.refuse(not carrier, f"its limits {a.name} and {b.name} are on no common link; correct its limits")
         name = self.names[connector]
         self.draft.slot(f"slot_{name}", name, carrier, b.place - a.place, guide=(self.names[a], self.names[b]))
 
@@ -203,34 +204,25 @@ class _Linkage:
             body = next((own for link in connector.links if self._turns(link) and (own := self.body.get(link))), "")
             if body:
                 name = "motor" if len(turns) == 1 else f"motor_{connector.name}"
-                self.draft.rotary(name, self.names[connector], body, law=motion.add(name, connector.motor))
+                self.draft.rotary(name, self.names[connector], body, law=motion.add(name, motor_of(connector)))
             else:
                 self.draft.left_out.append(f"input {connector.name} is left out: it turns no link")
         for link in actuators:
-            link.own.refuse(
+            link.refuse(
                 len(link.connectors) != 2 or any(c not in self.names for c in link.connectors),
                 f"is an actuator with {len(link.connectors)} connectors; it needs 2",
             )
             if motors := [c.name for c in link.connectors if c.input]:
-                raise link.own.refused(
-                    f"is an actuator that the motor {motors[0]} turns; put it on an anchor of its own"
-                )
+                raise link.refused(f"is an actuator that the motor {motors[0]} turns; put it on an anchor of its own")
             name = free_name(link.name, self.draft.travels)
             ends = [self.names[c] for c in link.connectors]
-            self.draft.travel(name, type="linear", nodes=ends, law=motion.add(name, _actuator(link, self.scale)))
+            self.draft.travel(name, type="linear", nodes=ends, law=motion.add(name, actuator_of(link, self.scale)))
         motion.complete()
 
     # -- what is only drawn ---------------------------------------------------------------------
 
     def _name_drawing(self) -> None:
-        drawn = [link for link in self.parts.links if link.measurement or not link.mechanism]
+        drawn = [link for link in self.parts.links if link.measurementelement or not link.mechanism]
         if drawn:
             what = "drawing element" if len(drawn) == 1 else "drawing elements"
             self.draft.left_out.append(f"{len(drawn)} {what} left out: lines, text or measurements")
-
-
-def _actuator(link: LinkPart, scale: float) -> RepeatedInput:
-    """Return the input of an actuator: it shortens first if its rate is negative."""
-    a, b = (c.place for c in link.connectors)
-    stroke = scale * abs(abs(b - a) / 2.0 if link.throw is None else link.throw)
-    return RepeatedInput.between(stroke * link.cpm / 30.0, stroke, link.start_offset * scale, manual=link.manual)

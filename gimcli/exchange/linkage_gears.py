@@ -12,7 +12,8 @@ from collections.abc import Mapping
 
 from gimcli.connected import connected
 from gimcli.exchange.draft import GROUND, Draft
-from gimcli.exchange.linkage_parts import LinkageParts, LinkPart, PinPart, RatioPart
+from gimcli.exchange.linkage_parts import LinkageParts
+from gimcli.exchange.records import Record
 
 UNKNOWN = 0.25
 """Radius of a wheel of a chain whose sizes are only a ratio, relative to the distance of the pivots: for its mark."""
@@ -21,7 +22,7 @@ UNKNOWN = 0.25
 class GearTrains:
     """The gears of a file; `whole` has all links of the body of each link."""
 
-    def __init__(self, parts: LinkageParts, whole: Mapping[LinkPart, list[LinkPart]]) -> None:
+    def __init__(self, parts: LinkageParts, whole: Mapping[Record, list[Record]]) -> None:
         self.parts = parts
         trains = connected(({*whole[a], *whole[b]} for a, b in (ratio.links for ratio in parts.ratios)), frozenset())
         moved = {link for train in trains if any(map(self._driving, train)) for link in train}
@@ -30,11 +31,11 @@ class GearTrains:
         kept = {link for ratio in self.driven for link in ratio.links}
         self.idle = [link.name for link in parts.links if link.gear and link not in kept]
 
-    def _driving(self, link: LinkPart) -> bool:
+    def _driving(self, link: Record) -> bool:
         return len(link.connectors) > 1 or anchored(link, self.parts) or any(c.input for c in link.connectors)
 
     def add_to(
-        self, draft: Draft, names: Mapping[PinPart, str], bodies: Mapping[LinkPart, str], scale: float
+        self, draft: Draft, names: Mapping[Record, str], bodies: Mapping[Record, str], scale: float
     ) -> None:  # fmt: skip
         """Add the gears and chains to a draft; name those that do not transmit a motion.
 
@@ -46,7 +47,7 @@ class GearTrains:
             held = GROUND if link is None and a.anchor and b.anchor else bodies.get(link, "") if link else ""
             wheels = [bodies.get(wheel, "") for wheel in ratio.links]
             if held and all(wheels):
-                radii = ratio.chain and ratio.radii
+                radii = ratio.chain and ratio.sizeassize
                 sizes = [size * scale if radii else size for size in ratio.sizes]
                 gear = {
                     "type": "belt" if ratio.chain else "external", "members": wheels, "pivots": [names[a], names[b]],
@@ -59,32 +60,31 @@ class GearTrains:
         if self.idle:
             draft.left_out.append(f"gears that drive no link are left out: {', '.join(self.idle)}")
 
-    def radius(self, link: LinkPart) -> float:
+    def radius(self, link: Record) -> float:
         """Return the pitch radius of a wheel in the first pair that has it (file's unit)."""
         ratio = next(ratio for ratio in self.driven if link in ratio.links)
-        a, b = pivots(ratio)
-        own = ratio.sizes[ratio.links.index(link)]
+        gap, own = abs(pivots(ratio)[1].place - pivots(ratio)[0].place), ratio.sizes[ratio.links.index(link)]
         if ratio.chain:
-            return own if ratio.radii else UNKNOWN * abs(b.place - a.place)
-        return abs(b.place - a.place) * own / sum(ratio.sizes)
+            return float(own if ratio.sizeassize else UNKNOWN * gap)
+        return float(gap * own / sum(ratio.sizes))
 
 
-def pivots(ratio: RatioPart) -> tuple[PinPart, PinPart]:
+def pivots(ratio: Record) -> tuple[Record, Record]:
     """Return the connectors about which two wheels turn: the first ones of their links."""
     for link in ratio.links:
-        ratio.own.refuse(not link.connectors, f"the gear '{link.name}' has no connector; put it on one")
-    ratio.own.refuse(min(ratio.sizes) <= 0.0, "the sizes of two gears are not positive; correct them")
+        ratio.refuse(not link.connectors, f"the gear '{link.name}' has no connector; put it on one")
+    ratio.refuse(min(ratio.sizes) <= 0.0, "the sizes of two gears are not positive; correct them")
     first, second = ratio.links
     return first.connectors[0], second.connectors[0]
 
 
-def anchored(link: LinkPart, parts: LinkageParts) -> bool:
+def anchored(link: Record, parts: LinkageParts) -> bool:
     """Return whether a gear does not turn: it is fastened to an anchor."""
-    to = parts.connectors.get(-1 if link.fastened_connector is None else link.fastened_connector)
+    to = parts.connectors.get(-1 if link.fastenconnector is None else link.fastenconnector)
     return link.gear and to is not None and to.anchor
 
 
-def carrier(ratio: RatioPart) -> LinkPart | None:
+def carrier(ratio: Record) -> Record | None:
     """Return the link that has the pivots of both wheels; None if both are anchors, or if there is none."""
     a, b = pivots(ratio)
     return next((x for x in a.links if x in b.links and x.mechanism and not x.actuator and x not in ratio.links), None)

@@ -9,17 +9,27 @@ from __future__ import annotations
 import cmath
 import math
 import re
+from collections import defaultdict
 
-from gimcli.exchange.draft import GROUND, MOST_PLACES, Draft
-from gimcli.exchange.json_parts import JsonPart, read_json
-from gimcli.exchange.pylinkage_joints import PylinkageJoints
+from gimcli.exchange.draft import GROUND, Draft
+from gimcli.exchange.pylinkage_joints import LINKAGE, PylinkageJoints
+from gimcli.exchange.records import Record, by_key, read as read_part, read_json
 from gimcli.exchange.repeated import RepeatedInput, RepeatedMotion
 
 PROGRAM = "pylinkage"
-MOST_PARTS = 500
-"""Most joints and most links."""
 NEAR = 1e-6
 """Distance of a sliding joint from its line, relative to the size, and error of an angle [rad], that are rounding."""
+
+JOINT = {
+    "id": str, "type": "revolute", "name": "", "position": ([(float,)],), "axis": 1.0 + 0j, "line_point": 0j,
+    "ref_joint1_id": "", "ref_joint2_id": "", "distance": 0.0, "angle": 0.0,
+}  # fmt: skip
+LINK = {
+    "id": str, "type": "", "name": "", "joints": [str], "motor_joint": "", "angular_velocity": math.tau / 360.0,
+    "arc_start": 0.0, "arc_end": math.pi, "initial_angle": (float,),
+}  # fmt: skip
+HEAD = {"name": "", "nodes": (object,), "joints": (object,)}
+MECHANISM = {"joints": [JOINT], "links": [LINK]}
 
 _MECHANISM = re.compile(r'"type"\s*:\s*"(?:ground|revolute|prismatic|tracker|driver|arc_driver)"')
 _JOINTS = re.compile(r'"type"\s*:\s*"(?:Static|Crank|Fixed|Revolute|Pivot|Linear|Prismatic)"')
@@ -36,168 +46,137 @@ def recognises(text: str) -> bool:
 
 def read(text: str, source: str) -> Draft:
     """Return the mechanism of a file of pylinkage; `source` names it in messages."""
-    data = read_json(text, source)
-    name = data.at("name").text()
-    draft = Draft(PROGRAM, source, name="" if name.isdigit() else name)
-    data.refuse(
-        data.has("nodes") and not data.has("joints"),
+    part = read_json(text, source)
+    head = read_part(HEAD, part)
+    draft = Draft(PROGRAM, source, name="" if head.name.isdigit() else head.name)
+    head.refuse(
+        head.nodes is not None and head.joints is None,
         "this graph of pylinkage has no dimensions; save the mechanism with mechanism_to_json",
     )
     if _JOINTS.search(text):
-        PylinkageJoints(data, draft, MOST_PARTS).convert()
+        PylinkageJoints(read_part(LINKAGE, part), draft).convert()
     else:
-        _Mechanism(data, draft).convert()
+        _Mechanism(read_part(MECHANISM, part), draft).convert()
     return draft
 
 
 class _Mechanism:
-    """The conversion of a mechanism of joints and links."""
+    """The conversion of a mechanism of joints and links; `on` has the links of each joint."""
 
-    def __init__(self, data: JsonPart, draft: Draft) -> None:
-        self.data, self.draft = data, draft
-        self.joints = _by_id(data.at("joints"), "joint")
-        self.links = _by_id(data.at("links"), "link")
+    def __init__(self, file: Record, draft: Draft) -> None:
+        self.draft = draft
+        self.joints, self.links = by_key("id", file.joints, "joint"), by_key("id", file.links, "link")
         self.bodies: dict[str, str] = {}
-        self.of: dict[str, list[str]] = {}  # joints by link
-        self.on: dict[str, list[str]] = {ident: [] for ident in self.joints}  # links by joint
-        self.motors = {link.at("motor_joint").text() for link in self.links.values() if link.has("motor_joint")}
+        self.on: dict[str, list[Record]] = defaultdict(list)
+        for link in file.links:
+            for joint in link.joints:
+                self.on[self._known(joint, link)].append(link)
+        draft.refuse_many(sum(len(link.joints) for link in file.links))
+        self.fixed = {ident for ident, joint in self.joints.items() if self._fixed(joint)}
 
     def convert(self) -> None:
         """Fill the draft."""
-        for ident, link in self.links.items():
-            self.of[ident] = [self._known(joint) for joint in link.at("joints").entries(MOST_PARTS)]
-            for joint in self.of[ident]:
-                self.on[joint].append(ident)
-            link.refuse(
-                sum(map(len, self.on.values())) > MOST_PLACES,
-                f"more than {MOST_PLACES} joints of links are too many for one mechanism",
-            )
-        placed = {i: p for i, p in self.joints.items() if p.at("type").text("revolute") != "tracker" or self.on[i]}
-        fixed = {ident: [GROUND] if self._fixed(ident) else [] for ident in placed}
+        placed = {ident: joint for ident, joint in self.joints.items() if joint.type != "tracker" or self.on[ident]}
         self.names = {
-            ident: self.draft.joint(part.at("name").text(ident), self._place(part), *fixed[ident])
-            for ident, part in placed.items()
+            ident: self.draft.joint(joint.name or ident, self._place(joint), *[GROUND] * (ident in self.fixed))
+            for ident, joint in placed.items()
         }
         for ident, link in self.links.items():
-            own = [self.names[joint] for joint in self.of[ident]]
-            if link.at("type").text("link") == GROUND:
+            own = [self.names[joint] for joint in link.joints]
+            if link.type == GROUND:
                 self.bodies[ident] = GROUND
             elif len(set(own)) > 1:
-                self.bodies[ident] = self.draft.body(link.at("name").text(ident), own)
-        for ident, part in self.joints.items():
-            kind = part.at("type").text("revolute")
-            if kind == "prismatic" and not self._fixed(ident):
-                self._add_slide(ident, part)
-            elif kind == "tracker":
-                self._add_tracker(ident, part)
+                self.bodies[ident] = self.draft.body(link.name or ident, own)
+        for ident, joint in self.joints.items():
+            if joint.type == "prismatic" and ident not in self.fixed:
+                self._add_slide(joint)
+            elif joint.type == "tracker":
+                self._add_tracker(joint)
         self._add_inputs()
 
     # -- joints ---------------------------------------------------------------------------------
 
-    def _known(self, ident: JsonPart) -> str:
-        ident.refuse(ident.text() not in self.joints, f"there is no joint '{ident.text()[:40]}'")
-        return ident.text()
+    def _known(self, ident: str, by: Record) -> str:
+        by.refuse(ident not in self.joints, f"there is no joint '{ident[:40]}'")
+        return ident
 
-    def _place(self, joint: JsonPart) -> complex:
-        position = joint.at("position")
-        position.refuse(
-            position.value is None or (isinstance(position.value, list) and None in position.value),
-            "the joint has no position; build the mechanism before it is saved",
-        )
-        return position.place()
+    def _place(self, joint: Record) -> complex:
+        cure = "the joint has no position; build the mechanism before it is saved"
+        joint.at("position").refuse(len(joint.position or ()) != 2 or None in joint.position, cure)
+        return complex(*joint.position)
 
-    def _fixed(self, ident: str) -> bool:
+    def _fixed(self, joint: Record) -> bool:
         """Return whether a joint is fixed: a ground joint, a motor, or a tracker of nothing."""
-        joint = self.joints[ident]
-        kind = joint.at("type").text("revolute")
-        if kind == "tracker":
-            return not (joint.at("ref_joint1_id").text() and joint.at("ref_joint2_id").text())
-        on_ground = any(self.links[link].at("type").text() == GROUND for link in self.on[ident])
-        return kind == GROUND or on_ground or ident in self.motors
+        if joint.type == "tracker":
+            return not (joint.ref_joint1_id and joint.ref_joint2_id)
+        motors = [link.motor_joint for link in self.links.values()]
+        return joint.type == GROUND or any(link.type == GROUND for link in self.on[joint.id]) or joint.id in motors
 
-    def _add_slide(self, ident: str, joint: JsonPart) -> None:
-        axis = joint.at("axis").place() if joint.has("axis") else 1.0 + 0j
-        foot = joint.at("line_point").place() if joint.has("line_point") else 0j
+    def _add_slide(self, joint: Record) -> None:
+        name, axis = self.names[joint.id], joint.axis
         joint.at("axis").refuse(not abs(axis) > 0.0, "the axis has no direction; give two numbers that are not both 0")
-        name = self.names[ident]
-        across = ((self.draft.joints[name] - foot) / axis * abs(axis)).imag
+        across = abs(((self.draft.joints[name] - joint.line_point) / axis * abs(axis)).imag)
         joint.refuse(
-            abs(across) > NEAR * self.draft.size(),
-            f"the joint is {abs(across):g} off its line (axis, line_point); move it there",
+            across > NEAR * self.draft.size(),
+            f"the joint is {across:g} off its line (axis, line_point); move it there",
         )
         self.draft.slot(f"slot_{name}", name, GROUND, axis)
 
-    def _add_tracker(self, ident: str, joint: JsonPart) -> None:
+    def _add_tracker(self, joint: Record) -> None:
         """Add a point; one that joins links is a joint of the link that carries it, too."""
-        if self._fixed(ident):
+        ident, named = joint.id, joint.name or joint.id
+        if ident in self.fixed:
             if not self.on[ident]:
-                self.draft.point(joint.at("name").text(ident), GROUND, self._place(joint))
+                self.draft.point(named, GROUND, self._place(joint))
             return
-        first, second = (self._known(joint.at(key)) for key in ("ref_joint1_id", "ref_joint2_id"))
-        held = [GROUND] if self._fixed(first) and self._fixed(second) else []
-        links = [link for link in self.on[first] if link in self.on[second]]
-        carriers = [self.bodies[link] for link in links if link in self.bodies] or held
+        first, second = (self._known(own, joint) for own in (joint.ref_joint1_id, joint.ref_joint2_id))
+        links = [link.id for link in self.on[first] if link in self.on[second]]
+        carriers = [self.bodies[link] for link in links if link in self.bodies]
+        carriers += [GROUND] * (not carriers and {first, second} <= self.fixed)
         if not carriers:
             text = f"its joints {first} and {second} are on no common link"
             joint.refuse(self.on[ident], f"a tracker cannot carry a link: {text}")
             self.draft.left_out.append(f"tracker {ident} is left out: {text}")
-            return
-        if ident in self.names:
+        elif ident in self.names:
             self.draft.bodies[carriers[0]].append(self.names[ident])
-            return
-        origin, along = self._place(self.joints[first]), self._place(self.joints[second])
-        turn = cmath.phase(along - origin) + joint.at("angle").number(0.0)
-        place = origin + cmath.rect(joint.at("distance").number(0.0), turn)
-        self.draft.point(joint.at("name").text(ident), carriers[0], place)
+        else:
+            origin, along = self._place(self.joints[first]), self._place(self.joints[second])
+            place = origin + cmath.rect(joint.distance, cmath.phase(along - origin) + joint.angle)
+            self.draft.point(named, carriers[0], place)
 
     # -- inputs ---------------------------------------------------------------------------------
 
     def _add_inputs(self) -> None:
-        drivers = [i for i, link in self.links.items() if link.at("type").text() in ("driver", "arc_driver")]
+        drivers = [link for link in self.links.values() if link.type in ("driver", "arc_driver")]
         motion = RepeatedMotion(self.draft)
-        for ident in drivers:
-            link = self.links[ident]
+        for link in drivers:
+            what = f"the driver '{link.id[:40]}'"
+            link.refuse(not link.motor_joint, f"{what} has no `motor_joint`; name a ground joint")
+            motor = self._known(link.motor_joint, link)
+            others = [joint for joint in link.joints if joint != motor]
             link.refuse(
-                not link.has("motor_joint"), f"the driver '{ident[:40]}' has no `motor_joint`; name a ground joint"
+                len(others) != 1 or motor not in link.joints,
+                f"{what} needs two joints, its `motor_joint` and one more",
             )
-            motor = self._known(link.at("motor_joint"))
-            others = [joint for joint in self.of[ident] if joint != motor]
-            link.refuse(
-                len(others) != 1 or motor not in self.of[ident],
-                f"the driver '{ident[:40]}' needs two joints, its `motor_joint` and one more",
-            )
-            name = "motor" if len(drivers) == 1 else f"motor_{ident}"
+            name = "motor" if len(drivers) == 1 else f"motor_{link.id}"
             pivot, arm = self.names[motor], self.names[others[0]]
-            law = motion.add(name, self._driver(link, self.draft.joints[arm] - self.draft.joints[pivot]))
-            self.draft.rotary(name, pivot, self.bodies.get(ident, ident), arm=arm, law=law)
+            law = motion.add(name, _driver(link, self.draft.joints[arm] - self.draft.joints[pivot]))
+            self.draft.rotary(name, pivot, self.bodies.get(link.id, link.id), arm=arm, law=law)
         motion.complete()
 
-    def _driver(self, link: JsonPart, ray: complex) -> RepeatedInput:
-        """Return the input of a driver; its first angle is given, whatever the positions are."""
-        speed = math.degrees(link.at("angular_velocity").number(math.tau / 360.0))
-        bounded = link.at("type").text() == "arc_driver"
-        low, high = link.at("arc_start").number(0.0), link.at("arc_end").number(math.pi)
-        first = link.at("initial_angle").number(low if bounded else 0.0)
-        ahead = math.remainder(first - cmath.phase(ray), math.tau)
-        ahead = math.degrees(ahead) if abs(ahead) > NEAR else 0.0
-        if not bounded:
-            return RepeatedInput(speed, ahead=ahead)
-        link.refuse(
-            not low <= first <= high or not low < high,
-            "expected arc_start <= initial_angle <= arc_end; correct the angles",
-        )
-        stroke, passed = math.degrees(high - low), math.degrees(first - low)
-        return RepeatedInput(abs(speed), stroke=stroke, passed=passed, back=speed < 0.0, ahead=ahead)
 
-
-def _by_id(listed: JsonPart, what: str) -> dict[str, JsonPart]:
-    """Return the entries of a list by their `id`."""
-    found: dict[str, JsonPart] = {}
-    for part in listed.entries(MOST_PARTS):
-        ident = part.at("id").text()
-        part.refuse(
-            not isinstance(part.value, dict) or not ident, f"expected a {what} with an `id`, got {part.found()}"
-        )
-        part.refuse(ident in found, f"the {what} '{ident[:40]}' is given twice")
-        found[ident] = part
-    return found
+def _driver(link: Record, ray: complex) -> RepeatedInput:
+    """Return the input of a driver; its first angle is given, whatever the positions are."""
+    speed, bounded = math.degrees(link.angular_velocity), link.type == "arc_driver"
+    low, high = link.arc_start, link.arc_end
+    first = link.initial_angle if link.initial_angle is not None else low if bounded else 0.0
+    ahead = math.remainder(first - cmath.phase(ray), math.tau)
+    ahead = math.degrees(ahead) if abs(ahead) > NEAR else 0.0
+    if not bounded:
+        return RepeatedInput(speed, ahead=ahead)
+    link.refuse(
+        not low <= first <= high or not low < high,
+        "expected arc_start <= initial_angle <= arc_end; correct the angles",
+    )
+    stroke, passed = math.degrees(high - low), math.degrees(first - low)
+    return RepeatedInput(abs(speed), stroke=stroke, passed=passed, back=speed < 0.0, ahead=ahead)

@@ -12,12 +12,20 @@ import cmath
 import math
 
 from gimcli.exchange.draft import GROUND, Draft
-from gimcli.exchange.json_parts import JsonPart
+from gimcli.exchange.records import Record, by_key
 from gimcli.exchange.repeated import RepeatedInput, RepeatedMotion
+
+_REFERENCE = {"ref": "", "inline": (object,), "name": "", "x": 0.0, "y": 0.0}
+"""Another joint, or the place of a fixed one (`inline`)."""
+_KEYS = ("joint0", "joint1", "joint2")
+JOINT = {
+    "name": str, "type": "", "x": 0.0, "y": 0.0, **dict.fromkeys(_KEYS, (_REFERENCE,)), "distance": (float,),
+    "distance0": (float,), "distance1": (float,), "angle": 0.0, "revolute_radius": (float,),
+}  # fmt: skip
+LINKAGE = {"joints": [JOINT]}
 
 SAME = {"Pivot": "Revolute", "Linear": "Prismatic"}
 """Words of older releases."""
-_KEYS = ("joint0", "joint1", "joint2")
 _NUMBER_OF_DIGITS = 9
 """Digits of a name that is an address in memory."""
 _TOUCH = 1e-9
@@ -30,24 +38,17 @@ def _chosen(name: str, other: str) -> str:
 
 
 class PylinkageJoints:
-    """The joints by name; `fixed` are those of the frame."""
+    """The joints by name; `names` are those in the draft."""
 
-    def __init__(self, data: JsonPart, draft: Draft, most: int) -> None:
+    def __init__(self, file: Record, draft: Draft) -> None:
         self.draft, self.motion = draft, RepeatedMotion(draft)
-        self.joints: dict[str, JsonPart] = {}
-        for part in data.at("joints").entries(most):
-            name = part.at("name").text()
-            part.refuse(
-                not name or name in self.joints,
-                f"the joint has {'the name of another one' if name else 'no `name`'}; correct it",
-            )
-            self.joints[name] = part
-        self.cranks = sum(self._kind(part) == "Crank" for part in self.joints.values())
+        self.joints = by_key("name", file.joints, "joint")
+        self.cranks = sum(joint.type == "Crank" for joint in file.joints)
         self.names: dict[str, str] = {}
 
     def convert(self) -> None:
         """Place the joints in an order in which each depends on earlier ones only."""
-        waiting = {name: self._names_of(part) for name, part in self.joints.items()}
+        waiting = {name: self._names_of(joint) for name, joint in self.joints.items()}
         while waiting:
             ready = [name for name, earlier in waiting.items() if not any(n in waiting for n in earlier)]
             circle = f"the joints {', '.join(waiting)[:80]} depend on each other in a circle"
@@ -57,78 +58,73 @@ class PylinkageJoints:
                 self._add(name, self.joints[name])
         self.motion.complete()
 
-    def _kind(self, part: JsonPart) -> str:
-        kind = part.at("type").text()
-        return SAME.get(kind, kind)
-
-    def _names_of(self, part: JsonPart) -> list[str]:
+    def _names_of(self, joint: Record) -> list[str]:
         """Return the names of the joints that a joint refers to."""
-        refs = [part.at(key).at("ref") for key in _KEYS if part.has(key) and not part.at(key).has("inline")]
-        for ref in refs:
-            ref.refuse(ref.text() not in self.joints, f"there is no joint '{ref.text()[:40]}'")
-        return [ref.text() for ref in refs]
+        given = [own for key in _KEYS if (own := getattr(joint, key)) and own.inline is None]
+        for own in given:
+            own.at("ref").refuse(own.ref not in self.joints, f"there is no joint '{own.ref[:40]}'")
+        return [own.ref for own in given]
 
-    def _parent(self, part: JsonPart, key: str) -> str:
-        """Return the draft's name of a joint that is referred to; one that is given inline is fixed."""
-        own = part.at(key)
-        part.refuse(own.value is None, f"`{key}` is missing; name a joint")
-        if not own.has("inline"):
-            return self.names[own.at("ref").text()]
-        place = complex(own.at("x").number(0.0), own.at("y").number(0.0))
-        return self.draft.joint(_chosen(own.at("name").text(), "fixed"), place, GROUND)
+    def _parents(self, joint: Record, count: int) -> list[str]:
+        """Return the draft's names of joints that are referred to; one that is given inline is fixed."""
+        found = []
+        for key in _KEYS[:count]:
+            own = getattr(joint, key)
+            joint.refuse(own is None, f"`{key}` is missing; name a joint")
+            inline = own.inline is not None
+            fixed = (_chosen(own.name, "fixed"), complex(own.x, own.y), GROUND)
+            found.append(self.draft.joint(*fixed) if inline else self.names[own.ref])
+        return found
 
-    def _add(self, name: str, part: JsonPart) -> None:
+    def _add(self, name: str, joint: Record) -> None:
         add = {
-            "Static": lambda own, part: self.draft.joint(own, self._drawn(part), GROUND),
+            "Static": lambda own, joint: self.draft.joint(own, complex(joint.x, joint.y), GROUND),
             "Crank": self._crank, "Fixed": self._rigid, "Revolute": self._revolute, "Prismatic": self._prismatic,
-        }.get(self._kind(part))  # fmt: skip
+        }.get(SAME.get(joint.type, joint.type))  # fmt: skip
         if add is None:
-            raise part.at("type").refused(f"the joint type {part.at('type').found()} is not known")
-        self.names[name] = add(_chosen(name, f"joint{len(self.names) + 1}"), part)
-
-    def _drawn(self, part: JsonPart) -> complex:
-        return complex(part.at("x").number(0.0), part.at("y").number(0.0))
+            raise joint.at("type").refused(f"the joint type '{joint.type[:40]}' is not known")
+        self.names[name] = add(_chosen(name, f"joint{len(self.names) + 1}"), joint)
 
     # -- one of each type -----------------------------------------------------------------------
 
-    def _crank(self, name: str, part: JsonPart) -> str:
-        pivot = self._parent(part, "joint0")
+    def _crank(self, name: str, joint: Record) -> str:
+        [pivot] = self._parents(joint, 1)
         centre = self.draft.joints[pivot]
-        ray = self._drawn(part) - centre
-        radius = part.at("distance").number(abs(ray))
-        part.refuse(
+        ray = complex(joint.x, joint.y) - centre
+        radius = abs(ray) if joint.distance is None else joint.distance
+        joint.refuse(
             not radius > 0.0 or not abs(ray) > 0.0, "the crank has no length; correct `distance`, or its coordinates"
         )
-        own = self.draft.joint(name, centre + ray / abs(ray) * radius)
-        body = self.draft.body(f"{name}_crank", [pivot, own])
-        part.refuse(
+        joint.refuse(
             pivot not in self.draft.bodies[GROUND],
             "the crank turns about a moving joint; only cranks on fixed joints are converted",
         )
+        own = self.draft.joint(name, centre + ray / abs(ray) * radius)
+        body = self.draft.body(f"{name}_crank", [pivot, own])
         motor = "motor" if self.cranks == 1 else f"motor_{name}"
-        speed = math.degrees(part.at("angle").number(0.0))
-        self.draft.rotary(motor, pivot, body, arm=own, law=self.motion.add(motor, RepeatedInput(speed)))
+        law = self.motion.add(motor, RepeatedInput(math.degrees(joint.angle)))
+        self.draft.rotary(motor, pivot, body, arm=own, law=law)
         return own
 
-    def _rigid(self, name: str, part: JsonPart) -> str:
-        first, second = self._parent(part, "joint0"), self._parent(part, "joint1")
-        origin, along = self.draft.joints[first], self.draft.joints[second]
-        turn = cmath.phase(along - origin) + part.at("angle").number(0.0)
+    def _rigid(self, name: str, joint: Record) -> str:
+        first, second = self._parents(joint, 2)
         carriers = self.draft.common(first, second)
-        own = self.draft.joint(name, origin + cmath.rect(part.at("distance").number(), turn), *carriers[:1])
-        part.refuse(
+        joint.refuse(joint.distance is None, "`distance` is missing; give a number")
+        joint.refuse(
             not carriers, f"joint '{name[:40]}' is fixed to {first} and {second}, whose distance is not constant"
         )
-        return own
+        origin, along = self.draft.joints[first], self.draft.joints[second]
+        place = origin + cmath.rect(joint.distance, cmath.phase(along - origin) + joint.angle)
+        return self.draft.joint(name, place, carriers[0])
 
-    def _revolute(self, name: str, part: JsonPart) -> str:
-        first, second = self._parent(part, "joint0"), self._parent(part, "joint1")
-        a, b, drawn = self.draft.joints[first], self.draft.joints[second], self._drawn(part)
-        ra = part.at("distance0").number(abs(drawn - a))
-        rb = part.at("distance1").number(abs(drawn - b))
+    def _revolute(self, name: str, joint: Record) -> str:
+        first, second = self._parents(joint, 2)
+        a, b, drawn = self.draft.joints[first], self.draft.joints[second], complex(joint.x, joint.y)
+        ra = abs(drawn - a) if joint.distance0 is None else joint.distance0
+        rb = abs(drawn - b) if joint.distance1 is None else joint.distance1
         gap = abs(b - a)
         along = (ra * ra - rb * rb + gap * gap) / (2.0 * gap) if gap else math.inf
-        part.refuse(
+        joint.refuse(
             not abs(along) <= ra * (1.0 + _TOUCH),
             f"distances {ra:g} and {rb:g} to {first} and {second}, which are {gap:g} apart, do not meet",
         )
@@ -140,14 +136,16 @@ class PylinkageJoints:
         self.draft.body(f"{name}_{second}", [second, own])
         return own
 
-    def _prismatic(self, name: str, part: JsonPart) -> str:
-        centre, first, second = (self._parent(part, key) for key in _KEYS)
-        c, a, b, drawn = *(self.draft.joints[n] for n in (centre, first, second)), self._drawn(part)
-        part.refuse(not abs(b - a) > 0.0, "the two joints of its line coincide and define no direction; move one")
+    def _prismatic(self, name: str, joint: Record) -> str:
+        centre, first, second = self._parents(joint, 3)
+        c, a, b, drawn = *(self.draft.joints[n] for n in (centre, first, second)), complex(joint.x, joint.y)
+        joint.refuse(not abs(b - a) > 0.0, "the two joints of its line coincide and define no direction; move one")
+        carriers = self.draft.common(first, second)
+        joint.refuse(not carriers, f"its line passes through {first} and {second}, whose distance is not constant")
         unit = (b - a) / abs(b - a)
-        radius = part.at("revolute_radius").number(abs(drawn - c))
+        radius = abs(drawn - c) if joint.revolute_radius is None else joint.revolute_radius
         local = (c - a) / unit
-        part.refuse(
+        joint.refuse(
             abs(local.imag) > radius * (1.0 + _TOUCH),
             f"the line is {abs(local.imag):g} from {centre}, more than the distance {radius:g}",
         )
@@ -155,7 +153,5 @@ class PylinkageJoints:
         place = min((a + unit * (local.real + s * reach) for s in (1.0, -1.0)), key=lambda z: abs(z - drawn))
         own = self.draft.joint(name, place)
         self.draft.body(f"{name}_{centre}", [centre, own])
-        carriers = self.draft.common(first, second)
-        part.refuse(not carriers, f"its line passes through {first} and {second}, whose distance is not constant")
         self.draft.slot(f"slot_{own}", own, carriers[0], b - a, guide=(first, second))
         return own

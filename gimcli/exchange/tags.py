@@ -7,6 +7,7 @@ Entities and document types are refused, so that no text is expanded.
 from __future__ import annotations
 
 import re
+from bisect import bisect_left
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -23,23 +24,32 @@ _NAME = re.compile(r"[A-Za-z][\w.-]*")
 _ATTRIBUTE = re.compile(
     r"""(?P<key>[A-Za-z_][\w.:-]*)\s*=\s*
     (?: "(?P<whole>[^\n]{0,500}?)"(?=\s*(?:/?>|[A-Za-z_][\w.:-]*\s*=\s*["'])) | "(?P<double>[^"\n]{0,500})"
-      | '(?P<single>[^'\n]{0,500})' | (?P<bare>[^\s"'<>/]{1,500}) )""",
+      | '(?P<single>[^'\n]{0,500})' | (?P<bare>[^\s"'<>/]{1,500}) )
+    | (?P<end>>) | [\w.:-]+ | [^<]""",
     re.VERBOSE,
 )
-"""An attribute; its value may have quotes, if it ends where the tag or another attribute follows."""
-_WORD = re.compile(r"[\w.:-]+|.", re.DOTALL)
+"""An attribute, the end of the tag, or part of a text with quotes.
+
+The value of an attribute may have quotes, if it ends where the tag or another attribute follows.
+"""
 _ESCAPES = {"&lt;": "<", "&gt;": ">", "&quot;": '"', "&apos;": "'", "&amp;": "&"}
 _ESCAPE = re.compile("|".join(_ESCAPES))
+_ENDS = {"!--": "-->", "?": "?>", "/": ">"}
+"""What ends comments, instructions, and the ends of tags, by the signs after '<'."""
 
 
 @dataclass
 class Tag:
-    """A tag with its line in the file, its attributes as written, and the tags in it."""
+    """A tag with its line in the file, its attributes without blanks around them, and the tags in it."""
 
     name: str
     line: int
     attributes: dict[str, str] = field(default_factory=dict)
     children: list[Tag] = field(default_factory=list)
+
+    def inside(self, *names: str) -> list[Tag]:
+        """Return the tags of some names in this one."""
+        return [child for child in self.children if child.name in names]
 
 
 def read_tags(text: str, source: str, parents: Mapping[str, tuple[str, ...]]) -> Tag:
@@ -52,94 +62,76 @@ def read_tags(text: str, source: str, parents: Mapping[str, tuple[str, ...]]) ->
 
 
 class _Reading(Refusing):
+    """The text from `at` on; `open` are the tags that are not ended."""
+
     def __init__(self, text: str, source: str, parents: Mapping[str, tuple[str, ...]]) -> None:
         self.text, self.source, self.parents = text, source, parents
-        self.at = self.counted = 0
-        self.line = 1
+        self.at = 0
+        self.lines = [match.start() for match in re.finditer("\n", text)]
         self.open: list[Tag] = []
-        self.tags = 0
 
     def refused(self, text: str) -> ModelError:
-        return ModelError([f"{self.source}:{self.line}: {text}"])
+        return ModelError([f"{self.source}:{self.line()}: {text}"])
 
-    def move(self, to: int) -> None:
-        """Go on at a place of the text; count the lines up to it."""
-        self.line += self.text.count("\n", self.counted, to)
-        self.at = self.counted = to
+    def line(self) -> int:
+        return bisect_left(self.lines, self.at) + 1
 
-    def past(self, mark: str) -> None:
-        """Go on after a mark."""
-        end = self.text.find(mark, self.at)
-        self.refuse(end < 0, f"the text ends before '{mark}': the file is not complete")
-        self.move(end + len(mark))
+    def find(self, mark: str, missing: str) -> int:
+        """Return the index of the next mark."""
+        found = self.text.find(mark, self.at)
+        self.refuse(found < 0, f"the text ends before {missing}: the file is not complete")
+        return found
 
     def root(self) -> Tag:
         found: Tag | None = None
-        while found is None or self.open:
-            start = self.text.find("<", self.at)
-            missing = f"</{self.open[0].name}>" if self.open else "its first tag"
-            self.refuse(start < 0, f"the text ends before {missing}: the file is not complete")
-            self.move(start)
-            self.tags += 1
-            self.refuse(self.tags > MOST_TAGS, f"more than {MOST_TAGS} tags are too many")
-            tag = self.next()
-            found = found or tag
-        return found
+        for _ in range(MOST_TAGS):
+            self.at = self.find("<", f"</{self.open[0].name}>" if self.open else "its first tag")
+            found = self.next() or found
+            if found and not self.open:
+                return found
+        raise self.refused(f"more than {MOST_TAGS} tags are too many")
 
     def next(self) -> Tag | None:
-        """Read what starts at a '<'; return the tag if it is one."""
-        if self.text.startswith("<!--", self.at):
-            self.past("-->")
-        elif self.text.startswith("<?", self.at):
-            self.past("?>")
-        elif self.text.startswith("<!", self.at):
-            raise self.refused("document types, entities and marked sections ('<!') are not read; remove them")
-        elif self.text.startswith("</", self.at):
-            name = _NAME.match(self.text, self.at + 2)
-            self.past(">")
-            self.end(name[0] if name else "")
-        elif match := _NAME.match(self.text, self.at + 1):
-            return self.start(match)
-        else:
-            self.move(self.at + 1)  # a '<' in a text
+        """Read what starts at a '<'; return the outermost tag if it is one."""
+        if name := _NAME.match(self.text, self.at + 1):
+            return self.start(name[0])
+        sign = next((sign for sign in _ENDS if self.text.startswith(sign, self.at + 1)), "")
+        if sign == "/" and (name := _NAME.match(self.text, self.at + 2)):
+            self.end(name[0])
+        self.refuse(
+            not sign and self.text.startswith("!", self.at + 1),
+            "document types, entities and marked sections ('<!') are not read; remove them",
+        )
+        self.at = self.find(_ENDS[sign], f"'{_ENDS[sign]}'") + len(_ENDS[sign]) if sign else self.at + 1
         return None
 
-    def start(self, name: re.Match[str]) -> Tag:
-        tag = Tag(name[0], self.line)
-        closed = self.attributes(tag, name.end())
-        allowed = self.parents.get(tag.name, ())
-        if any(parent.name in allowed for parent in self.open):
-            while self.open[-1].name not in allowed:
-                self.open.pop()
+    def start(self, name: str) -> Tag:
+        tag = Tag(name, self.line())
+        end = self.attributes(tag, self.at + 1 + len(name))
+        allowed = self.parents.get(name, ())
+        while any(one.name in allowed for one in self.open) and self.open[-1].name not in allowed:
+            self.open.pop()
         if self.open:
             self.open[-1].children.append(tag)
-        if not closed:
-            self.open.append(tag)
-        self.refuse(len(self.open) > DEEPEST, f"<{tag.name}>: tags are nested more than {DEEPEST} deep")
-        return tag
+        self.open += [] if self.text[end - 2] == "/" else [tag]
+        self.refuse(len(self.open) > DEEPEST, f"<{name}>: tags are nested more than {DEEPEST} deep")
+        self.at = end
+        return self.open[0] if self.open else tag
 
-    def attributes(self, tag: Tag, at: int) -> bool:
-        """Read the attributes up to the end of a tag; return whether the tag closes itself."""
-        start = at
-        while at < min(len(self.text), start + LONGEST_TAG):
-            if match := _ATTRIBUTE.match(self.text, at):
-                value = next((v for v in match.groups()[1:] if v is not None), "")
-                tag.attributes.setdefault(match["key"], _ESCAPE.sub(lambda m: _ESCAPES[m[0]], value))
-                at = match.end()
-            elif self.text[at] == ">":
-                self.move(at + 1)
-                return self.text[at - 1] == "/"
-            elif self.text[at] == "<":
-                break
-            else:  # part of a text with quotes
-                word = _WORD.match(self.text, at)
-                at = word.end() if word else at + 1
-        raise self.refused(
-            f"<{tag.name} has no end ('>') within {LONGEST_TAG} characters: the file is damaged or not complete"
-        )
+    def attributes(self, tag: Tag, at: int) -> int:
+        """Read the attributes up to the end of a tag; return the index behind the end."""
+        last = at + LONGEST_TAG
+        while (match := _ATTRIBUTE.match(self.text, at)) and not match["end"] and match.end() < last:
+            if match["key"]:
+                value = next((v for v in match.groups()[1:5] if v is not None), "")
+                tag.attributes.setdefault(match["key"], _ESCAPE.sub(lambda m: _ESCAPES[m[0]], value).strip())
+            at = match.end()
+        if match and match["end"]:
+            return match.end()
+        cure = f"has no end ('>') within {LONGEST_TAG} characters: the file is damaged or not complete"
+        raise self.refused(f"<{tag.name} {cure}")
 
     def end(self, name: str) -> None:
         """Close a tag, and those in it whose end is missing."""
-        if any(tag.name == name for tag in self.open):
-            while self.open.pop().name != name:
-                pass
+        while any(tag.name == name for tag in self.open) and self.open.pop().name != name:
+            pass

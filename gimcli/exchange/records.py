@@ -1,0 +1,177 @@
+"""Parts of a file of another program as records, whose keys and types of values a form declares.
+
+A form is a value that the key has if the file has none (0.0, "", False), the type of a value that must be given (float,
+str, object), a tuple of one form whose value may be missing (None), a list of one form for all entries of a list, or a
+dict of forms by key for a record. JSON values and attributes of tags have the same forms; errors name file and keys.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from gimcli.errors import SYNTAX, ModelError
+from gimcli.exchange.draft import LARGEST, number_of
+from gimcli.exchange.refusing import FilePlace, Refusing
+
+Item = TypeVar("Item")
+Value = TypeVar("Value")
+
+MOST_CHARACTERS = 4_000_000
+MOST_ENTRIES = 500
+"""Most entries of a list: joints, links, or joints of a link."""
+_NUMBERS: dict[str, Any] = {
+    "parse_constant": lambda _word: math.nan, "parse_int": lambda digits: int(digits) if len(digits) < 300 else math.inf
+}  # fmt: skip
+"""What NaN, Infinity and very long integers mean: no number, which is refused where it is used."""
+
+
+class Record(Refusing):
+    """The values of a part by their keys as attributes; further ones may be set."""
+
+    def __init__(self, own: Part, values: Mapping[str, Any]) -> None:
+        self.own = own
+        self.__dict__.update(values)
+
+    if TYPE_CHECKING:
+
+        def __getattr__(self, key: str) -> Any:
+            """Return a value."""
+
+        def __setattr__(self, key: str, value: Any) -> None:
+            """Set a value."""
+
+    def refused(self, text: str) -> ModelError:
+        """Return the error for this part."""
+        return self.own.refused(text)
+
+    def at(self, key: str) -> Part:
+        """Return the part of a value, for its errors."""
+        return self.own.at(key)
+
+
+@dataclass(frozen=True)
+class Part(Refusing):
+    """A value in a file: `place` is its file, or its line and tag, and `keys` the path of keys from there.
+
+    `texts`: all values are texts, as in attributes of tags.
+    """
+
+    value: Any
+    place: str
+    keys: tuple[str | int, ...] = ()
+    texts: bool = False
+
+    @property
+    def where(self) -> str:
+        """The place in the file, for messages."""
+        return ": ".join([self.place, ".".join(map(str, self.keys))] if self.keys else [self.place])
+
+    def refused(self, text: str) -> ModelError:
+        """Return the error for this value."""
+        return ModelError([f"{self.where}: {text}"])
+
+    def expect(self, good: bool, what: str) -> None:
+        """Raise ModelError if the value is not as expected."""
+        kinds = {list: "a list", dict: "an object", type(None): "nothing"}
+        shown = str(self.value)[:40] if isinstance(self.value, int | float) else f"'{str(self.value)[:40]}'"
+        self.refuse(not good, f"expected {what}, got {kinds.get(type(self.value), shown)}")
+
+    def at(self, key: str) -> Part:
+        """Return the value of a key of an object; null if it has none."""
+        return replace(self, value=self.value.get(key), keys=(*self.keys, key))
+
+    def entries(self) -> list[Part]:
+        """Return the entries of a list."""
+        self.expect(isinstance(self.value, list), "a list")
+        self.refuse(len(self.value) > MOST_ENTRIES, f"more than {MOST_ENTRIES} entries are too many for one mechanism")
+        return [replace(self, value=value, keys=(*self.keys, k)) for k, value in enumerate(self.value)]
+
+    # -- values by type -------------------------------------------------------------------------
+
+    def text(self) -> str:
+        """Return a text; numbers are names too."""
+        text = str(self.value).strip()
+        self.expect(bool(text) and isinstance(self.value, str | int) and not isinstance(self.value, bool), "a name")
+        return text
+
+    def number(self) -> float:
+        """Return a finite number."""
+        value = number_of(str(self.value)) if self.texts else self.value
+        good = isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= LARGEST
+        self.expect(good, f"a number of at most {LARGEST:g}")
+        return float(value)
+
+    def integer(self) -> int:
+        """Return a whole number."""
+        self.expect(self.number().is_integer(), "a whole number")
+        return int(self.number())
+
+    def true(self) -> bool:
+        """Return whether the value is true."""
+        return str(self.value).lower() == "true"
+
+    def point(self) -> complex:
+        """Return a pair of numbers [x, y]."""
+        self.expect(isinstance(self.value, list) and len(self.value) == 2, "[x, y]")
+        return complex(*(part.number() for part in self.entries()))
+
+
+READERS: dict[type, Callable[[Part], Any]] = {
+    str: Part.text, float: Part.number, int: Part.integer, bool: Part.true, complex: Part.point,
+    object: lambda part: part.value,
+}  # fmt: skip
+
+
+def read(form: Any, part: Part) -> Any:
+    """Return a value by its form; raise ModelError with the faults of all entries of a list."""
+    missing = part.value is None or (part.value == "" and (part.texts or form == ""))
+    if isinstance(form, tuple):
+        return None if missing else read(form[0], part)
+    if isinstance(form, list):
+        return all_of(lambda entry: read(form[0], entry), part.entries())
+    if isinstance(form, dict):
+        part.expect(isinstance(part.value, dict), "an object")
+        return Record(part, {key: read(own, part.at(key)) for key, own in form.items()})
+    if isinstance(form, type):
+        return READERS[form](part)
+    return form if missing else READERS[type(form)](part)
+
+
+def all_of(reader: Callable[[Item], Value], entries: Iterable[Item]) -> list[Value]:
+    """Return the values of all entries; raise ModelError with the faults of all of them."""
+    found, faults = list[Value](), list[str]()
+    for entry in entries:
+        try:
+            found.append(reader(entry))
+        except ModelError as error:
+            faults += error.faults
+    if faults:
+        raise ModelError(faults)
+    return found
+
+
+def by_key(key: str, records: Iterable[Record], what: str) -> dict[str, Record]:
+    """Return records by the value of a key, which no two of them may have in common."""
+    found: dict[str, Record] = {}
+    for own in records:
+        name = getattr(own, key)
+        own.refuse(name in found, f"the {what} '{name[:40]}' is given twice")
+        found[name] = own
+    return found
+
+
+def read_json(text: str, source: str) -> Part:
+    """Return the value of a JSON text; raise ModelError with line and column if it is not readable."""
+    FilePlace(source).refuse(
+        len(text) > MOST_CHARACTERS, f"is too large; at most {MOST_CHARACTERS // 1_000_000} MB are read"
+    )
+    try:
+        return Part(json.loads(text.removeprefix("\ufeff"), **_NUMBERS), source)
+    except json.JSONDecodeError as error:
+        raise ModelError([f"{source}:{error.lineno}:{error.colno}: not readable as JSON: {SYNTAX}"]) from None
+    except RecursionError:
+        raise ModelError([f"{source}: not readable as JSON: nested too deeply"]) from None
