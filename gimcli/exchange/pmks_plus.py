@@ -13,8 +13,9 @@ from urllib.parse import unquote
 from gimcli.errors import ModelError
 from gimcli.exchange.draft import BARREL, GROUND, STROKE, Draft, free_name
 from gimcli.exchange.pmks_joints import NO_SPEED
-from gimcli.exchange.pmks_plus_codec import HEAD, PlusDocument, PlusJoint, document_of, restored
+from gimcli.exchange.pmks_plus_codec import HEAD, PlusDocument, document_of, restored
 from gimcli.exchange.pmks_plus_links import PlusStructure
+from gimcli.exchange.records import Record
 from gimcli.exchange.refusing import FilePlace
 
 PROGRAM = "PMKS+"
@@ -70,10 +71,11 @@ class PlusDraft:
     """The mechanism of a document."""
 
     def __init__(self, document: PlusDocument, source: str) -> None:
-        self.document, self.source = document, source
+        self.document = document
         self.draft = Draft(PROGRAM, source, resolution=RESOLUTION)
         apply_entries(document, self.draft)
-        self.structure = PlusStructure(document, source)
+        self.draft.refuse_many(sum(len(link.joints) + len(link.parts) for link in document.links))
+        self.structure = PlusStructure(document)
         self.sense = -1.0 if document.flags[CLOCKWISE] else 1.0
         self._units()
         self._joints()
@@ -115,27 +117,23 @@ class PlusDraft:
             if not riders:
                 continue
             carrier, guide, direction = self._line(joint)
-            self.draft.refuse(
-                carrier in (self.bodies[rider] for rider in riders), f"joint {joint.id}: it slides along its own link"
-            )
+            joint.refuse(carrier in (self.bodies[rider] for rider in riders), "it slides along its own link")
             self.slots[own] = slot = free_name(f"slide_{self.names[own]}", self.slots.values())
             blocks = [self.bodies[rider] for rider in riders] if joint.welded or joint.sealed else [""]
             for number, body in enumerate(blocks):
                 name = f"{slot}_{number + 1}" if number else slot
                 self.draft.slot(name, self.names[own], carrier, direction, body=body, guide=guide)
 
-    def _line(self, joint: PlusJoint) -> tuple[str, tuple[str, str] | None, complex]:
+    def _line(self, joint: Record) -> tuple[str, tuple[str, str] | None, complex]:
         """Return the carrier of a slot, the two joints that it passes through, and its direction."""
         if not joint.carrier:
             return GROUND, None, cmath.rect(1.0, _whole_degrees(joint.angle))
         a, b = self.structure.slot(joint)
         carrier = self.structure.body_of.get(joint.carrier, "")
-        self.draft.refuse(
-            not {a, b} <= set(self.structure.bodies.get(carrier, ())),
-            f"joint {joint.id}: the joints of its slot are not on link {joint.carrier}",
-        )
+        outside = not {a, b} <= set(self.structure.bodies.get(carrier, ()))
+        joint.refuse(outside, f"the joints of its slot are not on link {joint.carrier}")
         along = self._place(b) - self._place(a)
-        self.draft.refuse(abs(along) <= RESOLUTION, f"joint {joint.id}: its slot has no length")
+        joint.refuse(abs(along) <= RESOLUTION, "its slot has no length")
         return self.bodies[carrier], (self.names[a], self.names[b]), along
 
     def _place(self, own: str) -> complex:
@@ -161,16 +159,14 @@ class PlusDraft:
 
     def _forces(self) -> None:
         for force in self.document.forces:
-            self.draft.refuse(
-                force.link not in self.structure.body_of, f"force {force.id}: its link {force.link} is missing"
-            )
-            start, end = complex(force.x, force.y), complex(force.x1, force.y1)
+            force.refuse(force.link not in self.structure.body_of, f"its link {force.link} is missing")
+            along = complex(force.x1, force.y1) - complex(force.x, force.y)
             if force.size:
-                self.draft.refuse(start == end, f"force {force.id}: it has no direction")
+                force.refuse(not along, "it has no direction")
                 size = force.size * self.newton * (1.0 if force.outward else -1.0)
                 name, key = free_name(force.name or force.id, self.draft.loads), "follower" if force.local else "force"
-                body, vector = self.bodies[self.structure.body_of[force.link]], size * (end - start) / abs(end - start)
-                self.draft.loads[name] = {"on": body, "at": start, key: vector}
+                body, at = self.bodies[self.structure.body_of[force.link]], complex(force.x, force.y)
+                self.draft.loads[name] = {"on": body, "at": at, key: size * along / abs(along)}
 
     # -- inputs ---------------------------------------------------------------------------------
 
@@ -196,7 +192,7 @@ class PlusDraft:
             self.draft.travel("drive" if single else f"drive_{self.names[own]}", slot=self.slots[own], law={"by": by})
         self.draft.duration = duration
 
-    def _travel(self, joint: PlusJoint) -> tuple[float, float]:
+    def _travel(self, joint: Record) -> tuple[float, float]:
         """Return the stroke of a sliding input, to the end of its slot, and its speed."""
         drawing = self.document.decimals[1] if len(self.document.decimals) > 1 else 0.0
         speed = joint.speed or self.sense * (drawing if drawing > 0.0 else LINEAR_SPEED)
@@ -220,9 +216,7 @@ class PlusDraft:
         moving = [self.bodies[body] for body in self.structure.riders(joint) if self.structure.moving(body)]
         sides = [GROUND, *moving] if joint.fixed else moving
         expected = "one link on the ground, or two moving links"
-        self.draft.refuse(
-            len(sides) != 2, f"input {joint.name or own}: it joins {len(moving)} links; expected {expected}"
-        )
+        joint.refuse(len(sides) != 2, f"the input joins {len(moving)} links; expected {expected}")
         self.draft.rotary(name, self.names[own], sides[1], sides[0], law={"by": by})
 
 
@@ -235,16 +229,17 @@ def _whole_degrees(angle: float) -> float:
 def apply_entries(document: PlusDocument, draft: Draft) -> None:
     """Apply the entries to the records that they name; refuse those that the motion may depend on."""
     for entry in document.entries:
-        kind = entry[:1]
-        gears = "the gears of the drawing cannot be converted; add them to the model file as `gears`"
-        draft.refuse(kind == "G", gears)
-        damaged = kind == "P" and not restored(document, entry)
-        draft.refuse(damaged, f"the entry '{entry[:20]}' is damaged; copy the whole address or file again")
-        unknown = kind not in (*APPEARANCE, "P", "T")
-        draft.refuse(unknown, f"the entry '{entry[:20]}' is unknown: a newer version of PMKS+ wrote it")
+        kind, named = entry[:1], f"the entry '{entry[:20]}'"
+        faults = {
+            "the gears of the drawing cannot be converted; add them to the model file as `gears`": kind == "G",
+            f"{named} is damaged; copy the whole address or file again": kind == "P" and not restored(document, entry),
+            f"{named} is unknown: a newer version of PMKS+ wrote it": kind not in (*APPEARANCE, "G", "P", "T"),
+        }
+        for fault, holds in faults.items():
+            draft.refuse(holds, fault)
         if kind == "T":
             draft.left_out.append("the properties for stresses are left out")
-    further = [joint.id for joint in document.joints if joint.further]
+    further = [joint.id for joint in document.joints if any(joint.rest)]
     if further:
         fields = "friction, names and the like, which newer versions of PMKS+ write for joints"
         draft.left_out.append(f"{fields}, are left out: {', '.join(further[:10])}")

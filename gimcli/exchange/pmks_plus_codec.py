@@ -12,12 +12,12 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from itertools import takewhile
-from typing import Any, TypeVar
+from typing import Any, NamedTuple
 
 from gimcli.errors import ModelError
+from gimcli.exchange.records import Part, Record
 from gimcli.exchange.refusing import FilePlace
 
 DIGITS = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz_-"
@@ -31,85 +31,51 @@ LONGEST_NUMBER = 14
 MOST_RECORDS = 500
 MOST_CHARACTERS = 200_000
 
-Record = TypeVar("Record")
 
+class Kind(NamedTuple):
+    """A kind of records: its texts and numbers in the order of the format, and the flags in its first character.
+
+    The first `least` fields must be there; a number after them is left empty if it is 0.
+    """
+
+    word: str
+    least: int
+    fields: dict[str, str | float]
+    flags: dict[str, bool]
+
+    def record(self, source: str, **values: Any) -> Record:
+        """Return a record; what is not given has its default. Errors name the file and the record."""
+        own = Part(None, source, (f"{self.word} {values['id'][:20]}",))
+        return Record(own, {**self.fields, **self.flags, "joints": (), "parts": (), "rest": (), **values})
+
+
+JOINT = Kind(
+    "joint", 5,
+    {"id": "", "name": "", "x": 0.0, "y": 0.0, "angle": 0.0, "carrier": "", "start": "", "end": "", "speed": 0.0,
+     "mass": 0.0},
+    dict.fromkeys(("slides", "driven", "fixed", "welded", "traced", "sealed"), False),
+)  # fmt: skip
+"""A pin or a slider; a slider has an angle if the ground carries it, else a carrier and two joints of its slot.
+
+`speed`: its own one, with sign; 0: that of the drawing. `welded`, of a slider: its links cannot turn against the slot.
+`sealed`: it is the piston of a cylinder. `rest`: fields of newer versions.
+"""
+LINK = Kind(
+    "link", 7, {"id": "", "name": "", "mass": 0.0, "inertia": 0.0, "x": 0.0, "y": 0.0, "colour": "303e9f"},
+    {"root": True, "block": False},
+)  # fmt: skip
+"""A link: a body (`root`), a bar that is welded into a body, or the block of a slider (`block`).
+
+x and y are the centre of mass. `joints` are its joints, and `parts` the bars that are welded into it. It has two
+characters for its flags.
+"""
+FORCE = Kind(
+    "force", 8, {"id": "", "link": "", "name": "", "x": 0.0, "y": 0.0, "x1": 0.0, "y1": 0.0, "size": 0.0},
+    {"local": False, "outward": False},
+)  # fmt: skip
+"""A force from (x, y) towards (x1, y1), or the other way if it is not `outward`; `local`: it turns with its link."""
 ROOTS, PARTS = "YAMG0123", "Namg4567"
 """First character of links that are bodies, and of bars that are welded into a body."""
-
-
-@dataclass
-class PlusJoint:
-    """A pin or a slider; a slider has an angle if the ground carries it, else a carrier and two joints of its slot.
-
-    Texts and numbers are in the order of the format, and so are the flags, which are its first character.
-    """
-
-    id: str
-    name: str
-    x: float
-    y: float
-    angle: float = 0.0
-    carrier: str = ""
-    start: str = ""
-    end: str = ""
-    speed: float = 0.0  # its own speed, with sign; 0: that of the drawing
-    mass: float = 0.0
-    slides: bool = False
-    driven: bool = False
-    fixed: bool = False
-    welded: bool = False  # of a slider: its links cannot turn against the slot
-    traced: bool = False
-    sealed: bool = False  # the piston of a cylinder
-    further: tuple[str, ...] = ()  # fields of newer versions
-
-
-@dataclass
-class PlusLink:
-    """A link: a body (`root`), a bar that is welded into a body, or the block of a slider (`block`).
-
-    Texts and numbers are in the order of the format; x and y are the centre of mass.
-    """
-
-    id: str
-    name: str
-    mass: float = 0.0
-    inertia: float = 0.0
-    x: float = 0.0
-    y: float = 0.0
-    colour: str = "303e9f"
-    root: bool = True
-    block: bool = False
-    joints: tuple[str, ...] = ()
-    parts: tuple[str, ...] = ()
-
-
-@dataclass
-class PlusForce:
-    """A force from (x, y) towards (x1, y1), or the other way if it is not `outward`; `local`: it turns with its link.
-
-    Texts and numbers are in the order of the format, and so are the flags, which are its first character.
-    """
-
-    id: str
-    link: str
-    name: str
-    x: float
-    y: float
-    x1: float
-    y1: float
-    size: float
-    local: bool = False
-    outward: bool = True
-
-
-WORDS: dict[type, str] = {PlusJoint: "joint", PlusLink: "link", PlusForce: "force"}
-LEAST: dict[type, int] = {PlusJoint: 5, PlusLink: 7, PlusForce: 8}
-"""Fields that records must have; a number after them is left empty if it is 0."""
-
-
-def named(kind: type, *types: str) -> list[str]:
-    """Return the names of the fields of a record that have one of some types, in the order of the format."""
-    return [one.name for one in fields(kind) if one.type in types]
 
 
 @dataclass
@@ -120,9 +86,9 @@ class PlusDocument:
     decimals: list[float] = field(default_factory=list)
     integers: list[float] = field(default_factory=list)
     enums: list[int] = field(default_factory=list)
-    joints: list[PlusJoint] = field(default_factory=list)
-    links: list[PlusLink] = field(default_factory=list)
-    forces: list[PlusForce] = field(default_factory=list)
+    joints: list[Record] = field(default_factory=list)
+    links: list[Record] = field(default_factory=list)
+    forces: list[Record] = field(default_factory=list)
     entries: list[str] = field(default_factory=list)  # the tagged list
 
 
@@ -224,41 +190,34 @@ def checked_body(text: str, source: str) -> str:
 
 def document_of(text: str, source: str) -> PlusDocument:
     """Return the content of a text; raise ModelError if it is damaged."""
-    return _PlusText(checked_body(text, source), source).document()
+    return _PlusText(checked_body(text, source).split("."), source).document()
 
 
 class _PlusText:
-    """A body that is read from its start to its end."""
+    """A body that is read from its start to its end; `parts` is the rest of it."""
 
-    def __init__(self, body: str, source: str) -> None:
-        self.rest, self.damaged = body, Damaged(source)
+    def __init__(self, parts: list[str], source: str) -> None:
+        self.parts, self.source, self.damaged = parts, source, Damaged(source)
 
     def document(self) -> PlusDocument:
         """Return the content."""
-        flags = flags_of(self._part("settings"), 9)
-        decimals = [self._number(t, "settings") / THOUSANDTHS for t in self._part("settings").split(",")]
-        integers = [float(self._number(t, "settings")) for t in self._part("settings").split(",")]
-        enums = [self._number(t, "settings") for t in self._part("settings")]
-        joints = [self._joint(record) for record in self._records("joints")]
-        links = [self._link(record) for record in self._records("links")]
-        records = self._records("forces") if self.rest else []
-        forces = [PlusForce(**self._flagged(PlusForce, record)) for record in records]
-        _, _, entries = self.rest.partition(".")  # before it the selected object
-        listed = [entry for entry in entries.split(",") if entry]
-        return PlusDocument(flags, decimals, integers, enums, joints, links, forces, listed)
+        self.damaged.refuse(len(self.parts) < 4, "the settings are incomplete")
+        flags, decimals, integers, enums, *self.parts = self.parts
+        settings = [[self._number(text, "settings") for text in own]
+                    for own in (decimals.split(","), integers.split(","), enums)]  # fmt: skip
+        records = [self._records(kind) for kind in (JOINT, LINK, FORCE)]
+        _, _, entries = ".".join(self.parts).partition(".")  # before it the selected object
+        return PlusDocument(
+            flags_of(flags, 9), [value / THOUSANDTHS for value in settings[0]], list(map(float, settings[1])),
+            settings[2], *records, [entry for entry in entries.split(",") if entry],
+        )  # fmt: skip
 
-    def _part(self, name: str) -> str:
-        part, point, self.rest = self.rest.partition(".")
-        self.damaged.refuse(not point, f"the {name} are incomplete")
-        return part
-
-    def _records(self, name: str) -> list[str]:
-        """Return the records up to an empty one."""
-        found: list[str] = []
-        while record := self._part(name):
-            found.append(record)
-            self.damaged.refuse(len(found) > MOST_RECORDS, f"more than {MOST_RECORDS} {name}")
-        return found
+    def _records(self, kind: Kind) -> list[Record]:
+        """Return the records of a kind, up to an empty one."""
+        self.damaged.refuse("" not in self.parts, f"the {kind.word}s are incomplete")
+        found, self.parts = self.parts[: self.parts.index("")], self.parts[self.parts.index("") + 1 :]
+        self.damaged.refuse(len(found) > MOST_RECORDS, f"more than {MOST_RECORDS} {kind.word}s")
+        return [self._link(text) if kind is LINK else self._record(kind, text, 1) for text in found]
 
     def _number(self, text: str, where: str) -> int:
         value = integer_of(text)
@@ -266,42 +225,28 @@ class _PlusText:
             raise self.damaged.refused(f"{where}: '{text[:20]}' is not a number")
         return value
 
-    def _fields(self, kind: type, record: str, head: int = 1) -> list[str]:
-        """Return the texts of a record; its identifier stands after `head` characters of the first one."""
-        first, *rest = record.split(",")
-        text = f"{WORDS[kind]} {first[:20]}: expected {LEAST[kind]} fields, got {len(rest) + 1}"
-        self.damaged.refuse(len(rest) + 1 < LEAST[kind], text)
-        return [first[head:], *rest]
+    def _record(self, kind: Kind, text: str, head: int) -> Record:
+        """Return a record, whose identifier stands after `head` characters."""
+        texts, flags = text[head:].split(","), flags_of(text[:1], len(kind.flags))
+        where = f"{kind.word} {texts[0][:20]}"
+        few = f"{where}: expected {kind.least} fields, got {len(texts)}"
+        self.damaged.refuse(len(texts) < kind.least, few)
+        values: dict[str, Any] = dict(zip(kind.fields, texts, strict=False))
+        for number, (name, own) in enumerate(values.items()):
+            if isinstance(kind.fields[name], float):
+                written = own or number < kind.least
+                values[name] = self._number(own, where) / THOUSANDTHS if written else 0.0
+        rest = texts[len(kind.fields) :]
+        return kind.record(self.source, **values, **dict(zip(kind.flags, flags, strict=True)), rest=rest)
 
-    def _values(self, kind: type, texts: list[str]) -> dict[str, Any]:
-        """Return the texts and numbers of a record by the names of its fields."""
-        numbers = named(kind, "float")
-        found: dict[str, Any] = dict(zip(named(kind, "str", "float"), texts, strict=False))
-        for number, (name, text) in enumerate(found.items()):
-            if name in numbers:
-                written = text or number < LEAST[kind]
-                where = f"{WORDS[kind]} {texts[0][:20]}"
-                found[name] = self._number(text, where) / THOUSANDTHS if written else 0.0
-        return found
-
-    def _flagged(self, kind: type, record: str) -> dict[str, Any]:
-        """Return the texts, numbers and flags of a record by the names of its fields."""
-        flags = named(kind, "bool")
-        own = self._values(kind, self._fields(kind, record))
-        return own | dict(zip(flags, flags_of(record[:1], len(flags)), strict=True))
-
-    def _joint(self, record: str) -> PlusJoint:
-        further = tuple(text for text in record.split(",")[10:] if text)
-        return PlusJoint(**self._flagged(PlusJoint, record), further=further)
-
-    def _link(self, record: str) -> PlusLink:
-        flag, kind, texts = record[:1], record[1:2], self._fields(PlusLink, record, 2)
-        text = f"link {texts[0][:20]}: '{record[:2]}' is unknown: a newer version of PMKS+ wrote it"
-        self.damaged.refuse(flag not in ROOTS + PARTS or kind not in ("R", "P"), text)
-        joints = tuple(takewhile(bool, texts[7:]))
-        parts = tuple(text for text in texts[8 + len(joints) :] if text)
-        own = self._values(PlusLink, texts)
-        return PlusLink(**own, root=flag in ROOTS, block=kind == "P", joints=joints, parts=parts)
+    def _link(self, text: str) -> Record:
+        link = self._record(LINK, text, 2)
+        unknown = f"link {link.id[:20]}: '{text[:2]}' is unknown: a newer version of PMKS+ wrote it"
+        self.damaged.refuse(text[0] not in ROOTS + PARTS or text[1:2] not in ("R", "P"), unknown)
+        link.root, link.block = text[0] in ROOTS, text[1] == "P"
+        link.joints = list(takewhile(bool, link.rest))
+        link.parts = [part for part in link.rest[len(link.joints) + 1 :] if part]
+        return link
 
 
 def restored(document: PlusDocument, entry: str) -> bool:
@@ -316,15 +261,15 @@ def restored(document: PlusDocument, entry: str) -> bool:
         return False
     if kind in ("D", "I"):
         numbers = document.decimals if kind == "D" else document.integers
-        if index < len(numbers):
-            numbers[index] = value
+        numbers[index : index + 1] = [value] * (index < len(numbers))
         return index < len(numbers)
-    records: dict[str, Sequence[Any]] = {"J": document.joints, "L": document.links, "F": document.forces}
-    found = next((record for record in records.get(kind, ()) if record.id == own), None)
-    names = named(type(found), "float") if found else []
-    for name in names[index : index + 1]:
-        setattr(found, name, value)
-    return index < len(names)
+    known = {"J": (JOINT, document.joints), "L": (LINK, document.links), "F": (FORCE, document.forces)}
+    form, records = known.get(kind, (JOINT, []))
+    names = [name for name, default in form.fields.items() if isinstance(default, float)][index : index + 1]
+    found = [record for record in records if record.id == own][:1]
+    for name in names if found else ():
+        setattr(found[0], name, value)
+    return bool(names and found)
 
 
 # -- writing --------------------------------------------------------------------------------------
@@ -336,19 +281,18 @@ def text_of(document: PlusDocument) -> str:
         flags_text(document.flags), ",".join(map(decimal_text, document.decimals)),
         ",".join(integer_text(round(value)) for value in document.integers), "".join(map(integer_text, document.enums)),
     )  # fmt: skip
-    lists = (document.joints, document.links, document.forces)
-    return stamped(".".join([*settings, *("".join(f"{_record_text(one)}." for one in own) for own in lists), "N_"]))
+    lists = ((JOINT, document.joints), (LINK, document.links), (FORCE, document.forces))
+    texts = ("".join(f"{_record_text(kind, one)}." for one in own) for kind, own in lists)
+    return stamped(".".join([*settings, *texts, "N_"]))
 
 
-def _record_text(record: PlusJoint | PlusLink | PlusForce) -> str:
+def _record_text(kind: Kind, record: Record) -> str:
     """Return the text of a record, without empty fields at its end that need not be there."""
-    kind, empty = type(record), ("", 0.0)
-    least = LEAST[kind]
-    own = [getattr(record, name) for name in named(kind, "str", "float")]
-    while len(own) > least and own[-1] in empty:
+    own = [getattr(record, name) for name in kind.fields]
+    while len(own) > kind.least and own[-1] in ("", 0.0):
         own.pop()
-    texts = ["" if k >= least and value in empty else value if isinstance(value, str) else decimal_text(value)
+    texts = ["" if k >= kind.least and not value else value if isinstance(value, str) else decimal_text(value)
              for k, value in enumerate(own)]  # fmt: skip
-    if isinstance(record, PlusLink):
-        return ("YR" if record.root else "NR") + ",".join([*texts, *record.joints, "", *(record.parts or ("",))])
-    return flags_text([getattr(record, name) for name in named(kind, "bool")]) + ",".join(texts)
+    if kind is LINK:
+        return ("YR" if record.root else "NR") + ",".join([*texts, *record.joints, "", ""])
+    return flags_text([getattr(record, name) for name in kind.flags]) + ",".join(texts)

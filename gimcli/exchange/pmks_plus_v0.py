@@ -17,7 +17,8 @@ from urllib.parse import unquote
 from gimcli.errors import ModelError
 from gimcli.exchange.draft import Draft, number_of
 from gimcli.exchange.pmks_plus import CLOCKWISE, NO_GRAVITY, PlusDraft
-from gimcli.exchange.pmks_plus_codec import MOST_RECORDS, PlusDocument, PlusForce, PlusJoint, PlusLink, Record
+from gimcli.exchange.pmks_plus_codec import FORCE, JOINT, LINK, MOST_RECORDS, PlusDocument
+from gimcli.exchange.records import Record, all_of
 from gimcli.exchange.refusing import FilePlace
 
 ADDRESS = re.compile(r"https?://", re.IGNORECASE)
@@ -41,12 +42,8 @@ def read(text: str, source: str) -> Draft:
     for part in re.split("[?&]", text.strip())[1:]:
         key, _, value = part.partition("=")
         sections[key] = unquote(value)
-    faults: list[str] = []
-    joints = _records("j", sections["j"], _joint, source, faults)
-    links = _records("l", sections["l"], _link, source, faults)
-    forces = _records("f", sections["f"], _force, source, faults)
-    if faults:
-        raise ModelError(faults)
+    lines = {"j": _joint, "l": _link, "f": _force}
+    joints, links, forces = all_of(lambda key: _records(key, sections[key], lines[key], source), lines)
     _mark_blocks(joints, links)
     speed, gravity, clockwise, unit = (*(field.strip() for field in sections["s"].split(",")), "", "", "", "")[:4]
     rate = number_of(speed or "0")
@@ -64,48 +61,45 @@ def read(text: str, source: str) -> Draft:
     return draft
 
 
-def _records(
-    key: str, text: str, record: Callable[[list[str]], Record], source: str, faults: list[str]
-) -> list[Record]:  # fmt: skip
-    """Return the records of the lines of a section; add the faults of the lines that are none."""
-    found: list[Record] = []
+def _records(key: str, text: str, record: Callable[[str, str, list[str]], Record], source: str) -> list[Record]:
+    """Return the records of the lines of a section; raise ModelError with all lines that are none."""
     lines = [line.strip() for line in text.splitlines() if line.strip()]
     FilePlace(source).refuse(len(lines) > MOST_RECORDS, f"more than {MOST_RECORDS} lines in {key}=")
-    for number, line in enumerate(lines, 1):
+
+    def read_line(number: int) -> Record:
+        own, *fields = (field.strip() for field in lines[number].split(","))
         try:
-            found.append(record([field.strip() for field in line.split(",")]))
+            return record(source, own, fields if own else [])
         except (ValueError, LookupError):
-            faults.append(f"{source}: {key}= line {number}: '{line[:60]}' is damaged or incomplete")
-    return found
+            where = f"{source}: {key}= line {number + 1}"
+            raise ModelError([f"{where}: '{lines[number][:60]}' is damaged or incomplete"]) from None
+
+    return all_of(read_line, range(len(lines)))
 
 
-def _joint(fields: list[str]) -> PlusJoint:
-    own, x, y, _, kind, fixed, angle = fields[:7]
-    if kind not in ("R", "P") or not own:
-        raise ValueError(kind)
-    further = [field for field in fields[7:] if field]
-    driven = bool(further) and _flag(further[-1])
-    slope = _number(angle) if kind == "P" else 0.0
-    return PlusJoint(own, own, _number(x), _number(y), slope, slides=kind == "P", driven=driven, fixed=_flag(fixed))
+def _joint(source: str, own: str, fields: list[str]) -> Record:
+    x, y, _, kind, fixed, angle, *further = fields
+    slides, driven = {"R": False, "P": True}[kind], any(map(_flag, [field for field in further if field][-1:]))
+    place = {"x": _number(x), "y": _number(y), "angle": _number(angle) if slides else 0.0}
+    return JOINT.record(source, id=own, name=own, **place, slides=slides, driven=driven, fixed=_flag(fixed))
 
 
-def _link(fields: list[str]) -> PlusLink:
-    own, *rest = fields
-    kind = rest.pop(0) if rest[0] in ("R", "P") else "R"
-    joints = tuple(name for name in rest[4].split("|") if name)
-    if not own or not joints:
-        raise ValueError(own)
+def _link(source: str, own: str, fields: list[str]) -> Record:
+    kind, *rest = fields if fields[0] in ("R", "P") else ("R", *fields)
     mass, inertia, x, y = (_number(text) if text not in EMPTY else 0.0 for text in rest[:4])
-    return PlusLink(own, own, mass, inertia, x, y, block=kind == "P", joints=joints)
+    joints = [name for name in rest[4].split("|") if name]
+    place = {"mass": mass, "inertia": inertia, "x": x, "y": y}
+    return LINK.record(source, id=own, name=own, **place, block=kind == "P", joints=joints, parts=[])
 
 
-def _force(fields: list[str]) -> PlusForce:
-    x, y, x1, y1 = (_number(text) for text in fields[2:6])
-    fixed, outward, size = _flag(fields[6]), _flag(fields[7]), _number(fields[8])
-    return PlusForce(fields[0], fields[1], fields[0], x, y, x1, y1, size, not fixed, outward)
+def _force(source: str, own: str, fields: list[str]) -> Record:
+    link, x, y, x1, y1, fixed, outward, size = fields[:8]
+    places = dict(zip(("x", "y", "x1", "y1", "size"), map(_number, (x, y, x1, y1, size)), strict=True))
+    flags = {"local": not _flag(fixed), "outward": _flag(outward)}
+    return FORCE.record(source, id=own, link=link, name=own, **places, **flags)
 
 
-def _mark_blocks(joints: list[PlusJoint], links: list[PlusLink]) -> None:
+def _mark_blocks(joints: list[Record], links: list[Record]) -> None:
     """Mark the blocks of sliders where the version has no type of links: a slider and a pin at one place."""
     places = {joint.id: joint for joint in joints}
     for link in links:

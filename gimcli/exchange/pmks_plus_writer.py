@@ -13,7 +13,8 @@ from gimcli.exchange.draft import GROUND, DrawnSlot
 from gimcli.exchange.drawn_linkage import PIECE, DrawnLinkage, DrawnPose
 from gimcli.exchange.pmks_joints import letter
 from gimcli.exchange.pmks_plus import CLOCKWISE, GRAVITY, INERTIAS, NO_GRAVITY, POUND, POUND_FORCE, PROGRAM
-from gimcli.exchange.pmks_plus_codec import THOUSANDTHS, PlusDocument, PlusForce, PlusJoint, PlusLink, text_of
+from gimcli.exchange.pmks_plus_codec import FORCE, JOINT, LINK, THOUSANDTHS, PlusDocument, text_of
+from gimcli.exchange.records import Record
 from gimcli.mechanism import FRAME
 from gimcli.model.units import METRES
 from gimcli.structure.mobility import drawn_mobility
@@ -50,13 +51,13 @@ class PlusDrawing:
         self.left_out = drawn.left_out
         self.document = PlusDocument()
         self._unit()
-        self.joints: dict[str, PlusJoint] = {}
+        self.joints: dict[str, Record] = {}
         for name, place in drawn.joints.items():
             self._joint(name, place)
         self._apart()
         for slot in drawn.slots:
             self._slot(slot)
-        self.links: dict[str, PlusLink] = {}
+        self.links: dict[str, Record] = {}
         for body in self._ordered():
             if len(drawn.bodies[body]) > 1:
                 self._link(body, drawn.bodies[body])
@@ -100,14 +101,15 @@ class PlusDrawing:
 
     # -- joints and slots -----------------------------------------------------------------------
 
-    def _joint(self, name: str, place: complex) -> PlusJoint:
+    def _joint(self, name: str, place: complex) -> Record:
         own = letter(len(self.joints))
         z = place * self.factor
         fixed, traced = name in self.drawn.bodies[GROUND], name in self.mechanism.traced
-        self.joints[name] = PlusJoint(own, _plain(name), z.real, z.imag, fixed=fixed, traced=traced)
+        values = {"id": own, "name": _plain(name), "x": z.real, "y": z.imag, "fixed": fixed, "traced": traced}
+        self.joints[name] = JOINT.record(PROGRAM, **values)
         return self.joints[name]
 
-    def _added(self, name: str, place: complex, *bodies: str) -> PlusJoint:
+    def _added(self, name: str, place: complex, *bodies: str) -> Record:
         """Add a joint that the mechanism has no node for."""
         return self._joint(self.drawn.joint(name, place, *bodies), place)
 
@@ -138,7 +140,7 @@ class PlusDrawing:
             pin.fixed = True
         return frame
 
-    def _line(self, slot: DrawnSlot, joint: PlusJoint) -> None:
+    def _line(self, slot: DrawnSlot, joint: Record) -> None:
         """Set the line of a slider: an angle on the ground, or two joints of its carrier."""
         place = complex(joint.x, joint.y) / self.factor
         if slot.stroke is not None:
@@ -175,10 +177,11 @@ class PlusDrawing:
             own += str(len(self.links))
         self.links[body] = self._plain_link(own, _plain(body), [self.joints[name] for name in joints])
 
-    def _plain_link(self, own: str, name: str, joints: list[PlusJoint]) -> PlusLink:
+    def _plain_link(self, own: str, name: str, joints: list[Record]) -> Record:
         """Return a link with its centre of mass in the middle of its joints."""
         centre = sum(complex(joint.x, joint.y) for joint in joints) / len(joints)
-        return PlusLink(own, name, x=centre.real, y=centre.imag, joints=tuple(joint.id for joint in joints))
+        values = {"x": centre.real, "y": centre.imag, "joints": [joint.id for joint in joints]}
+        return LINK.record(PROGRAM, id=own, name=name, **values)
 
     def _turns(self) -> None:
         """Set the turning inputs, and the names of carriers, which are known now."""
@@ -210,7 +213,7 @@ class PlusDrawing:
                 order.insert(order.index(turn.reference) + 1, turn.body)
         return order
 
-    def _carrier(self, joint: PlusJoint) -> str:
+    def _carrier(self, joint: Record) -> str:
         if joint.carrier == GROUND:
             ends = [one for end in (joint.start, joint.end) for one in self.joints.values() if one.id == end]
             frame = self._plain_link("".join((joint.start, joint.end)), f"guide of {joint.name}", ends)
@@ -255,7 +258,7 @@ class PlusDrawing:
         found = [body for body in self.drawn.common(node) if body in self.links]
         return found[0] if found else ""
 
-    def _joined(self, link: PlusLink, parts: list[tuple[float, float, complex]]) -> None:
+    def _joined(self, link: Record, parts: list[tuple[float, float, complex]]) -> None:
         """Set the mass of a link, its centre and its moment of inertia, from those of its parts (Steiner)."""
         mass = sum(part[0] for part in parts)
         if not mass:
@@ -286,9 +289,12 @@ class PlusDrawing:
         if size:
             start = place * self.factor
             end = start + force / abs(force) * PIECE * self.drawn.span * self.factor
-            own, places = f"F{len(self.document.forces) + 1}", (start.real, start.imag, end.real, end.imag)
-            own_force = PlusForce(own, self.links[body].id, _plain(load.name), *places, size, load.follows)
-            self.document.forces.append(own_force)
+            places = {"x": start.real, "y": start.imag, "x1": end.real, "y1": end.imag}
+            own, link, name = f"F{len(self.document.forces) + 1}", self.links[body].id, _plain(load.name)
+            flags = {"local": load.follows, "outward": True}
+            self.document.forces.append(
+                FORCE.record(PROGRAM, id=own, link=link, name=name, size=size, **places, **flags)
+            )
 
     def _settings(self) -> None:
         self.drawn.note_laws(cylinders=True)

@@ -159,7 +159,7 @@ def by_key(key: str, records: Iterable[Record], what: str) -> dict[str, Record]:
     found: dict[str, Record] = {}
     for own in records:
         name = getattr(own, key)
-        own.refuse(name in found, f"the {what} '{name[:40]}' is given twice")
+        own.refuse(name in found, f"the {what} '{name[:40]}' is given twice; rename one of the two")
         found[name] = own
     return found
 
