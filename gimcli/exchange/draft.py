@@ -10,7 +10,7 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import islice
 from typing import Any
 
@@ -152,6 +152,18 @@ class Draft(Refusing):
         joints of the carrier on the line, if the file names them.
         """
         self.slots.append(DrawnSlot(joint, carrier, direction / abs(direction), body, name=name, guide=guide))
+
+    def linked(self, joints: list[DrawnJoint], key: Callable[[str], str]) -> list[DrawnJoint]:
+        """Add the links of joints as bodies without joints; return the joints with the names of these bodies.
+
+        Links with the same key are one body, which has the name of the first one, or is the GROUND.
+        """
+        bodies = {GROUND: GROUND}
+        for link in (link for joint in joints for link in joint.links):
+            if key(link) not in bodies:
+                bodies[key(link)] = self.body(link, ())
+        links = [tuple(dict.fromkeys(bodies[key(link)] for link in joint.links)) for joint in joints]
+        return [replace(joint, links=own) for joint, own in zip(joints, links, strict=True)]
 
     def listed(self, name: str, joint: DrawnJoint, slot: str) -> str:
         """Add a joint whose links are bodies, and its slot, if it has one; return its name.

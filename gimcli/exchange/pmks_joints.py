@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Iterable
 from dataclasses import replace
 
-from gimcli.errors import ModelError
-from gimcli.exchange.draft import GROUND, MOST_PLACES, STROKE, Draft, DrawnJoint
+from gimcli.exchange.draft import GROUND, STROKE, Draft, DrawnJoint
+from gimcli.exchange.records import all_of
+from gimcli.exchange.refusing import FilePlace
 
 PROGRAM = "PMKS"
 MOST_JOINTS = 500
@@ -29,25 +29,29 @@ Source: PMKS writes a speed only if it is not its default (DefaultSpeed of its c
 
 
 def draft_of_joints(
-    read: Iterable[DrawnJoint | str], source: str, name: str, speed: float | None, driver: int | None,
-    left_out: list[str],
+    joints: list[DrawnJoint], source: str, name: str, speed: float, driver: int | None, left_out: list[str]
 ) -> Draft:  # fmt: skip
-    """Return the mechanism of a list of joints, in which texts are the faults of entries that are no joints.
+    """Return the mechanism of a list of joints.
 
-    `driver` is the number of the joint that is the input, if the file names it apart from the joints. Raises ModelError
-    with all faults, also for joints that contradict each other, for gears, and for a driver that is a pin in a slot.
+    `speed` is nan if the file has none, `driver` the number of the joint that is the input, if the file names it apart
+    from the joints. Raises ModelError with all faults of joints: those that contradict each other, gears, and a driver
+    that is a pin in a slot.
     """
     draft = Draft(PROGRAM, source, name=name, left_out=left_out)
-    bodies = {GROUND: GROUND}
-    joints = _checked(list(read), source, driver)
-    for link in (link for joint in joints for link in joint.links):
-        if (key := _key(link)) not in bodies:
-            bodies[key] = draft.body(link, ())
-    joints = [replace(joint, links=tuple(bodies[_key(link)] for link in joint.links)) for joint in joints]
+    many = f"{len(joints)} joints are too many for one mechanism; at most {MOST_JOINTS} are read"
+    draft.refuse(len(joints) > MOST_JOINTS, many)
+    draft.refuse_many(sum(len(joint.links) for joint in joints))
+    if driver in range(len(joints)):
+        joints = [replace(joint, driver=k == driver) for k, joint in enumerate(joints)]
+    all_of(_check, joints)
+    grounded = not joints or any(is_ground(link) for joint in joints for link in joint.links)
+    draft.refuse(not grounded, "no link is the ground; name one link ground")
+    joints = draft.linked(joints, _key)
     names = [_add(draft, letter(k), joint) for k, joint in enumerate(joints)]
-    number = _driver(joints)
-    if number is not None:
-        _drive(draft, names[number], joints[number], DEFAULT_SPEED if speed is None else speed)
+    marked = [k for k, joint in enumerate(joints) if joint.driver and len(joint.links) > 1]
+    free = [k for k, joint in enumerate(joints) if joint.kind in ("R", "P") and len(joint.links) > 1]
+    for number in [*free[:1], *marked][-1:]:
+        _drive(draft, names[number], joints[number], DEFAULT_SPEED if math.isnan(speed) else speed)
     return draft
 
 
@@ -71,27 +75,8 @@ def _key(link: str) -> str:
     return GROUND if is_ground(link) else link.casefold()
 
 
-def _checked(read: list[DrawnJoint | str], source: str, driver: int | None) -> list[DrawnJoint]:
-    """Return the joints with the driver marked; raise ModelError with all of their faults."""
-    joints = [one for one in read if isinstance(one, DrawnJoint)]
-    if driver in range(len(joints)):
-        joints = [replace(joint, driver=k == driver) for k, joint in enumerate(joints)]
-    faults = [one for one in read if isinstance(one, str)]
-    if len(read) > MOST_JOINTS:
-        faults = [f"{source}: {len(read)} joints are too many for one mechanism; at most {MOST_JOINTS} are read"]
-    elif not faults and sum(len(joint.links) for joint in joints) > MOST_PLACES:
-        faults = [f"{source}: more than {MOST_PLACES} names of links are too many for one mechanism"]
-    elif not faults:
-        faults = [fault for joint in joints if (fault := _fault(joint))]
-        if joints and not any(is_ground(link) for joint in joints for link in joint.links):
-            faults.append(f"{source}: no link is the ground; name one link ground")
-    if faults:
-        raise ModelError(faults)
-    return joints
-
-
-def _fault(joint: DrawnJoint) -> str | None:
-    """Return what is wrong with a joint; None if nothing is."""
+def _check(joint: DrawnJoint) -> None:
+    """Raise ModelError if something is wrong with a joint."""
     keys = [_key(link) for link in joint.links]
     faults = {
         f"expected the names of links before the type {joint.kind}": not keys,
@@ -102,7 +87,8 @@ def _fault(joint: DrawnJoint) -> str | None:
         "the driver is a pin in a slot (type RP), which has two freedoms; drive an R or P joint":
             joint.driver and joint.kind == "RP",
     }  # fmt: skip
-    return next((f"{joint.where}: {text}" for text, holds in faults.items() if holds), None)
+    for text, holds in faults.items():
+        FilePlace(joint.where).refuse(holds, text)
 
 
 def _add(draft: Draft, name: str, joint: DrawnJoint) -> str:
@@ -119,13 +105,6 @@ def _add(draft: Draft, name: str, joint: DrawnJoint) -> str:
 def half_turned(angle: float) -> float:
     """Return the angle of a slot: PMKS turns it by half a revolution to between -90 and 90 degrees."""
     return math.remainder(angle, math.pi)
-
-
-def _driver(joints: list[DrawnJoint]) -> int | None:
-    """Return the number of the driver: the last one marked, else the first R or P joint of two links."""
-    marked = [k for k, joint in enumerate(joints) if joint.driver and len(joint.links) > 1]
-    free = [k for k, joint in enumerate(joints) if joint.kind in ("R", "P") and len(joint.links) > 1]
-    return marked[-1] if marked else free[0] if free else None
 
 
 def _drive(draft: Draft, name: str, joint: DrawnJoint, speed: float) -> None:

@@ -26,7 +26,9 @@ def read(text: str, source: str) -> Draft:
     own = read_part(FILE, read_json(text, source))
     left_out = ["the target shape is left out"] if own.TargetShape else []
     joints = all_of(_joint, own.Joints)
-    return draft_of_joints(joints, source, own.Name, own.InputSpeed, own.DrivingIndex, left_out)
+    return draft_of_joints(
+        joints, source, own.Name, number_of(str(own.InputSpeed)), own.DrivingIndex, left_out
+    )
 
 
 def _joint(own: Record) -> DrawnJoint:

@@ -25,6 +25,7 @@ from gimcli.exchange.pmks_joints import (
     is_ground,
 )
 from gimcli.exchange.pmks_plus_codec import HEAD
+from gimcli.exchange.records import all_of
 from gimcli.exchange.refusing import FilePlace
 
 ADDRESS = re.compile(r"https?://", re.IGNORECASE)
@@ -59,15 +60,14 @@ def read(text: str, source: str) -> Draft:
     found = [address for line in text.splitlines() if (address := _address(line))]
     FilePlace(source).refuse(len(found) > 1, f"holds {len(found)} addresses of {PROGRAM}; give one of them")
     parts = list(_of_address(found[0], source) if found else _of_text(text, source))
-    joints = [_joint(where, line) for key, where, line in parts if key == MECH]
-    given = [setting for key, _, value in parts if key != MECH for setting in _settings(key, value)]
-    name = [value for key, value in given if key == "name"]
-    speed = [number for key, value in given if key == "s" and not math.isnan(number := number_of(value))]
-    driver = [int(value) for key, value in given if key == "d" and value.strip().isdecimal() and len(value) < 10]
-    left_out = ["the target shape is left out" for key, value in given if key == "ts" and value.strip()]
+    joints = all_of(_joint, [(where, line) for key, where, line in parts if key == MECH])
+    given = dict(setting for key, _, value in parts if key != MECH for setting in _settings(key, value))
+    driver = re.fullmatch(r"\s*([0-9]{1,9})\s*", given.get("d", ""))
+    left_out = ["the target shape is left out"] if given.get("ts", "").strip() else []
     return draft_of_joints(
-        joints, source, name[-1] if name else "", speed[-1] if speed else None, driver[-1] if driver else None, left_out
-    )
+        joints, source, given.get("name", ""), number_of(given.get("s", "")), int(driver[1]) if driver else None,
+        left_out,
+    )  # fmt: skip
 
 
 def _address(line: str) -> str:
@@ -119,32 +119,25 @@ def _settings(key: str, value: str) -> list[tuple[str, str]]:
 # -- joints ---------------------------------------------------------------------------------------
 
 
-def _joint(where: str, line: str) -> DrawnJoint | str:
-    """Return the joint of a line at a place in the file, or the fault of a line that is none."""
-    words = re.split(r"[,\s]+", line.strip(" \t\r,"))
-    at = max((k for k, word in enumerate(words) if word.upper() in TYPES), default=-1)
-    shown = line.strip()[:LONGEST]
-    if at < 0:
-        return f"{where}: expected LINKS,TYPE,X,Y with a type R, P or RP, got '{shown}'"
-    x, y, angle = (*map(number_of, words[at + 1 : at + 4]), *[math.nan] * 3)[:3]
-    kind = words[at].upper()
-    if math.isnan(x) or math.isnan(y):
-        return f"{where}: expected two coordinates after the type {kind}, got '{shown}'"
-    marks = _marks(words[at + (3 if math.isnan(angle) else 4) :])
-    slope = 0.0 if math.isnan(angle) else math.radians(angle)
-    return DrawnJoint(tuple(words[:at]), kind, complex(x, y), slope, where, marks[0], marks[3])
+def _joint(row: tuple[str, str]) -> DrawnJoint:
+    """Return the joint of a line: its place in the file and its text.
 
-
-def _marks(words: list[str]) -> list[bool]:
-    """Return the four marks: path, velocity and acceleration are shown, and the joint is the driver.
-
-    They are written `tfft`, `+--+` or `True,False,False,True`.
+    The four marks at the end are written `tfft`, `+--+` or `True,False,False,True`: path, velocity and acceleration are
+    shown, and the joint is the driver.
     """
-    if words and all(word.casefold() in ("true", "false") for word in words[:4]):
-        marks = [word.casefold() == "true" for word in words[:4]]
-    else:
-        marks = [sign in "tT+" for sign in (words[0][:4] if words else "")]
-    return marks + [False] * (4 - len(marks))
+    where, line = row
+    words, place = re.split(r"[,\s]+", line.strip(" \t\r,")), FilePlace(where)
+    got = f"got '{line.strip()[:LONGEST]}'"
+    at = max((k for k, word in enumerate(words) if word.upper() in TYPES), default=-1)
+    place.refuse(at < 0, f"expected LINKS,TYPE,X,Y with a type R, P or RP, {got}")
+    x, y, angle = (*map(number_of, words[at + 1 : at + 4]), *[math.nan] * 3)[:3]
+    kind, slope = words[at].upper(), 0.0 if math.isnan(angle) else math.radians(angle)
+    place.refuse(math.isnan(x + y), f"expected two coordinates after the type {kind}, {got}")
+    marks = words[at + (3 if math.isnan(angle) else 4) :][:4]
+    spelled = all(word.casefold() in ("true", "false") for word in marks)
+    signs = ("".join(word[0] for word in marks) if spelled else marks[0]).ljust(4)
+    traced, driver = signs[0] in "tT+", signs[3] in "tT+"
+    return DrawnJoint(tuple(words[:at]), kind, complex(x, y), slope, where, traced, driver)
 
 
 # -- writing --------------------------------------------------------------------------------------

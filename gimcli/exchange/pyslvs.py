@@ -7,18 +7,18 @@ motion, no time and no unit of length.
 from __future__ import annotations
 
 import re
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from gimcli.connected import connected
 from gimcli.exchange.draft import GROUND, STROKE, Draft, DrawnJoint
 from gimcli.exchange.pyslvs_expression import joints_of
+from gimcli.exchange.records import Part, read as read_part
 from gimcli.exchange.refusing import FilePlace
 
 PROGRAM = "Pyslvs"
 DIGIT = 1e-4
 """Last digit of the coordinates in an expression."""
-MOST_INPUTS = 50
 Where = tuple[str | int, ...]
 """Keys of a value in the file."""
 
@@ -50,8 +50,8 @@ def read(text: str, source: str) -> Draft:
     draft.refuse(form, f"a Pyslvs file in the binary format {form} is not read; {cure}")
     if _EXPRESSION.match(text):
         _Pyslvs(joints_of(text, source), draft).convert([])
-        return draft
-    _from_yaml(text, draft)
+    else:
+        _from_yaml(text, draft)
     return draft
 
 
@@ -64,45 +64,26 @@ def _from_yaml(text: str, draft: Draft) -> None:
     own = read_yaml(_UNUSED.sub(lambda m: "\n" * m[0].count("\n"), text), Path(draft.source))
     if own.faults:
         raise own.error()
-    data = own.data
-    name, expression, where = _mechanism(data, draft)
-    joints = joints_of(expression, draft.source, own.values.get(where, (1, 1))[0])
-    inputs = data.get("input") if where == ("mechanism",) else None
-    draft.name = name
-    _Pyslvs(joints, draft).convert(_pairs(inputs, draft, own.values.get(("input",), (1, 1))[0]))
-
-
-def _mechanism(data: dict[str, Any], draft: Draft) -> tuple[str, str, Where]:
-    """Return the name, the expression and the keys of the mechanism: the drawn one, or else the first stored one."""
-    stored = {name: text for name, text in _items(data.get("storage")) if isinstance(text, str)}
-    drawn = data.get("mechanism")
-    listed: list[tuple[str, str, Where]] = [(name, text, ("storage", name)) for name, text in stored.items()]
-    if isinstance(drawn, str) and re.sub(r"\s", "", drawn) != "M[]":
-        listed.insert(0, ("", drawn, ("mechanism",)))
+    listed = _mechanisms(own.data)
     draft.refuse(not listed, "the file has no mechanism; draw one in Pyslvs and save the file again")
+    draft.name, expression, where = listed[0]
     if listed[1:]:
         draft.left_out.append(f"stored mechanisms are left out: {', '.join(name for name, _, _ in listed[1:])}")
-    return listed[0]
+    joints = joints_of(expression, draft.source, own.values.get(where, (1, 1))[0])
+    given = own.data.get("input") if where == ("mechanism",) else None
+    inputs = Part(given or [], f"{draft.source}:{own.values.get(('input',), (1, 1))[0]}: input")
+    _Pyslvs(joints, draft).convert(read_part([[int]], inputs))
 
 
-def _items(storage: Any) -> list[tuple[str, Any]]:
-    """Return the names and expressions of stored mechanisms, which are a mapping or a list of pairs."""
-    if isinstance(storage, dict):
-        return list(storage.items())
-    pairs = storage if isinstance(storage, list) else []
-    return [(str(pair[0]), pair[1]) for pair in pairs if isinstance(pair, list) and len(pair) == 2]
-
-
-def _pairs(inputs: Any, draft: Draft, line: int) -> list[tuple[int, int]]:
-    """Return the pairs of joints of the inputs."""
-    found, place = [], FilePlace(f"{draft.source}:{line}: input")
-    for pair in inputs if isinstance(inputs, list) else [] if inputs is None else [inputs]:
-        own = pair[:2] if isinstance(pair, list) else []
-        good = len(own) == 2 and all(isinstance(k, int) and not isinstance(k, bool) for k in own)
-        place.refuse(not good, "expected pairs of joint numbers such as [0, 1]")
-        found.append((own[0], own[1]))
-    place.refuse(len(found) > MOST_INPUTS, f"more than {MOST_INPUTS} inputs are too many")
-    return found
+def _mechanisms(data: dict[str, Any]) -> list[tuple[str, str, Where]]:
+    """Return the names, the expressions and the keys of the mechanisms: the drawn one, and those that are stored."""
+    drawn, stored = data.get("mechanism"), data.get("storage")
+    if not isinstance(stored, dict):  # a list of pairs
+        pairs = stored if isinstance(stored, list) else []
+        stored = {str(pair[0]): pair[1] for pair in pairs if isinstance(pair, list) and len(pair) == 2}
+    found: list[tuple[str, Any, Where]] = [("", drawn, ("mechanism",))]
+    found += [(name, text, ("storage", name)) for name, text in stored.items()]
+    return [one for one in found if isinstance(one[1], str) and (one[0] or re.sub(r"\s", "", one[1]) != "M[]")]
 
 
 class _Pyslvs:
@@ -110,43 +91,29 @@ class _Pyslvs:
 
     def __init__(self, joints: list[DrawnJoint], draft: Draft) -> None:
         self.draft = draft
-        self.same: dict[str, str] = {}
-        draft.refuse(
-            joints and not any(GROUND in joint.links for joint in joints),
-            "no joint is on the link 'ground'; name the frame so",
-        )
-        self._weld_blocks(joints)
-        links = dict.fromkeys(self._first(link) for joint in joints for link in joint.links)
-        bodies = {link: GROUND if link == GROUND else draft.body(link, ()) for link in links}
-        whole = [dict.fromkeys(bodies[self._first(link)] for link in joint.links) for joint in joints]
-        self.joints = [replace(joint, links=tuple(links)) for joint, links in zip(joints, whole, strict=True)]
+        grounded = any(GROUND in joint.links for joint in joints)
+        draft.refuse(joints and not grounded, "no joint is on the link 'ground'; name the frame so")
+        self.same = self._welded(joints)
+        self.joints = draft.linked(joints, lambda link: self.same.get(link, link))
         self.names = [self._add_joint(f"Point{number}", joint) for number, joint in enumerate(self.joints)]
 
-    def convert(self, inputs: list[tuple[int, int]]) -> None:
+    def convert(self, inputs: list[list[int]]) -> None:
         """Add the inputs."""
-        for number, (base, driver) in enumerate(inputs):
-            self._add_input(number, base, driver)
+        for number, pair in enumerate(inputs):
+            self._add_input(number, pair)
         if not inputs:
             self.draft.suggest_input()
 
-    def _weld_blocks(self, joints: list[DrawnJoint]) -> None:
-        """Make one body of the links that a P joint joins to its slot: none of them turns against it."""
+    def _welded(self, joints: list[DrawnJoint]) -> dict[str, str]:
+        """Return the first link of the body of each link: those that a P joint joins to its slot are one body."""
+        order = list(dict.fromkeys([GROUND, *(link for joint in joints for link in joint.links)]))
+        bodies = connected((joint.links[1:] for joint in joints if joint.kind == "P"), frozenset())
+        same = {link: min(body, key=order.index) for body in bodies for link in body}
         for joint in joints:
-            slot, *blocks = joint.links if joint.kind == "P" and joint.links else [""]
-            for link in blocks[1:]:
-                first, second = self._first(blocks[0]), self._first(link)
-                if second == GROUND:
-                    first, second = second, first
-                if first != second:
-                    self.same[second] = first
-            same = bool(blocks) and self._first(blocks[0]) == self._first(slot)
-            FilePlace(joint.where).refuse(same, f"the block and the slot of this P joint are one link, {slot}")
-
-    def _first(self, link: str) -> str:
-        """Return the link that stands for the links of a body."""
-        while link in self.same:
-            link = self.same[link]
-        return link
+            ends = [same.get(link, link) for link in joint.links[:2]] if joint.kind == "P" else []
+            fault = f"the block and the slot of this P joint are one link, {', '.join(joint.links[:1])}"
+            FilePlace(joint.where).refuse(len(set(ends)) < len(ends), fault)
+        return same
 
     def _add_joint(self, name: str, joint: DrawnJoint) -> str:
         links = joint.links
@@ -162,45 +129,38 @@ class _Pyslvs:
 
     # -- inputs ---------------------------------------------------------------------------------
 
-    def _add_input(self, number: int, base: int, driver: int) -> None:
-        what = f"input Point{base}->Point{driver}"
-        self.draft.refuse(
-            not (0 <= base < len(self.joints) and 0 <= driver < len(self.joints)),
-            f"{what}: there is no such joint; the last one is Point{len(self.joints) - 1}",
-        )
-        if base == driver:
-            self._add_travel(number, base)
-            return
-        if GROUND not in self._pinned(base):
-            base, driver = driver, base
+    def _add_input(self, number: int, pair: list[int]) -> None:
+        what = f"input {'->'.join(f'Point{k}' for k in pair[:2])}"
+        self.draft.refuse(len(pair) < 2, f"{what}: expected two joint numbers such as [0, 1]")
+        missing = any(k not in range(len(self.joints)) for k in pair[:2])
+        self.draft.refuse(missing, f"{what}: there is no such joint; the last one is Point{len(self.joints) - 1}")
+        add = self._add_travel if pair[0] == pair[1] else self._add_turn
+        name, moves = add(number, what, pair)
+        if number or pair[0] == pair[1]:
+            moves = "is constant" if number else moves
+            self.draft.left_out.append(f"{name} ({what}) {moves}: Pyslvs stores no motion; change its law")
+
+    def _add_turn(self, number: int, what: str, pair: list[int]) -> tuple[str, str]:
+        base, driver = pair[:2] if GROUND in self._pinned(pair[0]) else pair[1::-1]
         shared = [link for link in self._pinned(base) if link in self._pinned(driver) and link != GROUND]
-        self.draft.refuse(
-            GROUND not in self._pinned(base) or not shared,
-            f"{what}: one of the two must be fixed, and a link must join both",
-        )
+        fixed = GROUND in self._pinned(base) and shared
+        self.draft.refuse(not fixed, f"{what}: one of the two must be fixed, and a link must join both")
         if not self.names[driver]:  # a point: it becomes a joint of its link
             place = self.draft.tracers.pop(f"Point{driver}")[1]
             self.names[driver] = self.draft.joint(f"Point{driver}", place, shared[0])
+        name = f"motor_{number + 1}" if number else "motor"
         law = {"by": 0.0 if number else 360.0}
-        name = "motor" if not number else f"motor_{number + 1}"
         self.draft.rotary(name, self.names[base], shared[0], arm=self.names[driver], law=law)
-        if number:
-            self.draft.left_out.append(f"{name} ({what}) is constant: Pyslvs stores no motion; change its law")
+        return name, ""
 
     def _pinned(self, number: int) -> tuple[str, ...]:
         """Return the links that a joint is a pin of."""
         joint = self.joints[number]
         return joint.links if joint.kind == "R" else joint.links[1:]
 
-    def _add_travel(self, number: int, base: int) -> None:
-        self.draft.refuse(
-            self.joints[base].kind == "R" or not self._pinned(base),
-            f"input Point{base}->Point{base}: it is no slider (P or RP)",
-        )
-        travel = STROKE * self.draft.size()
-        name = f"slide_{number + 1}" if number else "slide"
-        self.draft.travel(name, slot=f"slot_{self.names[base]}", law={"by": 0.0 if number else travel})
-        moves = "is constant" if number else f"moves by {travel:g}"
-        self.draft.left_out.append(
-            f"{name} (input Point{base}->Point{base}) {moves}: Pyslvs stores no motion; change its law"
-        )
+    def _add_travel(self, number: int, what: str, pair: list[int]) -> tuple[str, str]:
+        slides = self.joints[pair[0]].kind != "R" and self._pinned(pair[0])
+        self.draft.refuse(not slides, f"{what}: it is no slider (P or RP)")
+        travel, name = STROKE * self.draft.size(), f"slide_{number + 1}" if number else "slide"
+        self.draft.travel(name, slot=f"slot_{self.names[pair[0]]}", law={"by": 0.0 if number else travel})
+        return name, f"moves by {travel:g}"

@@ -187,7 +187,7 @@ def test_all_names_of_the_ground_are_the_ground():
     ("text", "message"),
     [
         ("0 a R 0 0\n" * 501, "501 joints are too many"),
-        ("0 a R 0 0\n" + " ".join(f"l{k}" for k in range(3000)) + " R 1 1", "more than 3000 names of links"),
+        ("0 a R 0 0\n" + " ".join(f"l{k}" for k in range(3000)) + " R 1 1", "more than 3000 joints of links"),
     ],
 )
 def test_faults_are_reported_with_their_lines(text, message):
