@@ -15,7 +15,7 @@ from itertools import islice
 from typing import Any
 
 from gimcli.errors import ModelError
-from gimcli.exchange.refusing import Refusing
+from gimcli.exchange.records import Refusing
 
 GROUND = "ground"
 
@@ -25,8 +25,6 @@ MOST_PLACES = 3000
 """Most joints, or connectors, of all links together."""
 STROKE = 0.1
 """Travel of a sliding input that has no ends, relative to the size of the mechanism."""
-LARGEST = 1e12
-"""Largest number in files of programs that write models of any size."""
 PARALLEL = 1e-9
 """Largest sine of the angle between a slot and a line through two joints that is its guide."""
 
@@ -205,6 +203,10 @@ class Draft(Refusing):
             own = f"`motor: {{type: rotary, pivot: {pivot}, arm: {arm}}}` in `actuators`"
             self.left_out.append(f"the file has no inputs; add one, such as {own}")
 
+    def note(self, holds: object, text: str) -> None:
+        """Name something that is left out, if it holds."""
+        self.left_out += [text] if holds else []
+
     def refuse_many(self, places: int) -> None:
         """Raise ModelError if all links together have too many joints."""
         self.refuse(places > MOST_PLACES, f"more than {MOST_PLACES} joints of links are too many for one mechanism")
@@ -230,12 +232,3 @@ def free_name(name: str, taken: Iterable[str], same: Callable[[str], str] = str)
     while same(own) in known:
         own, number = f"{plain}_{number}", number + 1
     return own
-
-
-def number_of(text: str) -> float:
-    """Return a finite number; nan for any other text."""
-    try:
-        number = float(text)
-    except ValueError:
-        return math.nan
-    return number if math.isfinite(number) and "_" not in text else math.nan

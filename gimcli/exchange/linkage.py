@@ -13,8 +13,7 @@ from gimcli.connected import grouped
 from gimcli.exchange.draft import GROUND, Draft, free_name
 from gimcli.exchange.linkage_gears import GearTrains, anchored
 from gimcli.exchange.linkage_parts import LinkageParts, actuator_of, motor_of
-from gimcli.exchange.records import Record
-from gimcli.exchange.refusing import FilePlace
+from gimcli.exchange.records import Part, Record
 from gimcli.exchange.repeated import RepeatedMotion
 from gimcli.exchange.tags import Tag, read_tags
 
@@ -43,7 +42,7 @@ def recognises(text: str) -> bool:
 def read(text: str, source: str) -> Draft:
     """Return the mechanism of a file of Linkage; `source` names it in messages."""
     root = read_tags(text, source, _PARENTS)
-    first, old = FilePlace(f"{source}:{root.line}"), "a file of the first version of Linkage"
+    first, old = Part(f"{source}:{root.line}"), "a file of the first version of Linkage"
     first.refuse(root.name == "linkage", f"<linkage>: {old}; open it with Linkage 3 and save it again")
     first.refuse(root.name != "linkage2", f"expected <linkage2> as the first tag, got <{root.name[:40]}>")
     parts = LinkageParts(root, source)

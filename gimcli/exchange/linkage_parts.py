@@ -59,7 +59,7 @@ class LinkageParts:
     def read(self, form: dict[str, Any], tag: Tag, known: Collection[Any] = ()) -> Record:
         """Return a tag as a record; errors name the file, the line and the tag. `known`: the records before it."""
         what = f"{tag.name} {tag.attributes.get('id', '')}".strip()
-        part = Part(tag.attributes, f"{self.source}:{tag.line}: {what}", texts=True)
+        part = Part(f"{self.source}:{tag.line}: {what}", tag.attributes, texts=True)
         part.refuse(
             len(known) >= MOST_PARTS, f"more than {MOST_PARTS} {tag.name.lower()}s are too many for one mechanism"
         )

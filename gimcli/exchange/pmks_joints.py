@@ -11,8 +11,7 @@ import math
 from dataclasses import replace
 
 from gimcli.exchange.draft import GROUND, STROKE, Draft, DrawnJoint
-from gimcli.exchange.records import all_of
-from gimcli.exchange.refusing import FilePlace
+from gimcli.exchange.records import Part, all_of
 
 PROGRAM = "PMKS"
 MOST_JOINTS = 500
@@ -88,7 +87,7 @@ def _check(joint: DrawnJoint) -> None:
             joint.driver and joint.kind == "RP",
     }  # fmt: skip
     for text, holds in faults.items():
-        FilePlace(joint.where).refuse(holds, text)
+        Part(joint.where).refuse(holds, text)
 
 
 def _add(draft: Draft, name: str, joint: DrawnJoint) -> str:

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import math
 
-from gimcli.exchange.draft import Draft, DrawnJoint, number_of
+from gimcli.exchange.draft import Draft, DrawnJoint
 from gimcli.exchange.pmks_joints import TYPES, draft_of_joints
-from gimcli.exchange.records import Record, all_of, read as read_part, read_json
+from gimcli.exchange.records import Record, all_of, number_of, read as read_part, read_json
 
 JOINT = {"X": float, "Y": float, "Angle": (object,), "TypeOfJoint": str, "Links": [str], "PositionVisible": False}
 FILE = {"Joints": [JOINT], "Name": "", "DrivingIndex": (int,), "InputSpeed": (float,), "TargetShape": (object,)}
@@ -26,9 +26,7 @@ def read(text: str, source: str) -> Draft:
     own = read_part(FILE, read_json(text, source))
     left_out = ["the target shape is left out"] if own.TargetShape else []
     joints = all_of(_joint, own.Joints)
-    return draft_of_joints(
-        joints, source, own.Name, number_of(str(own.InputSpeed)), own.DrivingIndex, left_out
-    )
+    return draft_of_joints(joints, source, own.Name, number_of(str(own.InputSpeed)), own.DrivingIndex, left_out)
 
 
 def _joint(own: Record) -> DrawnJoint:

@@ -15,8 +15,7 @@ from gimcli.exchange.draft import BARREL, GROUND, STROKE, Draft, free_name
 from gimcli.exchange.pmks_joints import NO_SPEED
 from gimcli.exchange.pmks_plus_codec import HEAD, PlusDocument, document_of, restored
 from gimcli.exchange.pmks_plus_links import PlusStructure
-from gimcli.exchange.records import Record
-from gimcli.exchange.refusing import FilePlace
+from gimcli.exchange.records import Part, Record
 
 PROGRAM = "PMKS+"
 ADDRESS = re.compile(r"https?://[^\s?]*pmks[^\s?]*\?", re.IGNORECASE)
@@ -50,7 +49,7 @@ def read(text: str, source: str) -> Draft:
     """
     payload = payload_of(text)
     newer = f"documents `{NEWER}` of newer PMKS+ versions are not read; share it as an address"
-    FilePlace(source).refuse(payload.startswith(NEWER), newer)
+    Part(source).refuse(payload.startswith(NEWER), newer)
     try:
         document = document_of(unquote(payload), source)
     except ModelError:

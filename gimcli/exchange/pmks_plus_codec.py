@@ -18,7 +18,6 @@ from typing import Any, NamedTuple
 
 from gimcli.errors import ModelError
 from gimcli.exchange.records import Part, Record
-from gimcli.exchange.refusing import FilePlace
 
 DIGITS = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz_-"
 CHECK_DIGITS = DIGITS[:62]
@@ -45,7 +44,7 @@ class Kind(NamedTuple):
 
     def record(self, source: str, **values: Any) -> Record:
         """Return a record; what is not given has its default. Errors name the file and the record."""
-        own = Part(None, source, (f"{self.word} {values['id'][:20]}",))
+        own = Part(source, None, (f"{self.word} {values['id'][:20]}",))
         return Record(own, {**self.fields, **self.flags, "joints": (), "parts": (), "rest": (), **values})
 
 
@@ -92,7 +91,7 @@ class PlusDocument:
     entries: list[str] = field(default_factory=list)  # the tagged list
 
 
-class Damaged(FilePlace):
+class Damaged(Part):
     """A text that may be damaged."""
 
     def refused(self, text: str) -> ModelError:

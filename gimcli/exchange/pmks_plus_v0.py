@@ -15,11 +15,10 @@ from collections.abc import Callable
 from urllib.parse import unquote
 
 from gimcli.errors import ModelError
-from gimcli.exchange.draft import Draft, number_of
+from gimcli.exchange.draft import Draft
 from gimcli.exchange.pmks_plus import CLOCKWISE, NO_GRAVITY, PlusDraft
 from gimcli.exchange.pmks_plus_codec import FORCE, JOINT, LINK, MOST_RECORDS, PlusDocument
-from gimcli.exchange.records import Record, all_of
-from gimcli.exchange.refusing import FilePlace
+from gimcli.exchange.records import Part, Record, all_of, number_of
 
 ADDRESS = re.compile(r"https?://", re.IGNORECASE)
 JOINTS, LINKS = re.compile(r"[?&]j="), re.compile(r"&l=")
@@ -47,7 +46,7 @@ def read(text: str, source: str) -> Draft:
     _mark_blocks(joints, links)
     speed, gravity, clockwise, unit = (*(field.strip() for field in sections["s"].split(",")), "", "", "", "")[:4]
     rate = number_of(speed or "0")
-    FilePlace(source).refuse(math.isnan(rate), f"s=: '{speed[:20]}' is not a speed")
+    Part(source).refuse(math.isnan(rate), f"s=: '{speed[:20]}' is not a speed")
     enums = [UNITS.get(unit.casefold(), 1), 0, 0, 0]
     document = PlusDocument(integers=[rate], enums=enums, joints=joints, links=links, forces=forces)
     document.flags[NO_GRAVITY] = not FLAGS.get(gravity.casefold())
@@ -64,7 +63,7 @@ def read(text: str, source: str) -> Draft:
 def _records(key: str, text: str, record: Callable[[str, str, list[str]], Record], source: str) -> list[Record]:
     """Return the records of the lines of a section; raise ModelError with all lines that are none."""
     lines = [line.strip() for line in text.splitlines() if line.strip()]
-    FilePlace(source).refuse(len(lines) > MOST_RECORDS, f"more than {MOST_RECORDS} lines in {key}=")
+    Part(source).refuse(len(lines) > MOST_RECORDS, f"more than {MOST_RECORDS} lines in {key}=")
 
     def read_line(number: int) -> Record:
         own, *fields = (field.strip() for field in lines[number].split(","))

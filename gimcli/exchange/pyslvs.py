@@ -14,7 +14,6 @@ from gimcli.connected import connected
 from gimcli.exchange.draft import GROUND, STROKE, Draft, DrawnJoint
 from gimcli.exchange.pyslvs_expression import joints_of
 from gimcli.exchange.records import Part, read as read_part
-from gimcli.exchange.refusing import FilePlace
 
 PROGRAM = "Pyslvs"
 DIGIT = 1e-4
@@ -71,7 +70,7 @@ def _from_yaml(text: str, draft: Draft) -> None:
         draft.left_out.append(f"stored mechanisms are left out: {', '.join(name for name, _, _ in listed[1:])}")
     joints = joints_of(expression, draft.source, own.values.get(where, (1, 1))[0])
     given = own.data.get("input") if where == ("mechanism",) else None
-    inputs = Part(given or [], f"{draft.source}:{own.values.get(('input',), (1, 1))[0]}: input")
+    inputs = Part(f"{draft.source}:{own.values.get(('input',), (1, 1))[0]}: input", given or [])
     _Pyslvs(joints, draft).convert(read_part([[int]], inputs))
 
 
@@ -112,7 +111,7 @@ class _Pyslvs:
         for joint in joints:
             ends = [same.get(link, link) for link in joint.links[:2]] if joint.kind == "P" else []
             fault = f"the block and the slot of this P joint are one link, {', '.join(joint.links[:1])}"
-            FilePlace(joint.where).refuse(len(set(ends)) < len(ends), fault)
+            Part(joint.where).refuse(len(set(ends)) < len(ends), fault)
         return same
 
     def _add_joint(self, name: str, joint: DrawnJoint) -> str:

@@ -10,8 +10,8 @@ import math
 import re
 from typing import NamedTuple
 
-from gimcli.exchange.draft import LARGEST, DrawnJoint, number_of
-from gimcli.exchange.refusing import FilePlace
+from gimcli.exchange.draft import DrawnJoint
+from gimcli.exchange.records import LARGEST, Part, number_of
 
 MOST_ITEMS = {"joints": 500, "links": 50}
 """Most joints, and most links of one joint; ten times as many may be in the whole mechanism."""
@@ -28,7 +28,7 @@ def joints_of(expression: str, source: str, line: int = 1) -> list[DrawnJoint]:
 
     Raises ModelError, with the line, for what is no expression.
     """
-    start = FilePlace(f"{source}:{line}")
+    start = Part(f"{source}:{line}")
     start.refuse(len(expression) > MOST_CHARACTERS, f"the expression has more than {MOST_CHARACTERS} characters")
     reading = _Reading(expression, source, line)
     whole = reading.tree(0)
@@ -44,7 +44,7 @@ class _Tree(NamedTuple):
     """A word with its place in the file, and what stands in brackets behind it."""
 
     word: str
-    place: FilePlace
+    place: Part
     items: list[_Tree]
 
     def listed(self, what: str, whole: str) -> list[_Tree]:
@@ -78,12 +78,12 @@ class _Reading:
     def expect(self, good: object, what: str) -> None:
         """Raise ModelError if the next sign is not as expected."""
         found = f"'{self.sign[:40]}'" if self.sign else "the end of the text"
-        FilePlace(f"{self.source}:{self.line}").refuse(not good, f"expected {what}, got {found}")
+        Part(f"{self.source}:{self.line}").refuse(not good, f"expected {what}, got {found}")
 
     def tree(self, depth: int) -> _Tree:
         """Return the next word and the items behind it."""
         self.expect(self.sign not in ("", "[", "]", "(", ")", ",") and depth <= DEEPEST, "a name or a number")
-        tree = _Tree(self.sign, FilePlace(f"{self.source}:{self.line}"), [])
+        tree = _Tree(self.sign, Part(f"{self.source}:{self.line}"), [])
         self.take()
         if self.sign == "[":
             self.take()

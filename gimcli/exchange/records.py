@@ -14,12 +14,12 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from gimcli.errors import SYNTAX, ModelError
-from gimcli.exchange.draft import LARGEST, number_of
-from gimcli.exchange.refusing import FilePlace, Refusing
 
 Item = TypeVar("Item")
 Value = TypeVar("Value")
 
+LARGEST = 1e12
+"""Largest number in files of programs that write models of any size."""
 MOST_CHARACTERS = 4_000_000
 MOST_ENTRIES = 500
 """Most entries of a list: joints, links, or joints of a link."""
@@ -27,6 +27,19 @@ _NUMBERS: dict[str, Any] = {
     "parse_constant": lambda _word: math.nan, "parse_int": lambda digits: int(digits) if len(digits) < 300 else math.inf
 }  # fmt: skip
 """What NaN, Infinity and very long integers mean: no number, which is refused where it is used."""
+
+
+class Refusing:
+    """A part of a file, or the whole of it."""
+
+    def refused(self, text: str) -> ModelError:
+        """Return the error for this part, with its place."""
+        raise NotImplementedError
+
+    def refuse(self, bad: object, text: str) -> None:
+        """Raise ModelError if something is wrong with this part."""
+        if bad:
+            raise self.refused(text)
 
 
 class Record(Refusing):
@@ -60,8 +73,8 @@ class Part(Refusing):
     `texts`: all values are texts, as in attributes of tags.
     """
 
-    value: Any
     place: str
+    value: Any = None
     keys: tuple[str | int, ...] = ()
     texts: bool = False
 
@@ -154,6 +167,15 @@ def all_of(reader: Callable[[Item], Value], entries: Iterable[Item]) -> list[Val
     return found
 
 
+def number_of(text: str) -> float:
+    """Return a finite number; nan for any other text."""
+    try:
+        number = float(text)
+    except ValueError:
+        return math.nan
+    return number if math.isfinite(number) and "_" not in text else math.nan
+
+
 def by_key(key: str, records: Iterable[Record], what: str) -> dict[str, Record]:
     """Return records by the value of a key, which no two of them may have in common."""
     found: dict[str, Record] = {}
@@ -166,11 +188,11 @@ def by_key(key: str, records: Iterable[Record], what: str) -> dict[str, Record]:
 
 def read_json(text: str, source: str) -> Part:
     """Return the value of a JSON text; raise ModelError with line and column if it is not readable."""
-    FilePlace(source).refuse(
+    Part(source).refuse(
         len(text) > MOST_CHARACTERS, f"is too large; at most {MOST_CHARACTERS // 1_000_000} MB are read"
     )
     try:
-        return Part(json.loads(text.removeprefix("\ufeff"), **_NUMBERS), source)
+        return Part(source, json.loads(text.removeprefix("\ufeff"), **_NUMBERS))
     except json.JSONDecodeError as error:
         raise ModelError([f"{source}:{error.lineno}:{error.colno}: not readable as JSON: {SYNTAX}"]) from None
     except RecursionError:

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from gimcli.errors import ModelError
-from gimcli.exchange.refusing import Refusing
+from gimcli.exchange.records import Refusing
 
 MOST_TAGS = 50_000
 """Most tags, with those that end others, comments and other signs '<'."""
