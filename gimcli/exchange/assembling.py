@@ -6,7 +6,7 @@ import math
 from itertools import combinations
 from typing import Any
 
-from gimcli.exchange.draft import GROUND, PARALLEL, Draft, DrawnSlot, Turn, free_name
+from gimcli.exchange.draft import GROUND, PARALLEL, Draft, DrawnJoint, free_name
 
 REACH = 0.25
 """Distance of an added guide node from its joint, relative to the size of the mechanism."""
@@ -85,13 +85,13 @@ class Assembling:
 
     # -- slots ----------------------------------------------------------------------------------
 
-    def _slot(self, slot: DrawnSlot) -> None:
+    def _slot(self, slot: DrawnJoint) -> None:
         """Add the pair of a slot.
 
         A carrier that slides over a block of the ground is guided by the ground. Further blocks at the same joint turn
         about it: one more point on the line holds the direction of each, and no constraint is redundant.
         """
-        node, carrier, body, named = self.same[slot.joint], self._carrier(slot.carrier), slot.body, slot.guide
+        node, carrier, body, named = self.same[slot.at], self._carrier(slot.carrier), slot.block, slot.guide
         held = bool(body) and self._carrier(body) == GROUND
         if carrier == GROUND and (held or (not body and node in self.ground)):
             self.draft.left_out.append(f"{slot.name} is left out: it joins parts that are fixed to the ground")
@@ -119,7 +119,7 @@ class Assembling:
         return (
             any(slot.carrier == body for slot in draft.slots)
             or any(owner == body for owner, _ in draft.tracers.values())
-            or any(body in (turn.body, turn.reference) for turn in draft.turns)
+            or any(body in turn.bodies for turn in draft.turns)
         )
 
     def _guide(self, given: tuple[str, str] | None, node: str, carrier: str, direction: complex) -> list[str]:
@@ -153,12 +153,12 @@ class Assembling:
 
     # -- inputs ---------------------------------------------------------------------------------
 
-    def _turn(self, turn: Turn) -> dict[str, Any]:
-        body, reference = self._carrier(turn.body), self._carrier(turn.reference)
+    def _turn(self, turn: DrawnJoint) -> dict[str, Any]:
+        reference, body = (self._carrier(own) for own in turn.bodies)
         if body == GROUND:
             body, reference = reference, GROUND
         self.draft.refuse(body == GROUND, f"input {turn.name}: the link that it turns is fixed to the ground")
-        pivot = self.same[turn.pivot]
+        pivot = self.same[turn.at]
         arm = self.same[turn.arm] if turn.arm else self._other(body, pivot, turn.name)
         own: dict[str, Any] = {"type": "rotary", "pivot": pivot, "arm": arm}
         ray = self.places[arm] - self.places[pivot]

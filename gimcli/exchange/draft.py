@@ -15,75 +15,60 @@ from itertools import islice
 from typing import Any
 
 from gimcli.errors import ModelError
-from gimcli.exchange.records import Refusing
+from gimcli.exchange.records import Part, Refusing
 
 GROUND = "ground"
 
 BARREL = 0.9
 """Part of the distance to the mount of its barrel by which the piston of a cylinder moves when it retracts."""
 MOST_PLACES = 3000
-"""Most joints, or connectors, of all links together."""
+"""Most joints of all links together."""
 STROKE = 0.1
 """Travel of a sliding input that has no ends, relative to the size of the mechanism."""
 PARALLEL = 1e-9
 """Largest sine of the angle between a slot and a line through two joints that is its guide."""
 
 
-@dataclass(frozen=True)
+@dataclass
 class DrawnJoint:
-    """A joint as programs list it: a pin of its links (R), or a pin (RP) or a block (P) in a slot of the first one.
+    """A joint of bodies: a pin (R), or a slot of the first one in which a pin (RP) or a block (P) of the others slides.
 
-    `angle` is the direction of the slot [rad], `where` its place in the file for messages.
+    `at` is the name of its place in the draft. A place and a direction are complex numbers in the plane; a drawing in
+    space has a third coordinate for both, and the direction of each pin. An input turns or moves the second body
+    against the first one.
     """
 
-    links: tuple[str, ...]
     kind: str  # R, P or RP; G for gear teeth
-    place: complex
-    angle: float = 0.0
-    where: str = ""
+    bodies: tuple[str, ...]
+    place: complex = 0.0j
+    direction: complex = 1.0 + 0.0j  # of the slot
+    at: str = ""
+    name: str = ""  # of its pair or its input in the model
+    guide: tuple[str, str] | None = None  # places on the line of the slot, which are joints of the first body
+    arm: str = ""  # place of the second body whose direction is the angle of the input; "": the farthest one
+    keys: dict[str, Any] = field(default_factory=dict)  # of the input
+    driver: int | None = None  # actuator that drives it, by its number in the mechanism that is written
+    stroke: tuple[complex, complex] | None = None  # the two ends of the barrel of a cylinder
     traced: bool = False
-    driver: bool = False
+    own: Part = field(default_factory=lambda: Part(""))  # for messages
 
+    @property
+    def carrier(self) -> str:
+        """The body that has the slot."""
+        return self.bodies[0]
 
-@dataclass
-class DrawnSlot:
-    """A joint that slides along a line fixed to a carrier; `body` is the one that slides, "" if it may turn.
-
-    `guide`: two joints of the carrier on the line. In a mechanism that is written, `travel` is the actuator (its
-    number) that drives the joint along the line, and `stroke` the two ends of the barrel of a cylinder.
-    """
-
-    joint: str
-    carrier: str
-    direction: complex
-    body: str = ""
-    travel: int | None = None
-    stroke: tuple[complex, complex] | None = None
-    name: str = ""
-    guide: tuple[str, str] | None = None
-
-
-@dataclass
-class Turn:
-    """A rotary input: the angle of `body` against `reference` about a joint.
-
-    `number` is that of the actuator in a mechanism that is written; the other fields are those of an input to be read.
-    """
-
-    pivot: str
-    body: str
-    reference: str
-    number: int = 0
-    name: str = ""
-    arm: str = ""  # joint of the body whose direction is the angle; "": the farthest one
-    keys: dict[str, Any] = field(default_factory=dict)
+    @property
+    def block(self) -> str:
+        """The body that slides without turning; "" if there is none."""
+        return self.bodies[1] if self.kind == "P" else ""
 
 
 @dataclass
 class Draft(Refusing):
     """A mechanism as other programs have it; all coordinates are those of its drawn position, y upwards.
 
-    `bodies`: joints by body, GROUND among them. `tracers`: points of bodies, with their places.
+    `joints`: the places. `bodies`: joints by body, GROUND among them. `slots`, `turns`: sliding joints, and pins with
+    an input. `tracers`: points of bodies, with their places.
     `travels`, `gears`, `masses`, `loads`: parts as in the model file, with the names of bodies and joints of the draft
     and with complex numbers for places and vectors; without `centre` the centre of mass is the mean of the joints.
     `resolution`: distance below which two joints of a body coincide, the last digit of the file's coordinates.
@@ -100,8 +85,8 @@ class Draft(Refusing):
     gravity: complex | None = None
     joints: dict[str, complex] = field(default_factory=dict)
     bodies: dict[str, list[str]] = field(default_factory=lambda: {GROUND: []})
-    slots: list[DrawnSlot] = field(default_factory=list)
-    turns: list[Turn] = field(default_factory=list)
+    slots: list[DrawnJoint] = field(default_factory=list)
+    turns: list[DrawnJoint] = field(default_factory=list)
     travels: dict[str, dict[str, Any]] = field(default_factory=dict)
     tracers: dict[str, tuple[str, complex]] = field(default_factory=dict)
     traced: list[str] = field(default_factory=list)  # joints and tracers whose paths the program draws
@@ -114,10 +99,7 @@ class Draft(Refusing):
 
     def joint(self, name: str, place: complex, *bodies: str) -> str:
         """Add a joint of some bodies; return its name, which is changed if another joint has it."""
-        self.refuse(
-            not (math.isfinite(place.real) and math.isfinite(place.imag)),
-            f"joint {name}: the coordinates are not finite numbers",
-        )
+        self.refuse(not cmath.isfinite(place), f"joint {name}: the coordinates are not finite numbers")
         own = free_name(name, self.joints)
         self.joints[own] = place
         for body in bodies:
@@ -134,11 +116,9 @@ class Draft(Refusing):
         """Return the bodies that have all of some joints, the ground first."""
         return [body for body, own in self.bodies.items() if set(joints) <= set(own)]
 
-    def point(self, name: str, body: str, place: complex) -> str:
-        """Add a point of a body whose path counts; return its name, which is changed if another point has it."""
-        own = free_name(name, [*self.joints, *self.tracers])
-        self.tracers[own] = (body, place)
-        return own
+    def point(self, name: str, body: str, place: complex) -> None:
+        """Add a point of a body whose path counts; its name is changed if another point has it."""
+        self.tracers[free_name(name, [*self.joints, *self.tracers])] = (body, place)
 
     def slot(
         self, name: str, joint: str, carrier: str, direction: complex, *, body: str = "",
@@ -149,32 +129,33 @@ class Draft(Refusing):
         With `body` the joint is a block of this body, which slides without turning against the carrier. `guide`: two
         joints of the carrier on the line, if the file names them.
         """
-        self.slots.append(DrawnSlot(joint, carrier, direction / abs(direction), body, name=name, guide=guide))
+        kind, bodies = ("P", (carrier, body)) if body else ("RP", (carrier,))
+        self.slots.append(DrawnJoint(kind, bodies, self.joints[joint], direction / abs(direction), joint, name, guide))
 
-    def linked(self, joints: list[DrawnJoint], key: Callable[[str], str]) -> list[DrawnJoint]:
+    def linked(self, joints: Iterable[DrawnJoint], key: Callable[[str], str]) -> list[DrawnJoint]:
         """Add the links of joints as bodies without joints; return the joints with the names of these bodies.
 
         Links with the same key are one body, which has the name of the first one, or is the GROUND.
         """
-        bodies = {GROUND: GROUND}
-        for link in (link for joint in joints for link in joint.links):
-            if key(link) not in bodies:
-                bodies[key(link)] = self.body(link, ())
-        links = [tuple(dict.fromkeys(bodies[key(link)] for link in joint.links)) for joint in joints]
-        return [replace(joint, links=own) for joint, own in zip(joints, links, strict=True)]
+        names, found = {GROUND: GROUND}, []
+        for joint in joints:
+            for link in joint.bodies:
+                if key(link) not in names:
+                    names[key(link)] = self.body(link, ())
+            found.append(replace(joint, bodies=tuple(dict.fromkeys(names[key(link)] for link in joint.bodies))))
+        return found
 
     def listed(self, name: str, joint: DrawnJoint, slot: str) -> str:
-        """Add a joint whose links are bodies, and its slot, if it has one; return its name.
+        """Add a joint of bodies of the draft, and its slot, if it has one; return the name of its place.
 
-        `slot` is the word before the name of the joint in that of the slot.
+        `slot` is the word before this name in that of the slot.
         """
-        links = joint.links
-        if joint.kind == "P" and links[1:] == (GROUND,):  # the slot slides over a block of the ground
-            links = (GROUND, links[0])
-        own = self.joint(name, joint.place, *(links if joint.kind == "R" else links[1:]))
-        if joint.kind != "R" and len(links) > 1:
-            body = links[1] if joint.kind == "P" else ""
-            self.slot(f"{slot}_{own}", own, links[0], cmath.rect(1.0, joint.angle), body=body)
+        bodies = joint.bodies
+        if joint.kind == "P" and bodies[1:] == (GROUND,):  # the slot slides over a block of the ground
+            bodies = (GROUND, bodies[0])
+        own = self.joint(name, joint.place, *(bodies if joint.kind == "R" else bodies[1:]))
+        if joint.kind != "R" and len(bodies) > 1:
+            self.slot(f"{slot}_{own}", own, bodies[0], joint.direction, body=bodies[1] if joint.kind == "P" else "")
         return own
 
     def rotary(
@@ -184,7 +165,7 @@ class Draft(Refusing):
 
         law={"over": (a, b)} runs from a to b relative to the value at the drawn position.
         """
-        self.turns.append(Turn(pivot, body, reference, 0, name, arm, keys))
+        self.turns.append(DrawnJoint("R", (reference, body), at=pivot, name=name, arm=arm, keys=keys))
 
     def travel(self, name: str, **keys: Any) -> None:
         """Add a linear input, with keys of an actuator.
@@ -201,7 +182,7 @@ class Draft(Refusing):
         arms = ((pivot, joint) for pivot, own in pinned for joint in own if joint not in ground)
         for pivot, arm in islice(arms, 1):
             own = f"`motor: {{type: rotary, pivot: {pivot}, arm: {arm}}}` in `actuators`"
-            self.left_out.append(f"the file has no inputs; add one, such as {own}")
+            self.note(True, f"the file has no inputs; add one, such as {own}")
 
     def note(self, holds: object, text: str) -> None:
         """Name something that is left out, if it holds."""
@@ -219,7 +200,7 @@ class Draft(Refusing):
 
     def refused(self, text: str) -> ModelError:
         """Return the error for a part of the file that cannot become a model."""
-        return ModelError([f"{self.source}: {text}"])
+        return Part(self.source).refused(text)
 
 
 def free_name(name: str, taken: Iterable[str], same: Callable[[str], str] = str) -> str:

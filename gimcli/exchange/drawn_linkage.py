@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from gimcli.connected import grouped
-from gimcli.exchange.draft import BARREL, GROUND, Draft, DrawnSlot, Turn
+from gimcli.exchange.draft import BARREL, GROUND, Draft, DrawnJoint
 from gimcli.mechanism import ANGLE, FRAME, HEIGHT, SPAN, ComplexArray, Input, Mechanism
 
 
@@ -122,7 +122,14 @@ class DrawnLinkage(Draft):
             nodes = [self.mechanism.nodes[row.node] for row in own]
             bodies = [body for body in self.common(*nodes) if body != guide] if len(nodes) > 1 else [""]
             self.refuse(not bodies, f"the pair {name} cannot be written for {self.program}: its nodes have no link")
-            self.slots.append(DrawnSlot(nodes[0], guide, direction, bodies[0]))
+            self._slot(nodes[0], guide, direction, bodies[0])
+
+    def _slot(
+        self, joint: str, carrier: str, direction: complex, body: str = "", driver: int | None = None,
+        stroke: tuple[complex, complex] | None = None,
+    ) -> None:  # fmt: skip
+        kind, bodies = ("P", (carrier, body)) if body else ("RP", (carrier,))
+        self.slots.append(DrawnJoint(kind, bodies, 0j, direction, joint, driver=driver, stroke=stroke))
 
     # -- inputs ---------------------------------------------------------------------------------
 
@@ -140,12 +147,12 @@ class DrawnLinkage(Draft):
         rod = self.body(f"{actuator.name} rod", [b])
         piston = self.joint(f"{actuator.name} piston", self.joints[a] + inside * unit, rod)
         far = self.joints[a] + end * unit
-        self.slots.append(DrawnSlot(piston, barrel, unit, rod, number, (self.joints[a], far)))
+        self._slot(piston, barrel, unit, rod, number, (self.joints[a], far))
 
     def _turn(self, number: int, actuator: Input) -> None:
         pivot = self.mechanism.nodes[actuator.node]
         body, reference = (self.names[k] for k in actuator.members)
-        slot = next((s for s in self.slots if s.joint == pivot and not s.body and s.carrier == GROUND), None)
+        slot = next((s for s in self.slots if s.at == pivot and not s.block and s.carrier == GROUND), None)
         if pivot not in self.bodies[reference] and reference == GROUND and slot is not None:
             reference = self._block_of(slot)
         self.refuse(
@@ -153,14 +160,13 @@ class DrawnLinkage(Draft):
             f"the input {actuator.name} turns against the ground about a pivot that moves; "
             f"{self.program} has no such input",
         )
-        self.turns.append(Turn(pivot, body, reference, number))
+        self.turns.append(DrawnJoint("R", (reference, body), at=pivot, driver=number))
 
-    def _block_of(self, slot: DrawnSlot) -> str:
+    def _block_of(self, slot: DrawnJoint) -> str:
         """Let the pin of a slot turn in a block that slides without turning; return the block."""
-        block = self.body(f"{slot.joint} block", [slot.joint])
-        place = self.joints[slot.joint] + PIECE * self.span * slot.direction
-        slot.joint = self.joint(f"{slot.joint} slide", place, block)
-        slot.body = block
+        block = self.body(f"{slot.at} block", [slot.at])
+        place = self.joints[slot.at] + PIECE * self.span * slot.direction
+        slot.at, slot.kind, slot.bodies = self.joint(f"{slot.at} slide", place, block), "P", (slot.carrier, block)
         return block
 
     def _travel(self, number: int, actuator: Input) -> None:
@@ -168,21 +174,21 @@ class DrawnLinkage(Draft):
         direction = actuator.normal * self.turned[actuator.guide]
         for slot in self.slots:
             parallel = abs((slot.direction / direction).imag) <= STRAIGHT
-            if slot.joint == node and slot.carrier == guide and parallel:
-                slot.direction, slot.travel = direction, number
+            if slot.at == node and slot.carrier == guide and parallel:
+                slot.direction, slot.driver = direction, number
                 return
         carriage = self.body(f"{actuator.name} carriage", [])
         joint = self.joint(f"{actuator.name} slide", self.joints[node] + PIECE * self.span * direction, carriage)
-        self.slots.append(DrawnSlot(joint, guide, direction, carriage, number))
-        self.slots.append(DrawnSlot(node, carriage, 1j * direction))
+        self._slot(joint, guide, direction, carriage, number)
+        self._slot(node, carriage, 1j * direction)
 
     # -- blocks and points ----------------------------------------------------------------------
 
     def _blocks(self) -> None:
         """Give a body to each joint that slides without a member: it does not turn on its first line."""
         for slot in self.slots:
-            if not slot.body and not self.common(slot.joint):
-                slot.body = self.body(f"{slot.joint} block", [slot.joint])
+            if not slot.block and not self.common(slot.at):
+                slot.kind, slot.bodies = "P", (slot.carrier, self.body(f"{slot.at} block", [slot.at]))
 
     def _points(self) -> None:
         for point in self.mechanism.points:

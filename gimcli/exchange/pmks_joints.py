@@ -11,7 +11,7 @@ import math
 from dataclasses import replace
 
 from gimcli.exchange.draft import GROUND, STROKE, Draft, DrawnJoint
-from gimcli.exchange.records import Part, all_of
+from gimcli.exchange.records import all_of
 
 PROGRAM = "PMKS"
 MOST_JOINTS = 500
@@ -39,16 +39,16 @@ def draft_of_joints(
     draft = Draft(PROGRAM, source, name=name, left_out=left_out)
     many = f"{len(joints)} joints are too many for one mechanism; at most {MOST_JOINTS} are read"
     draft.refuse(len(joints) > MOST_JOINTS, many)
-    draft.refuse_many(sum(len(joint.links) for joint in joints))
+    draft.refuse_many(sum(len(joint.bodies) for joint in joints))
     if driver in range(len(joints)):
-        joints = [replace(joint, driver=k == driver) for k, joint in enumerate(joints)]
+        joints = [replace(joint, driver=0 if k == driver else None) for k, joint in enumerate(joints)]
     all_of(_check, joints)
-    grounded = not joints or any(is_ground(link) for joint in joints for link in joint.links)
+    grounded = not joints or any(is_ground(link) for joint in joints for link in joint.bodies)
     draft.refuse(not grounded, "no link is the ground; name one link ground")
     joints = draft.linked(joints, _key)
     names = [_add(draft, letter(k), joint) for k, joint in enumerate(joints)]
-    marked = [k for k, joint in enumerate(joints) if joint.driver and len(joint.links) > 1]
-    free = [k for k, joint in enumerate(joints) if joint.kind in ("R", "P") and len(joint.links) > 1]
+    marked = [k for k, joint in enumerate(joints) if joint.driver is not None and len(joint.bodies) > 1]
+    free = [k for k, joint in enumerate(joints) if joint.kind in ("R", "P") and len(joint.bodies) > 1]
     for number in [*free[:1], *marked][-1:]:
         _drive(draft, names[number], joints[number], DEFAULT_SPEED if math.isnan(speed) else speed)
     return draft
@@ -76,26 +76,26 @@ def _key(link: str) -> str:
 
 def _check(joint: DrawnJoint) -> None:
     """Raise ModelError if something is wrong with a joint."""
-    keys = [_key(link) for link in joint.links]
+    keys = [_key(link) for link in joint.bodies]
     faults = {
         f"expected the names of links before the type {joint.kind}": not keys,
         "a link is named twice in one joint": len(set(keys)) < len(keys),
-        "the coordinates are not finite numbers": not (cmath.isfinite(joint.place) and math.isfinite(joint.angle)),
+        "the coordinates are not finite numbers": not (cmath.isfinite(joint.place) and cmath.isfinite(joint.direction)),
         "gear teeth (type G) cannot be converted; write the gears as `gears` of a model file": joint.kind == "G",
         f"a sliding block (type P) joins two links, not {len(keys)}": joint.kind == "P" and len(keys) > 2,
         "the driver is a pin in a slot (type RP), which has two freedoms; drive an R or P joint":
-            joint.driver and joint.kind == "RP",
+            joint.driver is not None and joint.kind == "RP",
     }  # fmt: skip
     for text, holds in faults.items():
-        Part(joint.where).refuse(holds, text)
+        joint.own.refuse(holds, text)
 
 
 def _add(draft: Draft, name: str, joint: DrawnJoint) -> str:
     """Add a joint, its slot and its tracer to the draft; return its name."""
-    if len(joint.links) > 1:
-        name = draft.listed(name, replace(joint, angle=half_turned(joint.angle)), "slide")
-    elif joint.links[0] != GROUND:
-        draft.point(name, joint.links[0], joint.place)
+    if len(joint.bodies) > 1:
+        name = draft.listed(name, joint, "slide")
+    elif joint.bodies[0] != GROUND:
+        draft.point(name, joint.bodies[0], joint.place)
     if joint.traced or name in draft.tracers:
         draft.traced.append(name)
     return name
@@ -109,7 +109,7 @@ def half_turned(angle: float) -> float:
 def _drive(draft: Draft, name: str, joint: DrawnJoint, speed: float) -> None:
     sense = -1.0 if speed < 0.0 else 1.0
     if joint.kind == "R":
-        reference, body = joint.links[1::-1] if joint.links[1] == GROUND else joint.links[:2]
+        reference, body = joint.bodies[1::-1] if joint.bodies[1] == GROUND else joint.bodies[:2]
         draft.rotary("motor", name, body, reference, law={"by": 360.0 * sense})
         draft.duration = 60.0 / abs(speed) if speed else None
         if not speed:

@@ -6,10 +6,11 @@ radians, the speed of the input is in revolutions per minute or lengths per seco
 
 from __future__ import annotations
 
+import cmath
 import math
 
 from gimcli.exchange.draft import Draft, DrawnJoint
-from gimcli.exchange.pmks_joints import TYPES, draft_of_joints
+from gimcli.exchange.pmks_joints import TYPES, draft_of_joints, half_turned
 from gimcli.exchange.records import Record, all_of, number_of, read as read_part, read_json
 
 JOINT = {"X": float, "Y": float, "Angle": (object,), "TypeOfJoint": str, "Links": [str], "PositionVisible": False}
@@ -34,4 +35,5 @@ def _joint(own: Record) -> DrawnJoint:
     own.at("TypeOfJoint").refuse(kind not in TYPES, f"expected R, P or RP, got '{kind[:40]}'")
     angle = number_of(str(own.Angle))  # joints without a slot have NaN
     place, slope = complex(own.X, own.Y), 0.0 if math.isnan(angle) else angle
-    return DrawnJoint(tuple(own.Links), kind, place, slope, own.own.where, own.PositionVisible)
+    direction = cmath.rect(1.0, half_turned(slope))
+    return DrawnJoint(kind, tuple(own.Links), place, direction, traced=own.PositionVisible, own=own.own)

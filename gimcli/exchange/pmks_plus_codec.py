@@ -204,11 +204,11 @@ class _PlusText:
         flags, decimals, integers, enums, *self.parts = self.parts
         settings = [[self._number(text, "settings") for text in own]
                     for own in (decimals.split(","), integers.split(","), enums)]  # fmt: skip
-        records = [self._records(kind) for kind in (JOINT, LINK, FORCE)]
+        joints, links, forces = (self._records(kind) for kind in (JOINT, LINK, FORCE))
         _, _, entries = ".".join(self.parts).partition(".")  # before it the selected object
         return PlusDocument(
             flags_of(flags, 9), [value / THOUSANDTHS for value in settings[0]], list(map(float, settings[1])),
-            settings[2], *records, [entry for entry in entries.split(",") if entry],
+            settings[2], joints, links, forces, [entry for entry in entries.split(",") if entry],
         )  # fmt: skip
 
     def _records(self, kind: Kind) -> list[Record]:

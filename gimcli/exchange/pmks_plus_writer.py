@@ -1,15 +1,15 @@
-"""PMKS+: the drawing of a mechanism, and the address that opens it in PMKS+."""
+"""PMKS+: the drawing of a mechanism, as the content of a file or as the address that opens it in PMKS+."""
 
 from __future__ import annotations
 
 import cmath
 import math
 import re
-from collections import defaultdict
 from urllib.parse import quote
 
+from gimcli.connected import grouped
 from gimcli.dynamic_data import NO_NODE, AppliedLoad
-from gimcli.exchange.draft import GROUND, DrawnSlot
+from gimcli.exchange.draft import GROUND, DrawnJoint
 from gimcli.exchange.drawn_linkage import PIECE, DrawnLinkage, DrawnPose
 from gimcli.exchange.pmks_joints import letter
 from gimcli.exchange.pmks_plus import CLOCKWISE, GRAVITY, INERTIAS, NO_GRAVITY, POUND, POUND_FORCE, PROGRAM
@@ -34,13 +34,13 @@ FURTHEST = 1e9
 
 
 def write(pose: DrawnPose) -> str:
-    """Return the address of a mechanism; `pose.left_out` gets sentences about what PMKS+ has not."""
-    return SITE + quote(drawing_text(pose), safe=SAFE)
+    """Return the content of a file; `pose.left_out` gets sentences about what PMKS+ has not."""
+    return text_of(PlusDrawing(DrawnLinkage(pose, PROGRAM)).document) + "\n"
 
 
-def drawing_text(pose: DrawnPose) -> str:
-    """Return the text of a drawing, the part of an address behind the question mark."""
-    return text_of(PlusDrawing(DrawnLinkage(pose, PROGRAM)).document)
+def address(pose: DrawnPose) -> str:
+    """Return the address of a mechanism, with the content of its file behind the question mark."""
+    return SITE + quote(write(pose).strip(), safe=SAFE)
 
 
 class PlusDrawing:
@@ -48,7 +48,6 @@ class PlusDrawing:
 
     def __init__(self, drawn: DrawnLinkage) -> None:
         self.drawn, self.mechanism = drawn, drawn.mechanism
-        self.left_out = drawn.left_out
         self.document = PlusDocument()
         self._unit()
         self.joints: dict[str, Record] = {}
@@ -60,8 +59,8 @@ class PlusDrawing:
         self.links: dict[str, Record] = {}
         for body in self._ordered():
             if len(drawn.bodies[body]) > 1:
-                self._link(body, drawn.bodies[body])
-        self._turns()
+                self._link(body, _plain(body), [self.joints[name] for name in drawn.bodies[body]])
+        self._inputs()
         self._dynamics()
         self._settings()
         used = {name for joints in drawn.bodies.values() for name in joints}
@@ -74,23 +73,20 @@ class PlusDrawing:
 
     def _unit(self) -> None:
         """Choose the unit of length: that of the model if it has all digits, else centimetres or inches."""
-        unit = self.mechanism.length_unit
+        unit, drawn = self.mechanism.length_unit, self.drawn
         own = {"in": 0, "ft": 0, "m": 2, "km": 2}.get(unit, 1)
         self.metre = metre = METRES.get(unit, 1e-2)
-        furthest = max(max(abs(place.real), abs(place.imag)) for place in self.drawn.joints.values())
-        self.drawn.refuse(not furthest * metre / UNITS[own] <= FURTHEST, f"the coordinates are too large for {PROGRAM}")
-        if own == 2 and not self._exact(round(metre / UNITS[2], 12)):
-            own = 1
+        furthest = max(max(abs(place.real), abs(place.imag)) for place in drawn.joints.values())
+        drawn.refuse(not furthest * metre / UNITS[own] <= FURTHEST, f"the coordinates are too large for {PROGRAM}")
+        own = 1 if own == 2 and not self._exact(round(metre / UNITS[2], 12)) else own
         self.unit, self.factor = own, round(metre / UNITS[own], 12)
-        if unit == "unit":
-            self.left_out.append(f"{PROGRAM} has no lengths without a unit; they are written as centimetres")
+        drawn.note(unit == "unit", f"{PROGRAM} has no lengths without a unit; they are written as centimetres")
         if not self._exact(self.factor):
             shown = ("inches", "centimetres", "metres")[own]
-            self.left_out.append(f"{PROGRAM} has three decimals: coordinates are rounded to 0.001 {shown}")
+            drawn.note(True, f"{PROGRAM} has three decimals: coordinates are rounded to 0.001 {shown}")
             found = drawn_mobility(self.mechanism)
-            if found is not None and found.redundant:
-                text = "it moves at its exact dimensions only, and rounded ones may lock it"
-                self.left_out.append(f"the mechanism has redundant constraints: {text}")
+            text = "it moves at its exact dimensions only, and rounded ones may lock it"
+            drawn.note(found and found.redundant, f"the mechanism has redundant constraints: {text}")
 
     def _exact(self, factor: float) -> bool:
         """Return whether thousandths hold all coordinates."""
@@ -102,142 +98,123 @@ class PlusDrawing:
     # -- joints and slots -----------------------------------------------------------------------
 
     def _joint(self, name: str, place: complex) -> Record:
-        own = letter(len(self.joints))
         z = place * self.factor
-        fixed, traced = name in self.drawn.bodies[GROUND], name in self.mechanism.traced
-        values = {"id": own, "name": _plain(name), "x": z.real, "y": z.imag, "fixed": fixed, "traced": traced}
-        self.joints[name] = JOINT.record(PROGRAM, **values)
-        return self.joints[name]
+        values = {"fixed": name in self.drawn.bodies[GROUND], "traced": name in self.mechanism.traced}
+        own = JOINT.record(PROGRAM, id=letter(len(self.joints)), name=_plain(name), x=z.real, y=z.imag, **values)
+        self.joints[name] = own
+        return own
 
     def _added(self, name: str, place: complex, *bodies: str) -> Record:
         """Add a joint that the mechanism has no node for."""
         return self._joint(self.drawn.joint(name, place, *bodies), place)
 
-    def _slot(self, slot: DrawnSlot) -> None:
+    def _slot(self, slot: DrawnJoint) -> None:
         """Let a joint slide along a line; a pin that is also something else gets a slider beside it."""
-        drawn = self.drawn
-        bodies = drawn.common(slot.joint)
-        joint = self.joints[slot.joint]
-        turned = any(turn.pivot == slot.joint for turn in drawn.turns)
-        if joint.slides or joint.fixed or turned or (slot.body and bodies != [slot.body]):
-            body = slot.body or bodies[0]
+        drawn, joint, here = self.drawn, self.joints[slot.at], self.drawn.joints[slot.at]
+        bodies, step = drawn.common(slot.at), PIECE * drawn.span * slot.direction
+        turned = any(turn.at == slot.at for turn in drawn.turns)
+        if joint.slides or joint.fixed or turned or (slot.block and bodies != [slot.block]):
+            body = slot.block or bodies[0]
             if body == GROUND:
-                body = self._frame(slot.joint, slot.direction)
-            beside = PIECE * drawn.span * slot.direction if slot.body not in ("", GROUND) else 0.0
-            joint = self._added(f"{slot.joint} slide", drawn.joints[slot.joint] + beside, body)
-        elif slot.body and len(drawn.bodies[slot.body]) < 2:
-            self._added(f"{slot.joint} end", drawn.joints[slot.joint] + PIECE * drawn.span * slot.direction, slot.body)
-        joint.slides, joint.welded = True, bool(slot.body)
+                body = self._frame(slot.at, step)
+            joint = self._added(f"{slot.at} slide", here + (step if slot.block not in ("", GROUND) else 0.0), body)
+        elif slot.block and len(drawn.bodies[slot.block]) < 2:
+            self._added(f"{slot.at} end", here + step, slot.block)
+        joint.slides, joint.welded = True, bool(slot.block)
         self._line(slot, joint)
-        if slot.travel is not None:
-            joint.driven, joint.speed = True, drawn.speed(slot.travel) * self.factor
+        if slot.driver is not None:
+            joint.driven, joint.speed = True, drawn.speed(slot.driver) * self.factor
 
-    def _frame(self, joint: str, direction: complex) -> str:
+    def _frame(self, joint: str, step: complex) -> str:
         """Add a bar that is fixed by two pins of the ground, which a moving link slides over; return it."""
         frame = self.drawn.body(f"frame at {joint}", [])
-        for end in (direction, -direction):
-            pin = self._added(f"{joint} pin", self.drawn.joints[joint] + PIECE * self.drawn.span * end, frame)
-            pin.fixed = True
+        for end in (step, -step):
+            self._added(f"{joint} pin", self.drawn.joints[joint] + end, frame).fixed = True
         return frame
 
-    def _line(self, slot: DrawnSlot, joint: Record) -> None:
+    def _line(self, slot: DrawnJoint, joint: Record) -> None:
         """Set the line of a slider: an angle on the ground, or two joints of its carrier."""
-        place = complex(joint.x, joint.y) / self.factor
-        if slot.stroke is not None:
-            ends = self._ends(slot, slot.stroke)
-            joint.sealed = True
-        elif slot.carrier == GROUND and _written(cmath.phase(slot.direction)):
-            joint.fixed, joint.angle = True, cmath.phase(slot.direction)
+        place, angle = complex(joint.x, joint.y) / self.factor, cmath.phase(slot.direction)
+        joint.sealed = slot.stroke is not None
+        joint.fixed = not joint.sealed and slot.carrier == GROUND and _written(angle)
+        if joint.fixed:
+            joint.angle = angle
             return
-        else:
-            reach = 2.5 * PIECE * self.drawn.span * slot.direction
-            ends = self._ends(slot, (place - reach, place + reach))
-        joint.fixed = False
-        joint.start, joint.end = ends
+        reach = 2.5 * PIECE * self.drawn.span * slot.direction
         joint.carrier = slot.carrier
+        joint.start, joint.end = (
+            self._end(f"{slot.at} {end}", slot.carrier, z).id
+            for end, z in zip(("from", "to"), slot.stroke or (place - reach, place + reach), strict=True)
+        )
 
-    def _ends(self, slot: DrawnSlot, places: tuple[complex, complex]) -> list[str]:
-        """Return two joints of the carrier along the line; add those that it has not."""
-        found = []
-        for end, place in zip(("from", "to"), places, strict=True):
-            near = [
-                name
-                for name in self.drawn.bodies[slot.carrier]
-                if abs(self.drawn.joints[name] - place) <= EXACT * self.drawn.span and not self.joints[name].slides
-            ]
-            own = self.joints[near[0]] if near else self._added(f"{slot.joint} {end}", place, slot.carrier)
-            found.append(own.id)
-        return found
+    def _end(self, name: str, body: str, place: complex) -> Record:
+        """Return the joint of a body at a place; add it if it has none there."""
+        near = [
+            own for own in self.drawn.bodies[body] if abs(self.drawn.joints[own] - place) <= EXACT * self.drawn.span
+        ]
+        known = [self.joints[own] for own in near if not self.joints[own].slides]
+        return known[0] if known else self._added(name, place, body)
 
     # -- links and inputs -----------------------------------------------------------------------
 
-    def _link(self, body: str, joints: list[str]) -> None:
-        own = "".join(self.joints[name].id for name in joints)
-        if own in {link.id for link in self.links.values()}:
-            own += str(len(self.links))
-        self.links[body] = self._plain_link(own, _plain(body), [self.joints[name] for name in joints])
-
-    def _plain_link(self, own: str, name: str, joints: list[Record]) -> Record:
-        """Return a link with its centre of mass in the middle of its joints."""
+    def _link(self, body: str, name: str, joints: list[Record]) -> str:
+        """Add a link with its centre of mass in the middle of its joints; return its id."""
+        own: str = "".join(joint.id for joint in joints)
+        own += str(len(self.links)) if own in {link.id for link in self.links.values()} else ""
         centre = sum(complex(joint.x, joint.y) for joint in joints) / len(joints)
         values = {"x": centre.real, "y": centre.imag, "joints": [joint.id for joint in joints]}
-        return LINK.record(PROGRAM, id=own, name=name, **values)
+        self.links[body] = LINK.record(PROGRAM, id=own, name=name, **values)
+        return own
 
-    def _turns(self) -> None:
+    def _inputs(self) -> None:
         """Set the turning inputs, and the names of carriers, which are known now."""
         for joint in self.joints.values():
-            if joint.carrier:
-                joint.carrier = self._carrier(joint)
+            if joint.carrier == GROUND:
+                ends = [one for end in (joint.start, joint.end) for one in self.joints.values() if one.id == end]
+                joint.carrier = self._link(f"{GROUND} {joint.id}", f"guide of {joint.name}", ends)
+            elif joint.carrier:
+                joint.carrier = self.links[joint.carrier].id
         for turn in self.drawn.turns:
-            joint = self.joints[turn.pivot]
-            joint.driven, joint.speed = True, self.drawn.speed(turn.number)
+            joint = self.joints[turn.at]
+            joint.driven, joint.speed = True, self.drawn.speed(turn.driver)
 
     def _apart(self) -> None:
         """Let the pin of an input join two links only: further links get a pin of their own at its place."""
         for turn in self.drawn.turns:
-            further = [b for b in self.drawn.common(turn.pivot) if b not in (turn.body, turn.reference)]
+            further = [b for b in self.drawn.common(turn.at) if b not in turn.bodies]
+            for body in further:
+                self.drawn.bodies[body].remove(turn.at)
             if further:
-                for body in further:
-                    self.drawn.bodies[body].remove(turn.pivot)
-                pin = self._added(f"{turn.pivot} pin", self.drawn.joints[turn.pivot], turn.reference, *further)
+                self._added(f"{turn.at} pin", self.drawn.joints[turn.at], turn.carrier, *further)
                 for other in self.drawn.turns:
-                    if other is not turn and other.pivot == turn.pivot and other.body in further:
-                        other.pivot = pin.name
+                    if other is not turn and other.at == turn.at and other.bodies[1] in further:
+                        other.at = next(reversed(self.joints))
 
     def _ordered(self) -> list[str]:
         """Return the bodies, each input's reference before the body that it turns: PMKS+ takes them in this order."""
         order = [body for body in self.drawn.bodies if body != GROUND]
         for turn in self.drawn.turns:
-            if turn.reference != GROUND and order.index(turn.body) < order.index(turn.reference):
-                order.remove(turn.body)
-                order.insert(order.index(turn.reference) + 1, turn.body)
+            reference, body = turn.bodies
+            if reference != GROUND and order.index(body) < order.index(reference):
+                order.remove(body)
+                order.insert(order.index(reference) + 1, body)
         return order
-
-    def _carrier(self, joint: Record) -> str:
-        if joint.carrier == GROUND:
-            ends = [one for end in (joint.start, joint.end) for one in self.joints.values() if one.id == end]
-            frame = self._plain_link("".join((joint.start, joint.end)), f"guide of {joint.name}", ends)
-            self.links[f"{GROUND} {joint.id}"] = frame
-            return frame.id
-        return self.links[joint.carrier].id
 
     # -- masses and forces ----------------------------------------------------------------------
 
     def _dynamics(self) -> None:
         own = self.mechanism.dynamics
-        if own.empty:
-            return
         self._masses()
         for load in own.loads:
-            self._load(load)
-        if own.springs or own.dampers or own.frictions:
-            self.left_out.append("springs, dampers and friction are left out")
-        if own.inertias and own.gravity and abs(own.gravity + 1j * GRAVITY) > 1e-3 * GRAVITY:
-            self.left_out.append(f"{PROGRAM} has a gravity of {GRAVITY:g} m/s^2 downwards, not that of the model")
+            if load.member != FRAME:
+                self._load(load)
+        other = own.inertias and own.gravity and abs(own.gravity + 1j * GRAVITY) > 1e-3 * GRAVITY
+        self.drawn.note(own.springs or own.dampers or own.frictions, "springs, dampers and friction are left out")
+        self.drawn.note(other, f"{PROGRAM} has a gravity of {GRAVITY:g} m/s^2 downwards, not that of the model")
 
     def _masses(self) -> None:
         """Set the masses of links; a point mass at a pin belongs to its slider, or to the first of its links."""
-        parts: dict[str, list[tuple[float, float, complex]]] = defaultdict(list)
+        parts: list[tuple[str, tuple[float, float, complex]]] = []
         for inertia in self.mechanism.dynamics.inertias:
             if inertia.node != NO_NODE:
                 node = self.mechanism.nodes[inertia.node]
@@ -245,56 +222,48 @@ class PlusDrawing:
                 if self.joints[node].slides:
                     self.joints[node].mass += inertia.mass / KILOGRAMS[self.unit]
                 elif body:
-                    parts[body].append((inertia.mass, 0.0, self.drawn.joints[node]))
+                    parts.append((body, (inertia.mass, 0.0, self.drawn.joints[node])))
                 else:
-                    self.left_out.append(f"the mass at {node} is left out: no link has it")
+                    self.drawn.note(True, f"the mass at {node} is left out: no link has it")
             elif inertia.member != FRAME:
                 place = self.drawn.at(inertia.member, inertia.centre)
-                parts[self.drawn.names[inertia.member]].append((inertia.mass, inertia.moment, place))
-        for body, own in parts.items():
+                parts.append((self.drawn.names[inertia.member], (inertia.mass, inertia.moment, place)))
+        for body, own in grouped(parts).items():
             self._joined(self.links[body], own)
 
     def _link_at(self, node: str) -> str:
-        found = [body for body in self.drawn.common(node) if body in self.links]
-        return found[0] if found else ""
+        return next((body for body in self.drawn.common(node) if body in self.links), "")
 
     def _joined(self, link: Record, parts: list[tuple[float, float, complex]]) -> None:
         """Set the mass of a link, its centre and its moment of inertia, from those of its parts (Steiner)."""
         mass = sum(part[0] for part in parts)
-        if not mass:
-            return
-        centre = sum(part[0] * part[2] for part in parts) / mass
-        moment = sum(own + m * abs((place - centre) * self.metre) ** 2 for m, own, place in parts)
-        link.mass, link.inertia = mass / KILOGRAMS[self.unit], moment / INERTIAS[self.unit]
-        link.x, link.y = centre.real * self.factor, centre.imag * self.factor
+        if mass:
+            centre = sum(part[0] * part[2] for part in parts) / mass
+            moment = sum(own + m * abs((place - centre) * self.metre) ** 2 for m, own, place in parts)
+            link.mass, link.inertia = mass / KILOGRAMS[self.unit], moment / INERTIAS[self.unit]
+            link.x, link.y = centre.real * self.factor, centre.imag * self.factor
 
     def _load(self, load: AppliedLoad) -> None:
-        if load.member == FRAME:
-            return
         if load.node != NO_NODE:
             node = self.mechanism.nodes[load.node]
             body, place, turned = self._link_at(node), self.drawn.joints[node], 1.0 + 0.0j
         else:
             body, place = self.drawn.names[load.member], self.drawn.at(load.member, load.point)
             turned = self.drawn.turned[load.member] if load.follows else 1.0 + 0.0j
-        notes = {
+        faults = {
             "no link has its node": not body, "it is a torque": load.torque, "it has a table": load.curve is not None,
         }  # fmt: skip
-        note = next((text for text, holds in notes.items() if holds), "")
-        if note:
-            self.left_out.append(f"the load {load.name} is left out: {note}")
-            return
-        force = load.force * turned
-        size = abs(force) / (POUND_FORCE if self.unit == 0 else 1.0)
-        if size:
-            start = place * self.factor
+        notes = [text for text, holds in faults.items() if holds]
+        force, start = load.force * turned, place * self.factor
+        if notes:
+            self.drawn.note(True, f"the load {load.name} is left out: {notes[0]}")
+        elif force:
             end = start + force / abs(force) * PIECE * self.drawn.span * self.factor
-            places = {"x": start.real, "y": start.imag, "x1": end.real, "y1": end.imag}
-            own, link, name = f"F{len(self.document.forces) + 1}", self.links[body].id, _plain(load.name)
+            values = {"x": start.real, "y": start.imag, "x1": end.real, "y1": end.imag,
+                      "size": abs(force) / (POUND_FORCE if self.unit == 0 else 1.0)}  # fmt: skip
+            own, names = f"F{len(self.document.forces) + 1}", {"link": self.links[body].id, "name": _plain(load.name)}
             flags = {"local": load.follows, "outward": True}
-            self.document.forces.append(
-                FORCE.record(PROGRAM, id=own, link=link, name=name, size=size, **places, **flags)
-            )
+            self.document.forces.append(FORCE.record(PROGRAM, id=own, **names, **values, **flags))
 
     def _settings(self) -> None:
         self.drawn.note_laws(cylinders=True)

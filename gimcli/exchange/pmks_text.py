@@ -14,7 +14,7 @@ import re
 from collections.abc import Iterator
 from urllib.parse import unquote
 
-from gimcli.exchange.draft import GROUND, Draft, DrawnJoint, DrawnSlot, Turn, free_name
+from gimcli.exchange.draft import GROUND, Draft, DrawnJoint, free_name
 from gimcli.exchange.drawn_linkage import DrawnLinkage, DrawnPose
 from gimcli.exchange.pmks_joints import (
     MOST_JOINTS,
@@ -136,7 +136,8 @@ def _joint(row: tuple[str, str]) -> DrawnJoint:
     spelled = all(word.casefold() in ("true", "false") for word in marks)
     signs = ("".join(word[0] for word in marks) if spelled else marks[0]).ljust(4)
     traced, driver = signs[0] in "tT+", signs[3] in "tT+"
-    return DrawnJoint(tuple(words[:at]), kind, complex(x, y), slope, where, traced, driver)
+    direction, number = cmath.rect(1.0, half_turned(slope)), 0 if driver else None
+    return DrawnJoint(kind, tuple(words[:at]), complex(x, y), direction, driver=number, traced=traced, own=place)
 
 
 # -- writing --------------------------------------------------------------------------------------
@@ -152,9 +153,9 @@ def write(pose: DrawnPose) -> str:
 
 def _line(row: DrawnJoint) -> str:
     """Return the line of a joint; all digits are written."""
-    marks = f"{'t' if row.traced else 'f'}ff{'t' if row.driver else 'f'}"
-    numbers = (row.place.real, row.place.imag, math.degrees(row.angle))
-    return ",".join([*row.links, row.kind, *(repr(value + 0.0) for value in numbers), marks])
+    marks = f"{'t' if row.traced else 'f'}ff{'f' if row.driver is None else 't'}"
+    numbers = (row.place.real, row.place.imag, math.degrees(cmath.phase(row.direction)))
+    return ",".join([*row.bodies, row.kind, *(repr(value + 0.0) for value in numbers), marks])
 
 
 class PmksRows:
@@ -173,13 +174,13 @@ class PmksRows:
 
     def text(self) -> str:
         """Return the text: the speed, and the rows with the driver first, which PMKS counts by its number."""
-        rows = sorted(self.rows, key=lambda row: not row.driver)
+        rows = sorted(self.rows, key=lambda row: row.driver is None)
         head = f"set=s{self._speed():.9g}\n" if self.drawn.mechanism.actuators else ""
         return head + "mech=\n" + "".join(f"{_line(row)}\n" for row in rows)
 
     def _speed(self) -> float:
         """Return the speed of the input, against the direction of its slot if PMKS turns this by half a revolution."""
-        drives = [slot.direction for slot in self.drawn.slots if slot.travel is not None]
+        drives = [slot.direction for slot in self.drawn.slots if slot.driver is not None]
         against = bool(drives) and (cmath.rect(1.0, half_turned(cmath.phase(drives[0]))) / drives[0]).real < 0.0
         return -self.drawn.speed(0) if against else self.drawn.speed(0)
 
@@ -195,8 +196,8 @@ class PmksRows:
     def _joint(self, joint: str) -> None:
         """Add the rows of a joint: its slots, its pin, or the row of a tracer."""
         bodies = self.drawn.common(joint)
-        slots = [slot for slot in self.drawn.slots if slot.joint == joint]
-        turns = [turn for turn in self.drawn.turns if turn.pivot == joint]
+        slots = [slot for slot in self.drawn.slots if slot.at == joint]
+        turns = [turn for turn in self.drawn.turns if turn.at == joint]
         for slot in slots:
             self._slot(slot, bodies)
         if turns or len(bodies) > 1:
@@ -204,31 +205,32 @@ class PmksRows:
         elif not slots and bodies != [GROUND] and bodies:
             self._row(bodies, "R", joint)
 
-    def _slot(self, slot: DrawnSlot, bodies: list[str]) -> None:
-        driver = slot.travel is not None
-        body = slot.body
-        if driver and not body:  # PMKS drives blocks, not pins in slots
-            body = self.drawn.body(f"{slot.joint} block", [])
+    def _slot(self, slot: DrawnJoint, bodies: list[str]) -> None:
+        driver, body = slot.driver, slot.block
+        if driver is not None and not body:  # PMKS drives blocks, not pins in slots
+            body = self.drawn.body(f"{slot.at} block", [])
             self.links = self._links()
-            self._row([body, bodies[0]], "R", slot.joint)
+            self._row([body, bodies[0]], "R", slot.at)
         if body:
-            self._row([slot.carrier, body], "P", slot.joint, slot.direction, driver)
+            self._row([slot.carrier, body], "P", slot.at, slot.direction, driver)
         else:
-            self._row([slot.carrier, bodies[0]], "RP", slot.joint, slot.direction)
+            self._row([slot.carrier, bodies[0]], "RP", slot.at, slot.direction)
 
-    def _pin(self, joint: str, bodies: list[str], turns: list[Turn]) -> None:
+    def _pin(self, joint: str, bodies: list[str], turns: list[DrawnJoint]) -> None:
         """Add the pin: the links of the driver in a row of their own, then each further link to one of them."""
-        first = [turns[0].reference, turns[0].body] if turns else bodies
-        self._row(first[:2], "R", joint, driver=bool(turns))
+        first = list(turns[0].bodies) if turns else bodies
+        self._row(first[:2], "R", joint, driver=turns[0].driver if turns else None)
         for body in bodies:
             if body not in first[:2]:
                 self._row([first[0], body], "R", joint)
 
-    def _row(self, bodies: list[str], kind: str, joint: str, along: complex = 1.0 + 0.0j, driver: bool = False) -> None:
+    def _row(
+        self, bodies: list[str], kind: str, joint: str, along: complex = 1.0 + 0.0j, driver: int | None = None
+    ) -> None:
         traced = joint in self.drawn.mechanism.traced
         links = tuple(self.links[body] for body in bodies)
         place = self.drawn.joints[joint]
-        self.rows.append(DrawnJoint(links, kind, place, cmath.phase(along), "", traced, driver))
+        self.rows.append(DrawnJoint(kind, links, place, along, driver=driver, traced=traced))
 
     def _note(self) -> None:
         own = self.drawn.mechanism

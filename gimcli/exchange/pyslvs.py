@@ -90,7 +90,7 @@ class _Pyslvs:
 
     def __init__(self, joints: list[DrawnJoint], draft: Draft) -> None:
         self.draft = draft
-        grounded = any(GROUND in joint.links for joint in joints)
+        grounded = any(GROUND in joint.bodies for joint in joints)
         draft.refuse(joints and not grounded, "no joint is on the link 'ground'; name the frame so")
         self.same = self._welded(joints)
         self.joints = draft.linked(joints, lambda link: self.same.get(link, link))
@@ -105,17 +105,17 @@ class _Pyslvs:
 
     def _welded(self, joints: list[DrawnJoint]) -> dict[str, str]:
         """Return the first link of the body of each link: those that a P joint joins to its slot are one body."""
-        order = list(dict.fromkeys([GROUND, *(link for joint in joints for link in joint.links)]))
-        bodies = connected((joint.links[1:] for joint in joints if joint.kind == "P"), frozenset())
+        order = list(dict.fromkeys([GROUND, *(link for joint in joints for link in joint.bodies)]))
+        bodies = connected((joint.bodies[1:] for joint in joints if joint.kind == "P"), frozenset())
         same = {link: min(body, key=order.index) for body in bodies for link in body}
         for joint in joints:
-            ends = [same.get(link, link) for link in joint.links[:2]] if joint.kind == "P" else []
-            fault = f"the block and the slot of this P joint are one link, {', '.join(joint.links[:1])}"
-            Part(joint.where).refuse(len(set(ends)) < len(ends), fault)
+            ends = [same.get(link, link) for link in joint.bodies[:2]] if joint.kind == "P" else []
+            fault = f"the block and the slot of this P joint are one link, {', '.join(joint.bodies[:1])}"
+            joint.own.refuse(len(set(ends)) < len(ends), fault)
         return same
 
     def _add_joint(self, name: str, joint: DrawnJoint) -> str:
-        links = joint.links
+        links = joint.bodies
         if joint.kind == "R" and len(links) == 1 and links[0] != GROUND and self._has_joints(links[0]):
             self.draft.point(name, links[0], joint.place)
             return ""
@@ -123,8 +123,8 @@ class _Pyslvs:
 
     def _has_joints(self, link: str) -> bool:
         """Return whether a link has two places without its points: joints, or a slot, which has two."""
-        own = [joint for joint in self.joints if len(joint.links) > 1 and link in joint.links]
-        return sum(2 if joint.kind != "R" and joint.links[0] == link else 1 for joint in own) > 1
+        own = [joint for joint in self.joints if len(joint.bodies) > 1 and link in joint.bodies]
+        return sum(2 if joint.kind != "R" and joint.bodies[0] == link else 1 for joint in own) > 1
 
     # -- inputs ---------------------------------------------------------------------------------
 
@@ -155,7 +155,7 @@ class _Pyslvs:
     def _pinned(self, number: int) -> tuple[str, ...]:
         """Return the links that a joint is a pin of."""
         joint = self.joints[number]
-        return joint.links if joint.kind == "R" else joint.links[1:]
+        return joint.bodies if joint.kind == "R" else joint.bodies[1:]
 
     def _add_travel(self, number: int, what: str, pair: list[int]) -> tuple[str, str]:
         slides = self.joints[pair[0]].kind != "R" and self._pinned(pair[0])

@@ -6,6 +6,7 @@ expression_parser.py of the program, whose grammar this is; the parts of a joint
 
 from __future__ import annotations
 
+import cmath
 import math
 import re
 from typing import NamedTuple
@@ -35,7 +36,7 @@ def joints_of(expression: str, source: str, line: int = 1) -> list[DrawnJoint]:
     whole.place.refuse(whole.word != "M", f"expected 'M', got '{whole.word[:40]}'")
     reading.expect(not reading.sign, "the end after the mechanism")
     joints = [_joint(tree) for tree in whole.listed("joints", "mechanism")]
-    count = len({link for joint in joints for link in joint.links})
+    count = len({link for joint in joints for link in joint.bodies})
     start.refuse(count > 10 * MOST_ITEMS["links"], f"more than {count - 1} links are too many for one mechanism")
     return joints
 
@@ -112,4 +113,5 @@ def _joint(tree: _Tree) -> DrawnJoint:
     for link in links:
         tree.place.refuse(links.count(link) > 1, f"link {link[:40]} is named twice in one joint")
     angle = math.radians(parts["A"].items[0].number() % 360.0) if "A" in parts and parts["A"].items else 0.0
-    return DrawnJoint(tuple(links), kind, complex(*(x.number() for x in parts["P"].items)), angle, tree.place.where)
+    place, direction = complex(*(x.number() for x in parts["P"].items)), cmath.rect(1.0, angle)
+    return DrawnJoint(kind, tuple(links), place, direction, own=tree.place)

@@ -34,6 +34,7 @@ class ForeignFormat(NamedTuple):
     module: str  # in this package
     reads: bool = True
     writes: str = ""  # word of `gim convert --to`; empty: the format is not written
+    writer: str = "write"  # function of the module
     suffix: str = ""  # of files that are written in this format
     text_of: str = ""  # word of the format whose text it is a file of: `--to` this word writes such files, too
 
@@ -43,8 +44,8 @@ FORMATS: tuple[ForeignFormat, ...] = (
     ForeignFormat("PMKS JSON", "pmks_json"),
     ForeignFormat("PMKS+ of 2020-2023", "pmks_plus_v0"),
     ForeignFormat("PMKS+", "pmks_plus"),
-    ForeignFormat("PMKS+ address", "pmks_plus_writer", reads=False, writes="pmks+"),
-    ForeignFormat("PMKS+ file", "pmks_plus_file", reads=False, writes="pmks+file", suffix=".pmks", text_of="pmks+"),
+    ForeignFormat("PMKS+ address", "pmks_plus_writer", reads=False, writes="pmks+", writer="address"),
+    ForeignFormat("PMKS+ file", "pmks_plus_writer", reads=False, writes="pmks+file", suffix=".pmks", text_of="pmks+"),
     ForeignFormat("Linkage", "linkage"),
     ForeignFormat("Pyslvs", "pyslvs"),
     ForeignFormat("pylinkage", "pylinkage"),

@@ -89,7 +89,7 @@ def convert(mechanism: Mechanism, to: str = MODEL_FILE) -> Conversion:
 
     form = next(form for form in FORMATS if form.writes == to)
     pose = DrawnPose(mechanism, mechanism.to_file(_start(mechanism)))
-    text = module_of(form).write(pose)
+    text = getattr(module_of(form), form.writer)(pose)
     _refuse_unreadable(mechanism, form.name, text)
     return Conversion(mechanism, text, to, (*mechanism.left_out, *pose.left_out))
 

@@ -136,11 +136,11 @@ def test_the_driver_is_marked_or_the_first_joint_of_two_links(marks, driver):
     marks = [*marks.split("|"), "", "", ""]
     rows = ["point R 1 1", "ground a R 0 0", "a b R 1 0", "b ground R 2 1"][1:]
     text = "\n".join(f"{row} {mark}" for row, mark in zip(rows, marks, strict=False))
-    assert draft(text).turns[0].pivot == driver
+    assert draft(text).turns[0].at == driver
 
 
 def test_the_driver_may_stand_in_the_header():
-    assert draft("d=2\nground,a,R,0,0\na,b,R,1,0\nb,ground,R,2,1").turns[0].pivot == "C"
+    assert draft("d=2\nground,a,R,0,0\na,b,R,1,0\nb,ground,R,2,1").turns[0].at == "C"
 
 
 def test_an_address_has_a_speed_in_revolutions_per_minute():
