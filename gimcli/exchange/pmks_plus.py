@@ -14,7 +14,7 @@ from gimcli.errors import ModelError
 from gimcli.exchange.draft import BARREL, GROUND, STROKE, Draft, free_name
 from gimcli.exchange.pmks_joints import NO_SPEED
 from gimcli.exchange.pmks_plus_codec import HEAD, PlusDocument, document_of, restored
-from gimcli.exchange.pmks_plus_links import PlusStructure
+from gimcli.exchange.pmks_plus_links import PlusStructure, moving
 from gimcli.exchange.records import Part, Record
 
 PROGRAM = "PMKS+"
@@ -67,7 +67,7 @@ def payload_of(text: str) -> str:
 
 
 class PlusDraft:
-    """The mechanism of a document."""
+    """The mechanism of a document; `named` of joints and links are their names in the draft."""
 
     def __init__(self, document: PlusDocument, source: str) -> None:
         self.document = document
@@ -78,145 +78,120 @@ class PlusDraft:
         self.sense = -1.0 if document.flags[CLOCKWISE] else 1.0
         self._units()
         self._joints()
-        self._sliders()
+        for joint in self.structure.joints:
+            joint.slot = self._slot(joint) if joint.slides and joint.riders else ""
         self._masses()
-        self._forces()
+        for force in document.forces:
+            self._force(force)
         self._inputs()
 
-    # -- units ----------------------------------------------------------------------------------
-
     def _units(self) -> None:
-        enums = [*self.document.enums, 0, 0, 0]
-        self.draft.refuse(
-            not 0 <= enums[0] < len(LENGTHS), "the unit of length is unknown: a newer version of PMKS+ wrote it"
-        )
-        self.unit = enums[0]
+        self.unit, _, force, *_ = *self.document.enums, 0, 0, 0
+        known = self.unit in range(len(LENGTHS))
+        self.draft.refuse(not known, "the unit of length is unknown: a newer version of PMKS+ wrote it")
         self.draft.length, self.draft.mass = LENGTHS[self.unit], MASSES[self.unit]
-        self.newton = POUND_FORCE if self.unit == 0 else 1.0
-        if self.document.forces and self.unit > 0 and enums[2] > 1:
-            self.draft.left_out.append("the unit of forces is not newtons or pounds; their numbers are read as newtons")
+        other = self.document.forces and self.unit > 0 and force > 1
+        self.draft.note(other, "the unit of forces is not newtons or pounds; their numbers are read as newtons")
 
     # -- joints, bodies and slots ---------------------------------------------------------------
 
     def _joints(self) -> None:
-        joints, links = self.structure.joints.items(), self.structure.links
-        pinned = {own: [GROUND] if joint.fixed and not joint.slides else [] for own, joint in joints}
-        self.names = {own: self.draft.joint(joint.name or own, self._place(own), *pinned[own]) for own, joint in joints}
-        self.draft.traced = [self.names[own] for own, joint in joints if joint.traced]
-        self.bodies = {
-            own: self.draft.body(links[own].name or own, [self.names[joint] for joint in joints])
-            for own, joints in self.structure.bodies.items()
-        }
+        for joint in self.structure.joints:
+            pinned = [GROUND] * (joint.fixed and not joint.slides)
+            joint.named = self.draft.joint(joint.name or joint.id, joint.place, *pinned)
+        self.draft.traced = [joint.named for joint in self.structure.joints if joint.traced]
+        for link in self.structure.bodies:
+            link.named = self.draft.body(link.name or link.id, [joint.named for joint in link.joints])
 
-    def _sliders(self) -> None:
-        """Add the slots: on the ground at an angle, or on a body along two of its joints."""
-        self.slots: dict[str, str] = {}
-        for own, joint in self.structure.joints.items():
-            riders = self.structure.riders(joint) if joint.slides else []
-            if not riders:
-                continue
-            carrier, guide, direction = self._line(joint)
-            joint.refuse(carrier in (self.bodies[rider] for rider in riders), "it slides along its own link")
-            self.slots[own] = slot = free_name(f"slide_{self.names[own]}", self.slots.values())
-            blocks = [self.bodies[rider] for rider in riders] if joint.welded or joint.sealed else [""]
-            for number, body in enumerate(blocks):
-                name = f"{slot}_{number + 1}" if number else slot
-                self.draft.slot(name, self.names[own], carrier, direction, body=body, guide=guide)
-
-    def _line(self, joint: Record) -> tuple[str, tuple[str, str] | None, complex]:
-        """Return the carrier of a slot, the two joints that it passes through, and its direction."""
-        if not joint.carrier:
-            return GROUND, None, cmath.rect(1.0, _whole_degrees(joint.angle))
-        a, b = self.structure.slot(joint)
-        carrier = self.structure.body_of.get(joint.carrier, "")
-        outside = not {a, b} <= set(self.structure.bodies.get(carrier, ()))
-        joint.refuse(outside, f"the joints of its slot are not on link {joint.carrier}")
-        along = self._place(b) - self._place(a)
-        joint.refuse(abs(along) <= RESOLUTION, "its slot has no length")
-        return self.bodies[carrier], (self.names[a], self.names[b]), along
-
-    def _place(self, own: str) -> complex:
-        joint = self.structure.joints[own]
-        return complex(joint.x, joint.y)
+    def _slot(self, joint: Record) -> str:
+        """Add the slot of a joint, on the ground at an angle, or on a body along two of its joints; return its name."""
+        carrier, guide, direction = GROUND, None, cmath.rect(1.0, _whole_degrees(joint.angle))
+        if joint.slotted:
+            body, a, b = joint.slotted
+            outside = body is None or a not in body.joints or b not in body.joints
+            joint.refuse(outside, f"the joints of its slot are not on link {joint.carrier}")
+            carrier, guide, direction = body.named, (a.named, b.named), b.place - a.place
+            joint.refuse(abs(direction) <= RESOLUTION, "its slot has no length")
+        riders = [rider.named for rider in joint.riders]
+        joint.refuse(carrier in riders, "it slides along its own link")
+        slot = free_name(f"slide_{joint.named}", [own.name for own in self.draft.slots])
+        for number, body in enumerate(riders if joint.welded or joint.sealed else [""]):
+            name = f"{slot}_{number + 1}" if number else slot
+            self.draft.slot(name, joint.named, carrier, direction, body=body, guide=guide)
+        return slot
 
     # -- masses and forces ----------------------------------------------------------------------
 
     def _masses(self) -> None:
-        for own, body in self.bodies.items():
-            link = self.structure.links[own]
-            if link.mass > 0.0:
-                inertia = max(link.inertia, 0.0) * INERTIAS[self.unit]
-                self.draft.masses.append(
-                    (body, {"mass": link.mass, "inertia": inertia, "centre": complex(link.x, link.y)})
-                )
-        for own, joint in self.structure.joints.items():
-            if joint.mass > 0.0 and own in self.slots:
-                block = self.draft.body(f"block_{self.names[own]}", [self.names[own]])
-                self.draft.masses.append((block, {"mass": joint.mass}))
-        if self.draft.masses and not self.document.flags[NO_GRAVITY]:
+        masses = self.draft.masses
+        for link in self.structure.bodies:
+            mass = {"inertia": max(link.inertia, 0.0) * INERTIAS[self.unit], "centre": complex(link.x, link.y)}
+            masses += [(link.named, {"mass": link.mass, **mass})] if link.mass > 0.0 else []
+        for joint in self.structure.joints:
+            if joint.mass > 0.0 and joint.slot:
+                masses.append((self.draft.body(f"block_{joint.named}", [joint.named]), {"mass": joint.mass}))
+        if masses and not self.document.flags[NO_GRAVITY]:
             self.draft.gravity = complex(0.0, -GRAVITY)
 
-    def _forces(self) -> None:
-        for force in self.document.forces:
-            force.refuse(force.link not in self.structure.body_of, f"its link {force.link} is missing")
-            along = complex(force.x1, force.y1) - complex(force.x, force.y)
-            if force.size:
-                force.refuse(not along, "it has no direction")
-                size = force.size * self.newton * (1.0 if force.outward else -1.0)
-                name, key = free_name(force.name or force.id, self.draft.loads), "follower" if force.local else "force"
-                body, at = self.bodies[self.structure.body_of[force.link]], complex(force.x, force.y)
-                self.draft.loads[name] = {"on": body, "at": at, key: size * along / abs(along)}
+    def _force(self, force: Record) -> None:
+        link = self.structure.links.get(force.link)
+        body = link.body if link else None
+        if body is None:
+            raise force.refused(f"its link {force.link} is missing")
+        start = complex(force.x, force.y)
+        along = complex(force.x1, force.y1) - start
+        if force.size:
+            force.refuse(not along, "it has no direction")
+            size = force.size * (POUND_FORCE if self.unit == 0 else 1.0) * (1.0 if force.outward else -1.0)
+            name, key = free_name(force.name or force.id, self.draft.loads), "follower" if force.local else "force"
+            self.draft.loads[name] = {"on": body.named, "at": start, key: size * along / abs(along)}
 
     # -- inputs ---------------------------------------------------------------------------------
 
     def _inputs(self) -> None:
         """Add the inputs: all move for one time, a revolution of the fastest or the shortest stroke."""
-        driven = {own: joint for own, joint in self.structure.joints.items() if joint.driven}
+        driven = [joint for joint in self.structure.joints if joint.driven]
         if not driven:
             self.draft.suggest_input()
         rate = self.sense * (self.document.integers[0] if self.document.integers else 0)
-        turns = {own: joint.speed or rate for own, joint in driven.items() if not joint.slides}
-        travels = {own: self._travel(joint) for own, joint in driven.items() if own in self.slots}
-        times = [abs(stroke / speed) for stroke, speed in travels.values()]
-        fastest = max(map(abs, turns.values()), default=0.0)
+        turns = [(joint, joint.speed or rate) for joint in driven if not joint.slides]
+        travels = [(joint, *self._stroke(joint)) for joint in driven if joint.slot]
+        times = [abs(stroke / speed) for _, stroke, speed in travels]
+        fastest = max((abs(rpm) for _, rpm in turns), default=0.0)
         duration = min(times) if times else 60.0 / fastest if fastest else None
-        if turns and duration is None:
-            self.draft.left_out.append(NO_SPEED)
+        self.draft.note(turns and duration is None, NO_SPEED)
         single = len(turns) + len(travels) == 1
-        for own, rpm in turns.items():
+        for joint, rpm in turns:
             by = 360.0 if duration is None else 6.0 * rpm * duration
-            self._turn("motor" if single else f"motor_{self.names[own]}", own, by)
-        for own, (stroke, speed) in travels.items():
+            self._turn("motor" if single else f"motor_{joint.named}", joint, by)
+        for joint, stroke, speed in travels:
             by = math.copysign(abs(speed) * min(times), stroke)
-            self.draft.travel("drive" if single else f"drive_{self.names[own]}", slot=self.slots[own], law={"by": by})
+            self.draft.travel("drive" if single else f"drive_{joint.named}", slot=joint.slot, law={"by": by})
         self.draft.duration = duration
 
-    def _travel(self, joint: Record) -> tuple[float, float]:
+    def _stroke(self, joint: Record) -> tuple[float, float]:
         """Return the stroke of a sliding input, to the end of its slot, and its speed."""
         drawing = self.document.decimals[1] if len(self.document.decimals) > 1 else 0.0
         speed = joint.speed or self.sense * (drawing if drawing > 0.0 else LINEAR_SPEED)
-        if joint.carrier:
-            a, b = (self._place(own) for own in self.structure.slot(joint))
-            at = ((complex(joint.x, joint.y) - a) / (b - a)).real * abs(b - a)
-            ends = (abs(b - a) - at, -at * (BARREL if joint.sealed else 1.0))  # ahead and behind
+        stroke = math.copysign(STROKE * self.draft.size(), speed)
+        if joint.slotted:
+            _, a, b = joint.slotted
+            length = abs(b.place - a.place)
+            at = ((joint.place - a.place) / (b.place - a.place)).real * length
+            ends = (length - at, -at * (BARREL if joint.sealed else 1.0))  # ahead and behind
             stroke, other = ends if speed > 0.0 else ends[::-1]
-            if abs(stroke) <= RESOLUTION:  # it stands at the end: back
-                stroke = other
-        else:
-            stroke = math.copysign(STROKE * self.draft.size(), speed)
-        if joint.sealed or not joint.carrier:
-            part, shown = ("cylinder", stroke) if joint.carrier else ("input", abs(stroke))
-            text = f"the stroke of the {part} at joint {joint.name or joint.id} is not in the file"
-            self.draft.left_out.append(f"{text}; the law moves it by {shown:.3g}")
+            stroke = other if abs(stroke) <= RESOLUTION else stroke  # it stands at the end: back
+        part, shown = ("cylinder", stroke) if joint.carrier else ("input", abs(stroke))
+        text = f"the stroke of the {part} at joint {joint.name or joint.id} is not in the file"
+        self.draft.note(joint.sealed or not joint.carrier, f"{text}; the law moves it by {shown:.3g}")
         return stroke or RESOLUTION, speed
 
-    def _turn(self, name: str, own: str, by: float) -> None:
-        joint = self.structure.joints[own]
-        moving = [self.bodies[body] for body in self.structure.riders(joint) if self.structure.moving(body)]
-        sides = [GROUND, *moving] if joint.fixed else moving
+    def _turn(self, name: str, joint: Record, by: float) -> None:
+        links = [rider.named for rider in joint.riders if moving(rider)]
+        sides = [GROUND, *links] if joint.fixed else links
         expected = "one link on the ground, or two moving links"
-        joint.refuse(len(sides) != 2, f"the input joins {len(moving)} links; expected {expected}")
-        self.draft.rotary(name, self.names[own], sides[1], sides[0], law={"by": by})
+        joint.refuse(len(sides) != 2, f"the input joins {len(links)} links; expected {expected}")
+        self.draft.rotary(name, joint.named, sides[1], sides[0], law={"by": by})
 
 
 def _whole_degrees(angle: float) -> float:
@@ -236,9 +211,7 @@ def apply_entries(document: PlusDocument, draft: Draft) -> None:
         }
         for fault, holds in faults.items():
             draft.refuse(holds, fault)
-        if kind == "T":
-            draft.left_out.append("the properties for stresses are left out")
+        draft.note(kind == "T", "the properties for stresses are left out")
     further = [joint.id for joint in document.joints if any(joint.rest)]
-    if further:
-        fields = "friction, names and the like, which newer versions of PMKS+ write for joints"
-        draft.left_out.append(f"{fields}, are left out: {', '.join(further[:10])}")
+    fields = "friction, names and the like, which newer versions of PMKS+ write for joints"
+    draft.note(further, f"{fields}, are left out: {', '.join(further[:10])}")

@@ -52,11 +52,10 @@ def read(text: str, source: str) -> Draft:
     document.flags[NO_GRAVITY] = not FLAGS.get(gravity.casefold())
     document.flags[CLOCKWISE] = FLAGS.get(clockwise.casefold(), False)
     draft = PlusDraft(document, source).draft
-    if unit.casefold() not in UNITS:
-        draft.length = "unit"
-        draft.left_out.append("the unit of length is unknown; lengths are without a unit")
-    if sections.get("pp", "").strip() or sections.get("tp", "").strip():
-        draft.left_out.append("the points of paths are left out")
+    known, paths = unit.casefold() in UNITS, sections.get("pp", "") + sections.get("tp", "")
+    draft.length = draft.length if known else "unit"
+    draft.note(not known, "the unit of length is unknown; lengths are without a unit")
+    draft.note(paths.strip(), "the points of paths are left out")
     return draft
 
 

@@ -122,8 +122,12 @@ class PlusDrawing:
             self._added(f"{slot.at} end", here + step, slot.block)
         joint.slides, joint.welded = True, bool(slot.block)
         self._line(slot, joint)
-        if slot.driver is not None:
-            joint.driven, joint.speed = True, drawn.speed(slot.driver) * self.factor
+        self._drive(slot, joint, self.factor)
+
+    def _drive(self, drawn: DrawnJoint, joint: Record, unit: float) -> None:
+        """Let a joint be an input if the drawn one is driven; `unit`: its speed in the program, per that of the model."""
+        if drawn.driver is not None:
+            joint.driven, joint.speed = True, self.drawn.speed(drawn.driver) * unit
 
     def _frame(self, joint: str, step: complex) -> str:
         """Add a bar that is fixed by two pins of the ground, which a moving link slides over; return it."""
@@ -175,8 +179,7 @@ class PlusDrawing:
             elif joint.carrier:
                 joint.carrier = self.links[joint.carrier].id
         for turn in self.drawn.turns:
-            joint = self.joints[turn.at]
-            joint.driven, joint.speed = True, self.drawn.speed(turn.driver)
+            self._drive(turn, self.joints[turn.at], 1.0)
 
     def _apart(self) -> None:
         """Let the pin of an input join two links only: further links get a pin of their own at its place."""
