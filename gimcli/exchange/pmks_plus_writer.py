@@ -125,7 +125,7 @@ class PlusDrawing:
         self._drive(slot, joint, self.factor)
 
     def _drive(self, drawn: DrawnJoint, joint: Record, unit: float) -> None:
-        """Let a joint be an input if the drawn one is driven; `unit`: its speed in the program, per that of the model."""
+        """Let a joint be an input if the drawn one has one; `unit`: its speed in the program, by that of the model."""
         if drawn.driver is not None:
             joint.driven, joint.speed = True, self.drawn.speed(drawn.driver) * unit
 
