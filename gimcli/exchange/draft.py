@@ -15,7 +15,7 @@ from itertools import islice
 from typing import Any
 
 from gimcli.errors import ModelError
-from gimcli.exchange.records import Part, Refusing
+from gimcli.exchange.records import FilePart, Refusing
 
 GROUND = "ground"
 
@@ -50,7 +50,7 @@ class DrawnJoint:
     driver: int | None = None  # actuator that drives it, by its number in the mechanism that is written
     stroke: tuple[complex, complex] | None = None  # the two ends of the barrel of a cylinder
     traced: bool = False
-    own: Part = field(default_factory=lambda: Part(""))  # for messages
+    own: FilePart = field(default_factory=lambda: FilePart(""))  # for messages
 
     @property
     def carrier(self) -> str:
@@ -200,7 +200,7 @@ class Draft(Refusing):
 
     def refused(self, text: str) -> ModelError:
         """Return the error for a part of the file that cannot become a model."""
-        return Part(self.source).refused(text)
+        return FilePart(self.source).refused(text)
 
 
 def free_name(name: str, taken: Iterable[str], same: Callable[[str], str] = str) -> str:

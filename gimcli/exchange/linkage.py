@@ -13,7 +13,7 @@ from gimcli.connected import grouped
 from gimcli.exchange.draft import GROUND, Draft, free_name
 from gimcli.exchange.linkage_gears import GearTrains, anchored
 from gimcli.exchange.linkage_parts import LinkageParts, actuator_of, motor_of
-from gimcli.exchange.records import Part, Record
+from gimcli.exchange.records import FilePart, FileRecord
 from gimcli.exchange.repeated import RepeatedMotion
 from gimcli.exchange.tags import Tag, read_tags
 
@@ -42,7 +42,7 @@ def recognises(text: str) -> bool:
 def read(text: str, source: str) -> Draft:
     """Return the mechanism of a file of Linkage; `source` names it in messages."""
     root = read_tags(text, source, _PARENTS)
-    first, old = Part(f"{source}:{root.line}"), "a file of the first version of Linkage"
+    first, old = FilePart(f"{source}:{root.line}"), "a file of the first version of Linkage"
     first.refuse(root.name == "linkage", f"<linkage>: {old}; open it with Linkage 3 and save it again")
     first.refuse(root.name != "linkage2", f"expected <linkage2> as the first tag, got <{root.name[:40]}>")
     parts = LinkageParts(root, source)
@@ -67,7 +67,7 @@ class _Linkage:
         self.parts, self.draft, self.scale = parts, draft, scale
         self.order = {link: k for k, link in enumerate(parts.links)}
         self.whole = {link: [link] for link in parts.links}
-        self.body: dict[Record, str] = {}
+        self.body: dict[FileRecord, str] = {}
         pins = parts.connectors.values()
         self.pins = [c for c in pins if c.mechanism or any(x.mechanism for x in c.links)]
 
@@ -104,19 +104,19 @@ class _Linkage:
                 for link in turned[1:]:
                     self._join(turned[0], link)
 
-    def _turns(self, link: Record) -> bool:
+    def _turns(self, link: FileRecord) -> bool:
         """Return whether a motor at an anchor of a link turns it: it has no other anchor."""
         own = self._connectors(link)
         rigid = link.mechanism and not link.actuator and not anchored(link, self.parts)
         meshes = link.gear and any(link in ratio.links for ratio in self.parts.ratios)
         return rigid and (len(own) > 1 or meshes) and sum(c.anchor for c in own) == 1
 
-    def _join(self, a: Record, b: Record) -> None:
+    def _join(self, a: FileRecord, b: FileRecord) -> None:
         """Make two links parts of one body, in the order of the file."""
         both = sorted({*self.whole[a], *self.whole[b]}, key=self.order.__getitem__)
         self.whole.update(dict.fromkeys(both, both))
 
-    def _connectors(self, link: Record) -> set[Record]:
+    def _connectors(self, link: FileRecord) -> set[FileRecord]:
         """Return all connectors of the body of a link."""
         return {c for x in self.whole[link] if x.mechanism for c in x.connectors}
 
@@ -130,7 +130,7 @@ class _Linkage:
         joints = [(c, [GROUND] if c.anchor else []) for c in self.pins if c not in self.points]
         self.names = {c: self.draft.joint(c.name, c.place * self.scale, *fixed) for c, fixed in joints}
 
-    def _is_point(self, connector: Record) -> bool:
+    def _is_point(self, connector: FileRecord) -> bool:
         """Return whether a connector only draws its path: it is on one body, which has two joints without it."""
         links = [link for link in connector.links if link.mechanism]
         joint = connector.anchor or connector.limits or connector.fastened is not None
@@ -155,7 +155,7 @@ class _Linkage:
                 named = [x.name for x in whole if len(x.connectors) > 1] or [link.name]
                 self.body.update(dict.fromkeys(whole, self.draft.body("+".join(dict.fromkeys(named)), joints)))
 
-    def _mark(self, whole: list[Record], joint: str) -> list[str]:
+    def _mark(self, whole: list[FileRecord], joint: str) -> list[str]:
         """Return the mark of a wheel that is no link: a body needs two joints; none if the wheel transmits nothing."""
         meshing = {wheel for ratio in self.trains.driven for wheel in ratio.links}
         places = [link.connectors[0].place + self.trains.radius(link) for link in whole if link in meshing]
@@ -175,7 +175,7 @@ class _Linkage:
 
     # -- sliders --------------------------------------------------------------------------------
 
-    def _add_slider(self, connector: Record) -> None:
+    def _add_slider(self, connector: FileRecord) -> None:
         for ident in connector.limits:
             connector.refuse(
                 ident not in self.parts.connectors,

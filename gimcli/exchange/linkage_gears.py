@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from gimcli.connected import connected
 from gimcli.exchange.draft import GROUND, Draft
 from gimcli.exchange.linkage_parts import LinkageParts
-from gimcli.exchange.records import Record
+from gimcli.exchange.records import FileRecord
 
 UNKNOWN = 0.25
 """Radius of a wheel of a chain whose sizes are only a ratio, relative to the distance of the pivots: for its mark."""
@@ -22,7 +22,7 @@ UNKNOWN = 0.25
 class GearTrains:
     """The gears of a file; `whole` has all links of the body of each link."""
 
-    def __init__(self, parts: LinkageParts, whole: Mapping[Record, list[Record]]) -> None:
+    def __init__(self, parts: LinkageParts, whole: Mapping[FileRecord, list[FileRecord]]) -> None:
         self.parts = parts
         trains = connected(({*whole[a], *whole[b]} for a, b in (ratio.links for ratio in parts.ratios)), frozenset())
         moved = {link for train in trains if any(map(self._driving, train)) for link in train}
@@ -31,11 +31,11 @@ class GearTrains:
         kept = {link for ratio in self.driven for link in ratio.links}
         self.idle = [link.name for link in parts.links if link.gear and link not in kept]
 
-    def _driving(self, link: Record) -> bool:
+    def _driving(self, link: FileRecord) -> bool:
         return len(link.connectors) > 1 or anchored(link, self.parts) or any(c.input for c in link.connectors)
 
     def add_to(
-        self, draft: Draft, names: Mapping[Record, str], bodies: Mapping[Record, str], scale: float
+        self, draft: Draft, names: Mapping[FileRecord, str], bodies: Mapping[FileRecord, str], scale: float
     ) -> None:  # fmt: skip
         """Add the gears and chains to a draft; name those that do not transmit a motion.
 
@@ -60,7 +60,7 @@ class GearTrains:
         if self.idle:
             draft.left_out.append(f"gears that drive no link are left out: {', '.join(self.idle)}")
 
-    def radius(self, link: Record) -> float:
+    def radius(self, link: FileRecord) -> float:
         """Return the pitch radius of a wheel in the first pair that has it (file's unit)."""
         ratio = next(ratio for ratio in self.driven if link in ratio.links)
         gap, own = abs(pivots(ratio)[1].place - pivots(ratio)[0].place), ratio.sizes[ratio.links.index(link)]
@@ -69,7 +69,7 @@ class GearTrains:
         return float(gap * own / sum(ratio.sizes))
 
 
-def pivots(ratio: Record) -> tuple[Record, Record]:
+def pivots(ratio: FileRecord) -> tuple[FileRecord, FileRecord]:
     """Return the connectors about which two wheels turn: the first ones of their links."""
     for link in ratio.links:
         ratio.refuse(not link.connectors, f"the gear '{link.name}' has no connector; put it on one")
@@ -78,13 +78,13 @@ def pivots(ratio: Record) -> tuple[Record, Record]:
     return first.connectors[0], second.connectors[0]
 
 
-def anchored(link: Record, parts: LinkageParts) -> bool:
+def anchored(link: FileRecord, parts: LinkageParts) -> bool:
     """Return whether a gear does not turn: it is fastened to an anchor."""
     to = parts.connectors.get(-1 if link.fastenconnector is None else link.fastenconnector)
     return link.gear and to is not None and to.anchor
 
 
-def carrier(ratio: Record) -> Record | None:
+def carrier(ratio: FileRecord) -> FileRecord | None:
     """Return the link that has the pivots of both wheels; None if both are anchors, or if there is none."""
     a, b = pivots(ratio)
     return next((x for x in a.links if x in b.links and x.mechanism and not x.actuator and x not in ratio.links), None)

@@ -11,7 +11,7 @@ from collections.abc import Collection
 from typing import Any
 
 from gimcli.exchange.draft import MOST_PLACES
-from gimcli.exchange.records import Part, Record, read
+from gimcli.exchange.records import FilePart, FileRecord, read
 from gimcli.exchange.repeated import RepeatedInput
 from gimcli.exchange.tags import Tag
 
@@ -42,9 +42,9 @@ class LinkageParts:
 
     def __init__(self, root: Tag, source: str) -> None:
         self.source = source
-        self.connectors: dict[int, Record] = {}
-        self.links: list[Record] = []
-        self.ratios: list[Record] = []
+        self.connectors: dict[int, FileRecord] = {}
+        self.links: list[FileRecord] = []
+        self.ratios: list[FileRecord] = []
         for tag in root.inside("connector"):
             self._add_connector(tag)
         for tag in root.inside("Link", "element"):
@@ -52,18 +52,18 @@ class LinkageParts:
         for tag in (tag for ratios in root.inside("ratios") for tag in ratios.inside("ratio")):
             self._add_ratio(tag)
 
-    def link(self, ident: int | None) -> Record | None:
+    def link(self, ident: int | None) -> FileRecord | None:
         """Return the first link with a number, as the program does where a number is repeated."""
         return next((link for link in self.links if link.id == ident), None)
 
-    def read(self, form: dict[str, Any], tag: Tag, known: Collection[Any] = ()) -> Record:
+    def read(self, form: dict[str, Any], tag: Tag, known: Collection[Any] = ()) -> FileRecord:
         """Return a tag as a record; errors name the file, the line and the tag. `known`: the records before it."""
         what = f"{tag.name} {tag.attributes.get('id', '')}".strip()
-        part = Part(f"{self.source}:{tag.line}: {what}", tag.attributes, texts=True)
+        part = FilePart(f"{self.source}:{tag.line}: {what}", tag.attributes, texts=True)
         part.refuse(
             len(known) >= MOST_PARTS, f"more than {MOST_PARTS} {tag.name.lower()}s are too many for one mechanism"
         )
-        own: Record = read(form, part)
+        own: FileRecord = read(form, part)
         if "layer" in form:
             own.mechanism = bool((own.layer or DRAWN_ON) & MECHANISM)
         return own
@@ -113,14 +113,14 @@ def _letters(ident: int) -> str:
     return _ALPHABET[ident % 52] + (str(ident // 52) if ident >= 52 else "") if ident >= 0 else f"C{ident}"
 
 
-def motor_of(pin: Record) -> RepeatedInput:
+def motor_of(pin: FileRecord) -> RepeatedInput:
     """Return the input of a connector that is a motor: clockwise if its rate is positive."""
     if pin.limitangle <= 0.0:
         return RepeatedInput(-6.0 * pin.rpm, pin.alwaysmanual)
     return RepeatedInput.between(-6.0 * pin.rpm, pin.limitangle, pin.startoffset, manual=pin.alwaysmanual)
 
 
-def actuator_of(link: Record, scale: float) -> RepeatedInput:
+def actuator_of(link: FileRecord, scale: float) -> RepeatedInput:
     """Return the input of an actuator: it shortens first if its rate is negative."""
     a, b = (c.place for c in link.connectors)
     stroke = scale * abs(abs(b - a) / 2.0 if link.throw is None else link.throw)

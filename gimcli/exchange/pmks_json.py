@@ -11,7 +11,7 @@ import math
 
 from gimcli.exchange.draft import Draft, DrawnJoint
 from gimcli.exchange.pmks_joints import TYPES, draft_of_joints, half_turned
-from gimcli.exchange.records import Record, all_of, number_of, read as read_part, read_json
+from gimcli.exchange.records import FileRecord, all_of, number_of, read as read_part, read_json
 
 JOINT = {"X": float, "Y": float, "Angle": (object,), "TypeOfJoint": str, "Links": [str], "PositionVisible": False}
 FILE = {"Joints": [JOINT], "Name": "", "DrivingIndex": (int,), "InputSpeed": (float,), "TargetShape": (object,)}
@@ -30,7 +30,7 @@ def read(text: str, source: str) -> Draft:
     return draft_of_joints(joints, source, own.Name, number_of(str(own.InputSpeed)), own.DrivingIndex, left_out)
 
 
-def _joint(own: Record) -> DrawnJoint:
+def _joint(own: FileRecord) -> DrawnJoint:
     kind = own.TypeOfJoint.upper()
     own.at("TypeOfJoint").refuse(kind not in TYPES, f"expected R, P or RP, got '{kind[:40]}'")
     angle = number_of(str(own.Angle))  # joints without a slot have NaN

@@ -15,7 +15,7 @@ from gimcli.exchange.draft import BARREL, GROUND, STROKE, Draft, free_name
 from gimcli.exchange.pmks_joints import NO_SPEED
 from gimcli.exchange.pmks_plus_codec import HEAD, PlusDocument, document_of, restored
 from gimcli.exchange.pmks_plus_links import PlusStructure, moving
-from gimcli.exchange.records import Part, Record
+from gimcli.exchange.records import FilePart, FileRecord
 
 PROGRAM = "PMKS+"
 ADDRESS = re.compile(r"https?://[^\s?]*pmks[^\s?]*\?", re.IGNORECASE)
@@ -49,7 +49,7 @@ def read(text: str, source: str) -> Draft:
     """
     payload = payload_of(text)
     newer = f"documents `{NEWER}` of newer PMKS+ versions are not read; share it as an address"
-    Part(source).refuse(payload.startswith(NEWER), newer)
+    FilePart(source).refuse(payload.startswith(NEWER), newer)
     try:
         document = document_of(unquote(payload), source)
     except ModelError:
@@ -103,7 +103,7 @@ class PlusDraft:
         for link in self.structure.bodies:
             link.named = self.draft.body(link.name or link.id, [joint.named for joint in link.joints])
 
-    def _slot(self, joint: Record) -> str:
+    def _slot(self, joint: FileRecord) -> str:
         """Add the slot of a joint, on the ground at an angle, or on a body along two of its joints; return its name."""
         carrier, guide, direction = GROUND, None, cmath.rect(1.0, _whole_degrees(joint.angle))
         if joint.slotted:
@@ -133,7 +133,7 @@ class PlusDraft:
         if masses and not self.document.flags[NO_GRAVITY]:
             self.draft.gravity = complex(0.0, -GRAVITY)
 
-    def _force(self, force: Record) -> None:
+    def _force(self, force: FileRecord) -> None:
         link = self.structure.links.get(force.link)
         body = link.body if link else None
         if body is None:
@@ -169,7 +169,7 @@ class PlusDraft:
             self.draft.travel("drive" if single else f"drive_{joint.named}", slot=joint.slot, law={"by": by})
         self.draft.duration = duration
 
-    def _stroke(self, joint: Record) -> tuple[float, float]:
+    def _stroke(self, joint: FileRecord) -> tuple[float, float]:
         """Return the stroke of a sliding input, to the end of its slot, and its speed."""
         drawing = self.document.decimals[1] if len(self.document.decimals) > 1 else 0.0
         speed = joint.speed or self.sense * (drawing if drawing > 0.0 else LINEAR_SPEED)
@@ -186,7 +186,7 @@ class PlusDraft:
         self.draft.note(joint.sealed or not joint.carrier, f"{text}; the law moves it by {shown:.3g}")
         return stroke or RESOLUTION, speed
 
-    def _turn(self, name: str, joint: Record, by: float) -> None:
+    def _turn(self, name: str, joint: FileRecord, by: float) -> None:
         links = [rider.named for rider in joint.riders if moving(rider)]
         sides = [GROUND, *links] if joint.fixed else links
         expected = "one link on the ground, or two moving links"

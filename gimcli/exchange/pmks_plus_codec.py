@@ -17,7 +17,7 @@ from itertools import takewhile
 from typing import Any, NamedTuple
 
 from gimcli.errors import ModelError
-from gimcli.exchange.records import Part, Record
+from gimcli.exchange.records import FilePart, FileRecord
 
 DIGITS = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz_-"
 CHECK_DIGITS = DIGITS[:62]
@@ -31,7 +31,7 @@ MOST_RECORDS = 500
 MOST_CHARACTERS = 200_000
 
 
-class Kind(NamedTuple):
+class RecordKind(NamedTuple):
     """A kind of records: its texts and numbers in the order of the format, and the flags in its first character.
 
     The first `least` fields must be there; a number after them is left empty if it is 0.
@@ -42,13 +42,13 @@ class Kind(NamedTuple):
     fields: dict[str, str | float]
     flags: dict[str, bool]
 
-    def record(self, source: str, **values: Any) -> Record:
+    def record(self, source: str, **values: Any) -> FileRecord:
         """Return a record; what is not given has its default. Errors name the file and the record."""
-        own = Part(source, None, (f"{self.word} {values['id'][:20]}",))
-        return Record(own, {**self.fields, **self.flags, "joints": (), "parts": (), "rest": (), **values})
+        own = FilePart(source, None, (f"{self.word} {values['id'][:20]}",))
+        return FileRecord(own, {**self.fields, **self.flags, "joints": (), "parts": (), "rest": (), **values})
 
 
-JOINT = Kind(
+JOINT = RecordKind(
     "joint", 5,
     {"id": "", "name": "", "x": 0.0, "y": 0.0, "angle": 0.0, "carrier": "", "start": "", "end": "", "speed": 0.0,
      "mass": 0.0},
@@ -59,7 +59,7 @@ JOINT = Kind(
 `speed`: its own one, with sign; 0: that of the drawing. `welded`, of a slider: its links cannot turn against the slot.
 `sealed`: it is the piston of a cylinder. `rest`: fields of newer versions.
 """
-LINK = Kind(
+LINK = RecordKind(
     "link", 7, {"id": "", "name": "", "mass": 0.0, "inertia": 0.0, "x": 0.0, "y": 0.0, "colour": "303e9f"},
     {"root": True, "block": False},
 )  # fmt: skip
@@ -68,7 +68,7 @@ LINK = Kind(
 x and y are the centre of mass. `joints` are its joints, and `parts` the bars that are welded into it. It has two
 characters for its flags.
 """
-FORCE = Kind(
+FORCE = RecordKind(
     "force", 8, {"id": "", "link": "", "name": "", "x": 0.0, "y": 0.0, "x1": 0.0, "y1": 0.0, "size": 0.0},
     {"local": False, "outward": False},
 )  # fmt: skip
@@ -85,13 +85,13 @@ class PlusDocument:
     decimals: list[float] = field(default_factory=list)
     integers: list[float] = field(default_factory=list)
     enums: list[int] = field(default_factory=list)
-    joints: list[Record] = field(default_factory=list)
-    links: list[Record] = field(default_factory=list)
-    forces: list[Record] = field(default_factory=list)
+    joints: list[FileRecord] = field(default_factory=list)
+    links: list[FileRecord] = field(default_factory=list)
+    forces: list[FileRecord] = field(default_factory=list)
     entries: list[str] = field(default_factory=list)  # the tagged list
 
 
-class Damaged(Part):
+class Damaged(FilePart):
     """A text that may be damaged."""
 
     def refused(self, text: str) -> ModelError:
@@ -211,7 +211,7 @@ class _PlusText:
             settings[2], joints, links, forces, [entry for entry in entries.split(",") if entry],
         )  # fmt: skip
 
-    def _records(self, kind: Kind) -> list[Record]:
+    def _records(self, kind: RecordKind) -> list[FileRecord]:
         """Return the records of a kind, up to an empty one."""
         self.damaged.refuse("" not in self.parts, f"the {kind.word}s are incomplete")
         found, self.parts = self.parts[: self.parts.index("")], self.parts[self.parts.index("") + 1 :]
@@ -224,7 +224,7 @@ class _PlusText:
             raise self.damaged.refused(f"{where}: '{text[:20]}' is not a number")
         return value
 
-    def _record(self, kind: Kind, text: str, head: int) -> Record:
+    def _record(self, kind: RecordKind, text: str, head: int) -> FileRecord:
         """Return a record, whose identifier stands after `head` characters."""
         texts, flags = text[head:].split(","), flags_of(text[:1], len(kind.flags))
         where = f"{kind.word} {texts[0][:20]}"
@@ -238,7 +238,7 @@ class _PlusText:
         rest = texts[len(kind.fields) :]
         return kind.record(self.source, **values, **dict(zip(kind.flags, flags, strict=True)), rest=rest)
 
-    def _link(self, text: str) -> Record:
+    def _link(self, text: str) -> FileRecord:
         link = self._record(LINK, text, 2)
         unknown = f"link {link.id[:20]}: '{text[:2]}' is unknown: a newer version of PMKS+ wrote it"
         self.damaged.refuse(text[0] not in ROOTS + PARTS or text[1:2] not in ("R", "P"), unknown)
@@ -285,7 +285,7 @@ def text_of(document: PlusDocument) -> str:
     return stamped(".".join([*settings, *texts, "N_"]))
 
 
-def _record_text(kind: Kind, record: Record) -> str:
+def _record_text(kind: RecordKind, record: FileRecord) -> str:
     """Return the text of a record, without empty fields at its end that need not be there."""
     own = [getattr(record, name) for name in kind.fields]
     while len(own) > kind.least and own[-1] in ("", 0.0):

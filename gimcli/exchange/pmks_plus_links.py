@@ -7,7 +7,7 @@ They become the slider, with the name of the pin, as newer versions write it.
 from __future__ import annotations
 
 from gimcli.exchange.pmks_plus_codec import PlusDocument
-from gimcli.exchange.records import Record, by_key
+from gimcli.exchange.records import FileRecord, by_key
 
 AGAIN = "is missing; copy the whole address again"
 
@@ -47,7 +47,7 @@ class PlusStructure:
             ends = (known.get(joint.start), known.get(joint.end))
             joint.slotted = (self.links[joint.carrier].body, *ends) if joint.carrier else None
 
-    def _claim(self, root: Record) -> None:
+    def _claim(self, root: FileRecord) -> None:
         """Note the body of its own link and of all bars that are welded into it."""
         open_ends = [root]
         for link in open_ends:
@@ -57,7 +57,7 @@ class PlusStructure:
             open_ends += [self.links[part] for part in link.parts]
 
 
-def _folded(block: Record, ends: list[Record]) -> tuple[Record, Record]:
+def _folded(block: FileRecord, ends: list[FileRecord]) -> tuple[FileRecord, FileRecord]:
     """Let the slider and the pin that a block joins be one joint, the pin; return both."""
     ends.sort(key=lambda joint: not joint.slides)
     good = [joint.slides for joint in ends] == [True, False]
@@ -71,6 +71,6 @@ def _folded(block: Record, ends: list[Record]) -> tuple[Record, Record]:
     return slider, pin
 
 
-def moving(body: Record) -> bool:
+def moving(body: FileRecord) -> bool:
     """Return whether a body is not fixed by pins of the ground."""
     return not all(joint.fixed and not joint.slides for joint in body.joints)

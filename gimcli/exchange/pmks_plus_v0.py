@@ -18,7 +18,7 @@ from gimcli.errors import ModelError
 from gimcli.exchange.draft import Draft
 from gimcli.exchange.pmks_plus import CLOCKWISE, NO_GRAVITY, PlusDraft
 from gimcli.exchange.pmks_plus_codec import FORCE, JOINT, LINK, MOST_RECORDS, PlusDocument
-from gimcli.exchange.records import Part, Record, all_of, number_of
+from gimcli.exchange.records import FilePart, FileRecord, all_of, number_of
 
 ADDRESS = re.compile(r"https?://", re.IGNORECASE)
 JOINTS, LINKS = re.compile(r"[?&]j="), re.compile(r"&l=")
@@ -46,7 +46,7 @@ def read(text: str, source: str) -> Draft:
     _mark_blocks(joints, links)
     speed, gravity, clockwise, unit = (*(field.strip() for field in sections["s"].split(",")), "", "", "", "")[:4]
     rate = number_of(speed or "0")
-    Part(source).refuse(math.isnan(rate), f"s=: '{speed[:20]}' is not a speed")
+    FilePart(source).refuse(math.isnan(rate), f"s=: '{speed[:20]}' is not a speed")
     enums = [UNITS.get(unit.casefold(), 1), 0, 0, 0]
     document = PlusDocument(integers=[rate], enums=enums, joints=joints, links=links, forces=forces)
     document.flags[NO_GRAVITY] = not FLAGS.get(gravity.casefold())
@@ -59,12 +59,12 @@ def read(text: str, source: str) -> Draft:
     return draft
 
 
-def _records(key: str, text: str, record: Callable[[str, str, list[str]], Record], source: str) -> list[Record]:
+def _records(key: str, text: str, record: Callable[[str, str, list[str]], FileRecord], source: str) -> list[FileRecord]:
     """Return the records of the lines of a section; raise ModelError with all lines that are none."""
     lines = [line.strip() for line in text.splitlines() if line.strip()]
-    Part(source).refuse(len(lines) > MOST_RECORDS, f"more than {MOST_RECORDS} lines in {key}=")
+    FilePart(source).refuse(len(lines) > MOST_RECORDS, f"more than {MOST_RECORDS} lines in {key}=")
 
-    def read_line(number: int) -> Record:
+    def read_line(number: int) -> FileRecord:
         own, *fields = (field.strip() for field in lines[number].split(","))
         try:
             return record(source, own, fields if own else [])
@@ -75,14 +75,14 @@ def _records(key: str, text: str, record: Callable[[str, str, list[str]], Record
     return all_of(read_line, range(len(lines)))
 
 
-def _joint(source: str, own: str, fields: list[str]) -> Record:
+def _joint(source: str, own: str, fields: list[str]) -> FileRecord:
     x, y, _, kind, fixed, angle, *further = fields
     slides, driven = {"R": False, "P": True}[kind], any(map(_flag, [field for field in further if field][-1:]))
     place = {"x": _number(x), "y": _number(y), "angle": _number(angle) if slides else 0.0}
     return JOINT.record(source, id=own, name=own, **place, slides=slides, driven=driven, fixed=_flag(fixed))
 
 
-def _link(source: str, own: str, fields: list[str]) -> Record:
+def _link(source: str, own: str, fields: list[str]) -> FileRecord:
     kind, *rest = fields if fields[0] in ("R", "P") else ("R", *fields)
     mass, inertia, x, y = (_number(text) if text not in EMPTY else 0.0 for text in rest[:4])
     joints = [name for name in rest[4].split("|") if name]
@@ -90,14 +90,14 @@ def _link(source: str, own: str, fields: list[str]) -> Record:
     return LINK.record(source, id=own, name=own, **place, block=kind == "P", joints=joints, parts=[])
 
 
-def _force(source: str, own: str, fields: list[str]) -> Record:
+def _force(source: str, own: str, fields: list[str]) -> FileRecord:
     link, x, y, x1, y1, fixed, outward, size = fields[:8]
     places = dict(zip(("x", "y", "x1", "y1", "size"), map(_number, (x, y, x1, y1, size)), strict=True))
     flags = {"local": not _flag(fixed), "outward": _flag(outward)}
     return FORCE.record(source, id=own, link=link, name=own, **places, **flags)
 
 
-def _mark_blocks(joints: list[Record], links: list[Record]) -> None:
+def _mark_blocks(joints: list[FileRecord], links: list[FileRecord]) -> None:
     """Mark the blocks of sliders where the version has no type of links: a slider and a pin at one place."""
     places = {joint.id: joint for joint in joints}
     for link in links:

@@ -14,7 +14,7 @@ from gimcli.exchange.drawn_linkage import PIECE, DrawnLinkage, DrawnPose
 from gimcli.exchange.pmks_joints import letter
 from gimcli.exchange.pmks_plus import CLOCKWISE, GRAVITY, INERTIAS, NO_GRAVITY, POUND, POUND_FORCE, PROGRAM
 from gimcli.exchange.pmks_plus_codec import FORCE, JOINT, LINK, THOUSANDTHS, PlusDocument, text_of
-from gimcli.exchange.records import Record
+from gimcli.exchange.records import FileRecord
 from gimcli.mechanism import FRAME
 from gimcli.model.units import METRES
 from gimcli.structure.mobility import drawn_mobility
@@ -50,13 +50,13 @@ class PlusDrawing:
         self.drawn, self.mechanism = drawn, drawn.mechanism
         self.document = PlusDocument()
         self._unit()
-        self.joints: dict[str, Record] = {}
+        self.joints: dict[str, FileRecord] = {}
         for name, place in drawn.joints.items():
             self._joint(name, place)
         self._apart()
         for slot in drawn.slots:
             self._slot(slot)
-        self.links: dict[str, Record] = {}
+        self.links: dict[str, FileRecord] = {}
         for body in self._ordered():
             if len(drawn.bodies[body]) > 1:
                 self._link(body, _plain(body), [self.joints[name] for name in drawn.bodies[body]])
@@ -97,14 +97,14 @@ class PlusDrawing:
 
     # -- joints and slots -----------------------------------------------------------------------
 
-    def _joint(self, name: str, place: complex) -> Record:
+    def _joint(self, name: str, place: complex) -> FileRecord:
         z = place * self.factor
         values = {"fixed": name in self.drawn.bodies[GROUND], "traced": name in self.mechanism.traced}
         own = JOINT.record(PROGRAM, id=letter(len(self.joints)), name=_plain(name), x=z.real, y=z.imag, **values)
         self.joints[name] = own
         return own
 
-    def _added(self, name: str, place: complex, *bodies: str) -> Record:
+    def _added(self, name: str, place: complex, *bodies: str) -> FileRecord:
         """Add a joint that the mechanism has no node for."""
         return self._joint(self.drawn.joint(name, place, *bodies), place)
 
@@ -124,7 +124,7 @@ class PlusDrawing:
         self._line(slot, joint)
         self._drive(slot, joint, self.factor)
 
-    def _drive(self, drawn: DrawnJoint, joint: Record, unit: float) -> None:
+    def _drive(self, drawn: DrawnJoint, joint: FileRecord, unit: float) -> None:
         """Let a joint be an input if the drawn one has one; `unit`: its speed in the program, by that of the model."""
         if drawn.driver is not None:
             joint.driven, joint.speed = True, self.drawn.speed(drawn.driver) * unit
@@ -136,7 +136,7 @@ class PlusDrawing:
             self._added(f"{joint} pin", self.drawn.joints[joint] + end, frame).fixed = True
         return frame
 
-    def _line(self, slot: DrawnJoint, joint: Record) -> None:
+    def _line(self, slot: DrawnJoint, joint: FileRecord) -> None:
         """Set the line of a slider: an angle on the ground, or two joints of its carrier."""
         place, angle = complex(joint.x, joint.y) / self.factor, cmath.phase(slot.direction)
         joint.sealed = slot.stroke is not None
@@ -151,7 +151,7 @@ class PlusDrawing:
             for end, z in zip(("from", "to"), slot.stroke or (place - reach, place + reach), strict=True)
         )
 
-    def _end(self, name: str, body: str, place: complex) -> Record:
+    def _end(self, name: str, body: str, place: complex) -> FileRecord:
         """Return the joint of a body at a place; add it if it has none there."""
         near = [
             own for own in self.drawn.bodies[body] if abs(self.drawn.joints[own] - place) <= EXACT * self.drawn.span
@@ -161,7 +161,7 @@ class PlusDrawing:
 
     # -- links and inputs -----------------------------------------------------------------------
 
-    def _link(self, body: str, name: str, joints: list[Record]) -> str:
+    def _link(self, body: str, name: str, joints: list[FileRecord]) -> str:
         """Add a link with its centre of mass in the middle of its joints; return its id."""
         own: str = "".join(joint.id for joint in joints)
         own += str(len(self.links)) if own in {link.id for link in self.links.values()} else ""
@@ -237,7 +237,7 @@ class PlusDrawing:
     def _link_at(self, node: str) -> str:
         return next((body for body in self.drawn.common(node) if body in self.links), "")
 
-    def _joined(self, link: Record, parts: list[tuple[float, float, complex]]) -> None:
+    def _joined(self, link: FileRecord, parts: list[tuple[float, float, complex]]) -> None:
         """Set the mass of a link, its centre and its moment of inertia, from those of its parts (Steiner)."""
         mass = sum(part[0] for part in parts)
         if mass:

@@ -25,7 +25,7 @@ from gimcli.exchange.pmks_joints import (
     is_ground,
 )
 from gimcli.exchange.pmks_plus_codec import HEAD
-from gimcli.exchange.records import Part, all_of, number_of
+from gimcli.exchange.records import FilePart, all_of, number_of
 
 ADDRESS = re.compile(r"https?://", re.IGNORECASE)
 MECHANISM = re.compile(r"[?&]mech=", re.IGNORECASE)
@@ -57,7 +57,7 @@ def recognises(text: str) -> bool:
 def read(text: str, source: str) -> Draft:
     """Return the mechanism of a text or of an address; raise ModelError with all errors."""
     found = [address for line in text.splitlines() if (address := _address(line))]
-    Part(source).refuse(len(found) > 1, f"holds {len(found)} addresses of {PROGRAM}; give one of them")
+    FilePart(source).refuse(len(found) > 1, f"holds {len(found)} addresses of {PROGRAM}; give one of them")
     parts = list(_of_address(found[0], source) if found else _of_text(text, source))
     joints = all_of(_joint, [(where, line) for key, where, line in parts if key == MECH])
     given = dict(setting for key, _, value in parts if key != MECH for setting in _settings(key, value))
@@ -125,7 +125,7 @@ def _joint(row: tuple[str, str]) -> DrawnJoint:
     shown, and the joint is the driver.
     """
     where, line = row
-    words, place = re.split(r"[,\s]+", line.strip(" \t\r,")), Part(where)
+    words, place = re.split(r"[,\s]+", line.strip(" \t\r,")), FilePart(where)
     got = f"got '{line.strip()[:LONGEST]}'"
     at = max((k for k, word in enumerate(words) if word.upper() in TYPES), default=-1)
     place.refuse(at < 0, f"expected LINKS,TYPE,X,Y with a type R, P or RP, {got}")

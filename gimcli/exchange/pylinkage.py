@@ -13,7 +13,7 @@ from collections import defaultdict
 
 from gimcli.exchange.draft import GROUND, Draft
 from gimcli.exchange.pylinkage_joints import LINKAGE, PylinkageJoints
-from gimcli.exchange.records import Record, by_key, read as read_part, read_json
+from gimcli.exchange.records import FileRecord, by_key, read as read_part, read_json
 from gimcli.exchange.repeated import RepeatedInput, RepeatedMotion
 
 PROGRAM = "pylinkage"
@@ -63,11 +63,11 @@ def read(text: str, source: str) -> Draft:
 class _Mechanism:
     """The conversion of a mechanism of joints and links; `on` has the links of each joint."""
 
-    def __init__(self, file: Record, draft: Draft) -> None:
+    def __init__(self, file: FileRecord, draft: Draft) -> None:
         self.draft = draft
         self.joints, self.links = by_key("id", file.joints, "joint"), by_key("id", file.links, "link")
         self.bodies: dict[str, str] = {}
-        self.on: dict[str, list[Record]] = defaultdict(list)
+        self.on: dict[str, list[FileRecord]] = defaultdict(list)
         for link in file.links:
             for joint in link.joints:
                 self.on[self._known(joint, link)].append(link)
@@ -96,23 +96,23 @@ class _Mechanism:
 
     # -- joints ---------------------------------------------------------------------------------
 
-    def _known(self, ident: str, by: Record) -> str:
+    def _known(self, ident: str, by: FileRecord) -> str:
         by.refuse(ident not in self.joints, f"there is no joint '{ident[:40]}'")
         return ident
 
-    def _place(self, joint: Record) -> complex:
+    def _place(self, joint: FileRecord) -> complex:
         cure = "the joint has no position; build the mechanism before it is saved"
         joint.at("position").refuse(len(joint.position or ()) != 2 or None in joint.position, cure)
         return complex(*joint.position)
 
-    def _fixed(self, joint: Record) -> bool:
+    def _fixed(self, joint: FileRecord) -> bool:
         """Return whether a joint is fixed: a ground joint, a motor, or a tracker of nothing."""
         if joint.type == "tracker":
             return not (joint.ref_joint1_id and joint.ref_joint2_id)
         motors = [link.motor_joint for link in self.links.values()]
         return joint.type == GROUND or any(link.type == GROUND for link in self.on[joint.id]) or joint.id in motors
 
-    def _add_slide(self, joint: Record) -> None:
+    def _add_slide(self, joint: FileRecord) -> None:
         name, axis = self.names[joint.id], joint.axis
         joint.at("axis").refuse(not abs(axis) > 0.0, "the axis has no direction; give two numbers that are not both 0")
         across = abs(((self.draft.joints[name] - joint.line_point) / axis * abs(axis)).imag)
@@ -122,7 +122,7 @@ class _Mechanism:
         )
         self.draft.slot(f"slot_{name}", name, GROUND, axis)
 
-    def _add_tracker(self, joint: Record) -> None:
+    def _add_tracker(self, joint: FileRecord) -> None:
         """Add a point; one that joins links is a joint of the link that carries it, too."""
         ident, named = joint.id, joint.name or joint.id
         if ident in self.fixed:
@@ -165,7 +165,7 @@ class _Mechanism:
         motion.complete()
 
 
-def _driver(link: Record, ray: complex) -> RepeatedInput:
+def _driver(link: FileRecord, ray: complex) -> RepeatedInput:
     """Return the input of a driver; its first angle is given, whatever the positions are."""
     speed, bounded = math.degrees(link.angular_velocity), link.type == "arc_driver"
     low, high = link.arc_start, link.arc_end

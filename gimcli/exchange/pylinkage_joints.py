@@ -12,7 +12,7 @@ import cmath
 import math
 
 from gimcli.exchange.draft import GROUND, Draft
-from gimcli.exchange.records import Record, by_key
+from gimcli.exchange.records import FileRecord, by_key
 from gimcli.exchange.repeated import RepeatedInput, RepeatedMotion
 
 _REFERENCE = {"ref": "", "inline": (object,), "name": "", "x": 0.0, "y": 0.0}
@@ -40,7 +40,7 @@ def _chosen(name: str, other: str) -> str:
 class PylinkageJoints:
     """The joints by name; `names` are those in the draft."""
 
-    def __init__(self, file: Record, draft: Draft) -> None:
+    def __init__(self, file: FileRecord, draft: Draft) -> None:
         self.draft, self.motion = draft, RepeatedMotion(draft)
         self.joints = by_key("name", file.joints, "joint")
         self.cranks = sum(joint.type == "Crank" for joint in file.joints)
@@ -58,14 +58,14 @@ class PylinkageJoints:
                 self._add(name, self.joints[name])
         self.motion.complete()
 
-    def _names_of(self, joint: Record) -> list[str]:
+    def _names_of(self, joint: FileRecord) -> list[str]:
         """Return the names of the joints that a joint refers to."""
         given = [own for key in _KEYS if (own := getattr(joint, key)) and own.inline is None]
         for own in given:
             own.at("ref").refuse(own.ref not in self.joints, f"there is no joint '{own.ref[:40]}'")
         return [own.ref for own in given]
 
-    def _parents(self, joint: Record, count: int) -> list[str]:
+    def _parents(self, joint: FileRecord, count: int) -> list[str]:
         """Return the draft's names of joints that are referred to; one that is given inline is fixed."""
         found = []
         for key in _KEYS[:count]:
@@ -76,7 +76,7 @@ class PylinkageJoints:
             found.append(self.draft.joint(*fixed) if inline else self.names[own.ref])
         return found
 
-    def _add(self, name: str, joint: Record) -> None:
+    def _add(self, name: str, joint: FileRecord) -> None:
         add = {
             "Static": lambda own, joint: self.draft.joint(own, complex(joint.x, joint.y), GROUND),
             "Crank": self._crank, "Fixed": self._rigid, "Revolute": self._revolute, "Prismatic": self._prismatic,
@@ -87,7 +87,7 @@ class PylinkageJoints:
 
     # -- one of each type -----------------------------------------------------------------------
 
-    def _crank(self, name: str, joint: Record) -> str:
+    def _crank(self, name: str, joint: FileRecord) -> str:
         [pivot] = self._parents(joint, 1)
         centre = self.draft.joints[pivot]
         ray = complex(joint.x, joint.y) - centre
@@ -106,7 +106,7 @@ class PylinkageJoints:
         self.draft.rotary(motor, pivot, body, arm=own, law=law)
         return own
 
-    def _rigid(self, name: str, joint: Record) -> str:
+    def _rigid(self, name: str, joint: FileRecord) -> str:
         first, second = self._parents(joint, 2)
         carriers = self.draft.common(first, second)
         joint.refuse(joint.distance is None, "`distance` is missing; give a number")
@@ -117,7 +117,7 @@ class PylinkageJoints:
         place = origin + cmath.rect(joint.distance, cmath.phase(along - origin) + joint.angle)
         return self.draft.joint(name, place, carriers[0])
 
-    def _revolute(self, name: str, joint: Record) -> str:
+    def _revolute(self, name: str, joint: FileRecord) -> str:
         first, second = self._parents(joint, 2)
         a, b, drawn = self.draft.joints[first], self.draft.joints[second], complex(joint.x, joint.y)
         ra = abs(drawn - a) if joint.distance0 is None else joint.distance0
@@ -136,7 +136,7 @@ class PylinkageJoints:
         self.draft.body(f"{name}_{second}", [second, own])
         return own
 
-    def _prismatic(self, name: str, joint: Record) -> str:
+    def _prismatic(self, name: str, joint: FileRecord) -> str:
         centre, first, second = self._parents(joint, 3)
         c, a, b, drawn = *(self.draft.joints[n] for n in (centre, first, second)), complex(joint.x, joint.y)
         joint.refuse(not abs(b - a) > 0.0, "the two joints of its line coincide and define no direction; move one")

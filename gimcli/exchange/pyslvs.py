@@ -13,7 +13,7 @@ from typing import Any
 from gimcli.connected import connected
 from gimcli.exchange.draft import GROUND, STROKE, Draft, DrawnJoint
 from gimcli.exchange.pyslvs_expression import joints_of
-from gimcli.exchange.records import Part, read as read_part
+from gimcli.exchange.records import FilePart, read as read_part
 
 PROGRAM = "Pyslvs"
 DIGIT = 1e-4
@@ -70,7 +70,7 @@ def _from_yaml(text: str, draft: Draft) -> None:
         draft.left_out.append(f"stored mechanisms are left out: {', '.join(name for name, _, _ in listed[1:])}")
     joints = joints_of(expression, draft.source, own.values.get(where, (1, 1))[0])
     given = own.data.get("input") if where == ("mechanism",) else None
-    inputs = Part(f"{draft.source}:{own.values.get(('input',), (1, 1))[0]}: input", given or [])
+    inputs = FilePart(f"{draft.source}:{own.values.get(('input',), (1, 1))[0]}: input", given or [])
     _Pyslvs(joints, draft).convert(read_part([[int]], inputs))
 
 

@@ -12,7 +12,7 @@ import re
 from typing import NamedTuple
 
 from gimcli.exchange.draft import DrawnJoint
-from gimcli.exchange.records import LARGEST, Part, number_of
+from gimcli.exchange.records import LARGEST, FilePart, number_of
 
 MOST_ITEMS = {"joints": 500, "links": 50}
 """Most joints, and most links of one joint; ten times as many may be in the whole mechanism."""
@@ -29,9 +29,9 @@ def joints_of(expression: str, source: str, line: int = 1) -> list[DrawnJoint]:
 
     Raises ModelError, with the line, for what is no expression.
     """
-    start = Part(f"{source}:{line}")
+    start = FilePart(f"{source}:{line}")
     start.refuse(len(expression) > MOST_CHARACTERS, f"the expression has more than {MOST_CHARACTERS} characters")
-    reading = _Reading(expression, source, line)
+    reading = _ExpressionReading(expression, source, line)
     whole = reading.tree(0)
     whole.place.refuse(whole.word != "M", f"expected 'M', got '{whole.word[:40]}'")
     reading.expect(not reading.sign, "the end after the mechanism")
@@ -45,7 +45,7 @@ class _Tree(NamedTuple):
     """A word with its place in the file, and what stands in brackets behind it."""
 
     word: str
-    place: Part
+    place: FilePart
     items: list[_Tree]
 
     def listed(self, what: str, whole: str) -> list[_Tree]:
@@ -63,7 +63,7 @@ class _Tree(NamedTuple):
         return value
 
 
-class _Reading:
+class _ExpressionReading:
     """An expression that is read from its start to its end; `sign` is the next sign or word, "" at the end."""
 
     def __init__(self, text: str, source: str, line: int) -> None:
@@ -79,12 +79,12 @@ class _Reading:
     def expect(self, good: object, what: str) -> None:
         """Raise ModelError if the next sign is not as expected."""
         found = f"'{self.sign[:40]}'" if self.sign else "the end of the text"
-        Part(f"{self.source}:{self.line}").refuse(not good, f"expected {what}, got {found}")
+        FilePart(f"{self.source}:{self.line}").refuse(not good, f"expected {what}, got {found}")
 
     def tree(self, depth: int) -> _Tree:
         """Return the next word and the items behind it."""
         self.expect(self.sign not in ("", "[", "]", "(", ")", ",") and depth <= DEEPEST, "a name or a number")
-        tree = _Tree(self.sign, Part(f"{self.source}:{self.line}"), [])
+        tree = _Tree(self.sign, FilePart(f"{self.source}:{self.line}"), [])
         self.take()
         if self.sign == "[":
             self.take()

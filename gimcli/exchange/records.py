@@ -42,10 +42,10 @@ class Refusing:
             raise self.refused(text)
 
 
-class Record(Refusing):
+class FileRecord(Refusing):
     """The values of a part by their keys as attributes; further ones may be set."""
 
-    def __init__(self, own: Part, values: Mapping[str, Any]) -> None:
+    def __init__(self, own: FilePart, values: Mapping[str, Any]) -> None:
         self.own = own
         self.__dict__.update(values)
 
@@ -61,13 +61,13 @@ class Record(Refusing):
         """Return the error for this part."""
         return self.own.refused(text)
 
-    def at(self, key: str) -> Part:
+    def at(self, key: str) -> FilePart:
         """Return the part of a value, for its errors."""
         return self.own.at(key)
 
 
 @dataclass(frozen=True)
-class Part(Refusing):
+class FilePart(Refusing):
     """A value in a file: `place` is its file, or its line and tag, and `keys` the path of keys from there.
 
     `texts`: all values are texts, as in attributes of tags.
@@ -93,11 +93,11 @@ class Part(Refusing):
         shown = str(self.value)[:40] if isinstance(self.value, int | float) else f"'{str(self.value)[:40]}'"
         self.refuse(not good, f"expected {what}, got {kinds.get(type(self.value), shown)}")
 
-    def at(self, key: str) -> Part:
+    def at(self, key: str) -> FilePart:
         """Return the value of a key of an object; null if it has none."""
         return replace(self, value=self.value.get(key), keys=(*self.keys, key))
 
-    def entries(self) -> list[Part]:
+    def entries(self) -> list[FilePart]:
         """Return the entries of a list."""
         self.expect(isinstance(self.value, list), "a list")
         self.refuse(len(self.value) > MOST_ENTRIES, f"more than {MOST_ENTRIES} entries are too many for one mechanism")
@@ -133,13 +133,13 @@ class Part(Refusing):
         return complex(*(part.number() for part in self.entries()))
 
 
-READERS: dict[type, Callable[[Part], Any]] = {
-    str: Part.text, float: Part.number, int: Part.integer, bool: Part.true, complex: Part.point,
+READERS: dict[type, Callable[[FilePart], Any]] = {
+    str: FilePart.text, float: FilePart.number, int: FilePart.integer, bool: FilePart.true, complex: FilePart.point,
     object: lambda part: part.value,
 }  # fmt: skip
 
 
-def read(form: Any, part: Part) -> Any:
+def read(form: Any, part: FilePart) -> Any:
     """Return a value by its form; raise ModelError with the faults of all entries of a list."""
     missing = part.value is None or (part.value == "" and (part.texts or form == ""))
     if isinstance(form, tuple):
@@ -148,7 +148,7 @@ def read(form: Any, part: Part) -> Any:
         return all_of(lambda entry: read(form[0], entry), part.entries())
     if isinstance(form, dict):
         part.expect(isinstance(part.value, dict), "an object")
-        return Record(part, {key: read(own, part.at(key)) for key, own in form.items()})
+        return FileRecord(part, {key: read(own, part.at(key)) for key, own in form.items()})
     if isinstance(form, type):
         return READERS[form](part)
     return form if missing else READERS[type(form)](part)
@@ -176,9 +176,9 @@ def number_of(text: str) -> float:
     return number if math.isfinite(number) and "_" not in text else math.nan
 
 
-def by_key(key: str, records: Iterable[Record], what: str) -> dict[str, Record]:
+def by_key(key: str, records: Iterable[FileRecord], what: str) -> dict[str, FileRecord]:
     """Return records by the value of a key, which no two of them may have in common."""
-    found: dict[str, Record] = {}
+    found: dict[str, FileRecord] = {}
     for own in records:
         name = getattr(own, key)
         own.refuse(name in found, f"the {what} '{name[:40]}' is given twice; rename one of the two")
@@ -186,13 +186,13 @@ def by_key(key: str, records: Iterable[Record], what: str) -> dict[str, Record]:
     return found
 
 
-def read_json(text: str, source: str) -> Part:
+def read_json(text: str, source: str) -> FilePart:
     """Return the value of a JSON text; raise ModelError with line and column if it is not readable."""
-    Part(source).refuse(
+    FilePart(source).refuse(
         len(text) > MOST_CHARACTERS, f"is too large; at most {MOST_CHARACTERS // 1_000_000} MB are read"
     )
     try:
-        return Part(source, json.loads(text.removeprefix("\ufeff"), **_NUMBERS))
+        return FilePart(source, json.loads(text.removeprefix("\ufeff"), **_NUMBERS))
     except json.JSONDecodeError as error:
         raise ModelError([f"{source}:{error.lineno}:{error.colno}: not readable as JSON: {SYNTAX}"]) from None
     except RecursionError:

@@ -58,10 +58,10 @@ def read_tags(text: str, source: str, parents: Mapping[str, tuple[str, ...]]) ->
     `parents` names the tags that a tag may be in: a tag whose end is missing ends where another one begins that cannot
     be in it. Raises ModelError for a text that ends too early, and for entities.
     """
-    return _Reading(text, source, parents).root()
+    return _TagReading(text, source, parents).root()
 
 
-class _Reading(Refusing):
+class _TagReading(Refusing):
     """The text from `at` on; `open` are the tags that are not ended."""
 
     def __init__(self, text: str, source: str, parents: Mapping[str, tuple[str, ...]]) -> None:
