@@ -135,7 +135,7 @@ def note_doubtful_loading(mechanism: Mechanism) -> None:
 
 def print_turns(mechanism: Mechanism) -> None:
     """Say for which turns a list of configurations holds, if inputs follow others with ratios that are not whole."""
-    from gimcli.structure.coupled_rows import turns_until_repeated
+    from gimcli.positions.inputs import turns_until_repeated
 
     turns = turns_until_repeated(mechanism)
     if turns == 1:

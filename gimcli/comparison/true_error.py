@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
+from gimcli.comparison.exact_equations import Constraints
 from gimcli.mechanism import FRAME, BoolArray, ComplexArray, FloatArray, Mechanism
 from gimcli.structure.carried import carried_point
-from gimcli.structure.exact_equations import Constraints
 
 Flags = BoolArray
 

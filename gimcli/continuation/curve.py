@@ -16,8 +16,7 @@ from functools import cached_property
 import numpy as np
 
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
-from gimcli.positions.inputs import InputLine, input_line, law_inputs, law_times, leading
-from gimcli.structure.coupled_rows import turns_until_repeated
+from gimcli.positions.inputs import InputLine, input_line, law_inputs, law_times, leading, turns_until_repeated
 from gimcli.structure.system import system_of
 
 EVEN = 1e-9

@@ -25,7 +25,7 @@ from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.positions.dispatch import plain
 from gimcli.positions.newton import Run
 from gimcli.structure.coordinate_partitioning import Choice, free_choice, input_choice, make_chart
-from gimcli.structure.polynomials import continue_linked, coupled_terms, with_gauges, with_linked_gauges
+from gimcli.structure.equations import continue_linked, coupled_terms, with_gauges, with_linked_gauges
 
 
 class ReducedEquations:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gimcli.gim.sequence import spectral_radius
+from gimcli.gim.sequence import radius_of
 from gimcli.gim.sweeper import Sweeper
 from gimcli.mechanism import FloatArray
 from gimcli.positions.dispatch import plain
@@ -62,5 +62,4 @@ def fit(worst: FloatArray) -> tuple[float, float]:
 def radius_at(position: Position) -> float:
     """Return the spectral radius, at a position, of the sequence by which it was found."""
     sweeper = Sweeper(position.mechanism, position.options or Options(method="gim"), plain)
-    moves = [(m.node, m.restriction.gradient(position.z, position.inputs)) for m in sweeper.moves]
-    return spectral_radius(moves, tuple(sweeper.free))
+    return radius_of(sweeper.moves, tuple(sweeper.free), position.z)

@@ -63,7 +63,7 @@ def report(
     """Return the groups of the sequence at an assembled position z (nodes,)."""
     plan = make_plan(mechanism)
     coupled = {n for group in plan.coupled for n in group.nodes}
-    sequence = find_sequence(mechanism, z, inputs, strategy, plan)
+    sequence = find_sequence(mechanism, z, strategy, plan)
     return [_group(mechanism, sequence, g, coupled, z, inputs, tolerance) for g in sequence.groups]
 
 

@@ -8,7 +8,7 @@ one sweep reduces the error: exp(-C2) of eq. (3).
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from itertools import islice
 
@@ -17,14 +17,16 @@ import numpy as np
 from gimcli.errors import StructureError
 from gimcli.gim.admissible import Walk
 from gimcli.gim.rules import PaperRules
-from gimcli.mechanism import ANGLE, FRAME, SPAN, ComplexArray, FloatArray, Mechanism
+from gimcli.mechanism import ANGLE, FRAME, SPAN, ComplexArray, Mechanism
 from gimcli.structure.closed_form_order import Layout
 from gimcli.structure.derived import derived
 from gimcli.structure.dulmage_mendelsohn import components, match
 from gimcli.structure.kinematic_nodes import free_nodes, kinematic_nodes
 from gimcli.structure.plan import make_plan
+from gimcli.structure.readings import Readings
 from gimcli.structure.restrictions import Move, Restriction, member_models, pair_restrictions
 from gimcli.structure.steps import Coupled, Dyad, Place, Plan
+from gimcli.structure.terms import coordinates, places
 
 CANDIDATES = 400
 """Greatest number of sequences tried for one choice of models; the double butterfly has 12, the ten-bar 32."""
@@ -74,13 +76,9 @@ class Sequence:
         """Spectral radius of the whole sweep: the greatest of all groups, as its matrix is block triangular."""
         return max((g.radius for g in self.groups), default=0.0)
 
-    def radius_at(self, z: ComplexArray, inputs: FloatArray) -> float:
+    def radius_at(self, z: ComplexArray) -> float:
         """Return the spectral radius at another position z (nodes,)."""
-        radii = (
-            spectral_radius([(m.node, m.restriction.gradient(z, inputs)) for m in g.moves], g.nodes)
-            for g in self.groups
-        )
-        return max(radii, default=0.0)
+        return max((radius_of(g.moves, g.nodes, z) for g in self.groups), default=0.0)
 
 
 @derived
@@ -92,7 +90,7 @@ def known_nodes(mechanism: Mechanism) -> tuple[frozenset[int], frozenset[int]]:
 
 
 def find_sequence(
-    mechanism: Mechanism, z: ComplexArray, inputs: FloatArray, strategy: str = "spectral", plan: Plan | None = None
+    mechanism: Mechanism, z: ComplexArray, strategy: str = "spectral", plan: Plan | None = None
 ) -> Sequence:
     """Return the sequence by the rules of the paper ("classic"), or the best one at an assembled position z (nodes,).
 
@@ -100,29 +98,27 @@ def find_sequence(
     distances and angles ("classic").
     """
     if strategy == "classic":
-        return _by_rules(mechanism, z, inputs)
+        return _by_rules(mechanism, z)
     known, carried = known_nodes(mechanism)
     plan = plan or make_plan(mechanism)
-    return Sequence(tuple(SequenceSearch(mechanism, z, inputs, known, carried, plan).groups()), carried)
+    return Sequence(tuple(SequenceSearch(mechanism, z, known, carried, plan).groups()), carried)
 
 
-def _by_rules(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray) -> Sequence:
+def _by_rules(mechanism: Mechanism, z: ComplexArray) -> Sequence:
     rules = PaperRules(mechanism)
     moves, known = tuple(rules.moves), frozenset(rules.fixed | {m.node for m in rules.placed})
     nodes = tuple(n for n in free_nodes(mechanism) if n not in known)
-    radius = spectral_radius([(m.node, m.restriction.gradient(z, inputs)) for m in moves], nodes)
+    radius = radius_of(moves, nodes, z)
     kind = "strongly coupled" if rules.missing or any(m.rule == "criteria" for m in moves) else "weakly coupled"
     return Sequence(
         (SequenceGroup(moves, nodes, radius, 1, tuple(rules.placed), kind, rules.missing),), frozenset(known)
     )
 
 
-def group_sequence(
-    mechanism: Mechanism, nodes: list[int], z: ComplexArray, inputs: FloatArray, plan: Plan
-) -> tuple[Move, ...]:
+def group_sequence(mechanism: Mechanism, nodes: list[int], z: ComplexArray, plan: Plan) -> tuple[Move, ...]:
     """Return the first sequence that converges at a position z (nodes,) and moves only the nodes of one group."""
     known = frozenset(range(len(mechanism.nodes))) - set(nodes)
-    search = SequenceSearch(mechanism, z, inputs, known, frozenset(), plan, first=True)
+    search = SequenceSearch(mechanism, z, known, frozenset(), plan, first=True)
     return tuple(m for g in search.groups() for m in g.moves)
 
 
@@ -130,10 +126,10 @@ class SequenceSearch:
     """The search for the best sequence of one mechanism, or for the `first` that converges."""
 
     def __init__(
-        self, mechanism: Mechanism, z: ComplexArray, inputs: FloatArray, known: frozenset[int],
-        carried: frozenset[int], plan: Plan, first: bool = False,
+        self, mechanism: Mechanism, z: ComplexArray, known: frozenset[int], carried: frozenset[int], plan: Plan,
+        first: bool = False,
     ) -> None:  # fmt: skip
-        self.mechanism, self.z, self.inputs, self.first = mechanism, z, inputs, first
+        self.mechanism, self.first = mechanism, first
         self.known, self.carried = known, carried
         kinematic = kinematic_nodes(mechanism)
         placing = (step for step in plan.steps if isinstance(step, Place | Dyad | Coupled))
@@ -147,7 +143,8 @@ class SequenceSearch:
             if k != FRAME and not set(nodes) <= known
         ]
         self.pairs = pair_restrictions(mechanism, known, kinematic)
-        self.gradients: dict[int, tuple[Restriction, dict[int, complex]]] = {}  # {id: restriction, gradient}
+        every = [*(r for models in self.models for model in models for r in model), *self.pairs]
+        self.gradients = dict(zip(map(id, every), gradients(every, z), strict=True))
 
     def groups(self) -> Iterator[SequenceGroup]:
         """Yield the groups in order of solution."""
@@ -275,11 +272,7 @@ class SequenceSearch:
 
     def radius(self, moves: tuple[Move, ...], nodes: tuple[int, ...]) -> float:
         """Return the spectral radius of one sweep with some moves."""
-        for move in moves:
-            r = move.restriction
-            if id(r) not in self.gradients:
-                self.gradients[id(r)] = r, r.gradient(self.z, self.inputs)
-        return spectral_radius([(m.node, self.gradients[id(m.restriction)][1]) for m in moves], nodes)
+        return spectral_radius([(m.node, self.gradients[id(m.restriction)]) for m in moves], nodes)
 
 
 def _about_one(model: list[Restriction]) -> bool:
@@ -288,27 +281,29 @@ def _about_one(model: list[Restriction]) -> bool:
     return bool(angles) and all(angles[0].q in (r.p, r.q) and (r.kind == SPAN or r.q == angles[0].q) for r in model)
 
 
-def spectral_radius(moves: list[tuple[int, dict[int, complex]]], nodes: tuple[int, ...]) -> float:
-    """Return the spectral radius of a linearised sweep, for moves (moved node, {node: gradient of its restriction}).
+def gradients(restrictions: Iterable[Restriction], z: ComplexArray) -> ComplexArray:
+    """Return the gradients g (restrictions, nodes) at a position z (nodes,): d(value) = sum Re(conj(g) dz)."""
+    return places(Readings(list(restrictions), len(z)).slopes(z))
+
+
+def radius_of(moves: tuple[Move, ...], nodes: tuple[int, ...], z: ComplexArray) -> float:
+    """Return the spectral radius of a sweep at a position z (nodes,)."""
+    found = gradients((m.restriction for m in moves), z)
+    return spectral_radius([(m.node, g) for m, g in zip(moves, found, strict=True)], nodes)
+
+
+def spectral_radius(moves: list[tuple[int, ComplexArray]], nodes: tuple[int, ...]) -> float:
+    """Return the spectral radius of a linearised sweep, for moves (moved node, gradient (nodes,) of its restriction).
 
     A move of B changes dB to (1 - n n') dB - n (sum of the other gradients . dz) / |gradient at B|, with n the unit
     gradient at B.
     """
-    if not nodes:
-        return 0.0
-    column = {n: 2 * k for k, n in enumerate(nodes)}
     sweep = np.eye(2 * len(nodes))
     for moved, g in moves:
-        own = g[moved]
-        norm = abs(own)
+        norm = abs(g[moved])
         if not norm > 1e-12:
             return float("inf")
-        pull = np.zeros(2 * len(nodes))
-        for node, value in g.items():
-            if node in column:
-                pull[column[node] : column[node] + 2] = value.real / norm, value.imag / norm
-        change = pull @ sweep
-        at = column[moved]
-        sweep[at] -= own.real / norm * change
-        sweep[at + 1] -= own.imag / norm * change
-    return float(np.max(np.abs(np.linalg.eigvals(sweep)))) if np.all(np.isfinite(sweep)) else float("inf")
+        at = 2 * nodes.index(moved)
+        pull = coordinates(g[list(nodes)]) / norm
+        sweep[at : at + 2] -= np.outer(pull[at : at + 2], pull @ sweep)
+    return float(np.max(np.abs(np.linalg.eigvals(sweep)), initial=0.0)) if np.all(np.isfinite(sweep)) else float("inf")

@@ -156,7 +156,7 @@ class SwitchingState:
 
     def _exchange(self) -> bool:
         """Exchange the sequence for one that is better at the next row; return whether there was one."""
-        taken = self.sweeper.exchange(self._ahead(), self.inputs[:, self.done], SWITCHING.gain)
+        taken = self.sweeper.exchange(self._ahead(), SWITCHING.gain)
         if taken:
             self.swept.exchanged.append(self.done - 1)
         return taken

@@ -35,7 +35,7 @@ PERTURBATION = 1e-2
 @derived
 def first_sequence(mechanism: Mechanism, strategy: str) -> Sequence:
     """Return the best sequence at the drawn position (cached, because a comparison of methods uses it often)."""
-    return find_sequence(mechanism, mechanism.drawn, mechanism.drawn_inputs, strategy)
+    return find_sequence(mechanism, mechanism.drawn, strategy)
 
 
 @dataclass
@@ -124,15 +124,15 @@ class Sweeper:
         z[:, :stop] = carry(self.mechanism, (x[:stop] + 1j * y[:stop]).T)
         return z, spent, stop, sweeps.ENDS[int(out[3])]
 
-    def exchange(self, z: ComplexArray, inputs: FloatArray, gain: float) -> bool:
+    def exchange(self, z: ComplexArray, gain: float) -> bool:
         """Use the best sequence at z (nodes,), if it needs `gain` times fewer sweeps; return whether it does.
 
         A sequence given by the user is not exchanged, nor that by the rules of the paper, which is the same everywhere.
         """
         if self.sequence is None or not np.all(np.isfinite(z)):
             return False
-        found = find_sequence(self.mechanism, z, inputs, self.options.strategy, self.plan)
-        old = self.sequence.radius_at(z, inputs)
+        found = find_sequence(self.mechanism, z, self.options.strategy, self.plan)
+        old = self.sequence.radius_at(z)
         better = found.radius < 1.0 and (old >= 1.0 or found.radius < old**gain)
         if found.moves == self.moves or not better:
             return False

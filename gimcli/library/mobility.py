@@ -61,7 +61,7 @@ def _of_machine(whole: Mechanism, mechanism: Mechanism) -> tuple[Mobility, str]:
             f"{whole.name} cannot be assembled near its initial configuration: correct the coordinates or lengths;"
             " `gim solve` reports the constraint with the largest error"
         )
-    found = mobility_at(mechanism, z, mechanism.drawn_inputs)
+    found = mobility_at(mechanism, z)
     if not found.stuck:
         return found, REGULAR
     from gimcli.branching.singularities import SINGULAR, singular_start
@@ -235,8 +235,7 @@ def jacobian_matrix(mechanism: Mechanism, coordinates: str = NATURAL) -> Jacobia
     if coordinates == NATURAL:
         own = constraint_jacobian(mechanism)
         columns = tuple((f"{mechanism.nodes[n]}.{axis}", length) for n in own.free for axis in "xy")
-        values = own.slopes(own.constraints, z, mechanism.drawn_inputs)
-        return JacobianMatrix(coordinates, tuple(r.name for r in own.constraints), columns, values)
+        return JacobianMatrix(coordinates, tuple(own.names), columns, own.slopes(z))
     from gimcli.comparison.bodies import AbsoluteCoordinates
     from gimcli.comparison.coordinates import JointCoordinates
 

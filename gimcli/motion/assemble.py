@@ -239,7 +239,7 @@ class Assembler:
         z[own] = guess[own]
         if packed.group.base not in self._sequences:
             try:
-                found = group_sequence(self.mechanism, own, self.mechanism.drawn, block.inputs[:, NEW], self.plan)
+                found = group_sequence(self.mechanism, own, self.mechanism.drawn, self.plan)
             except StructureError:
                 found = ()
             self._sequences[packed.group.base] = found

@@ -20,7 +20,6 @@ from gimcli.rounding import input_value, interval, length, number
 from gimcli.status import Status
 from gimcli.structure.plan import make_plan
 from gimcli.structure.residual import Check, checks, errors
-from gimcli.structure.restrictions import vector_value
 from gimcli.structure.steps import NONE, Circle, Dyad, Line, Place, Plan, Vector
 
 SAMPLES = 180
@@ -64,7 +63,7 @@ def reason(
             return status.text
         from gimcli.gim.sweeper import first_sequence
 
-        radius = first_sequence(mechanism, "classic").radius_at(solve(mechanism, inputs, Options()).z, inputs)
+        radius = first_sequence(mechanism, "classic").radius_at(solve(mechanism, inputs, Options()).z)
         return f"{status.text}; the sequence by the rules of the paper has the spectral radius {radius:.4f} there"
     return "; ".join(Unassembled(mechanism, inputs).sentences(tried))
 
@@ -287,7 +286,9 @@ class Unassembled:
         return complex(self.z[circle.centre] + offset)
 
     def _value(self, vector: Vector) -> complex:
-        return vector_value(vector, self.z, self.inputs)[0]
+        base = self.z[vector.v] - self.z[vector.u] if vector.u != NONE else 1.0
+        angle = vector.turn * self.inputs[vector.actuator] if vector.actuator != NONE else 0.0
+        return complex(vector.z * base * np.exp(1j * angle))
 
     def _node(self, node: int) -> str:
         return self.mechanism.nodes[node]

@@ -23,6 +23,10 @@ SAMPLES = 65
 STRAIGHT = 1e-13
 """Distance from a line, relative to its length, below which inputs are on it: a few rounding errors."""
 
+LARGEST = 1000
+"""Greatest denominator of a ratio that counts as rational, and its rounding error."""
+EXACT = 1e-12
+
 
 @dataclass(frozen=True)
 class InputLine:
@@ -137,3 +141,22 @@ def pace(mechanism: Mechanism, values: FloatArray) -> float:
     """Return the greatest total change of an input over values (actuators, rows), in turns (or 2 pi sizes)."""
     change = np.abs(np.diff(values, axis=1)).sum(axis=1)
     return float(np.max(change / scales(mechanism), initial=0.0) / (2.0 * math.pi))
+
+
+def turns_until_repeated(mechanism: Mechanism) -> int | None:
+    """Return after how many turns of the only rotary driver all followers are back, modulo turns; None if never.
+
+    Without followers, or with several drivers, one turn.
+    """
+    if len(mechanism.drivers) != 1 or not mechanism.actuators[mechanism.drivers[0]].rotary:
+        return 1
+    from fractions import Fraction  # imported late: it takes as long as a short motion
+
+    turns = 1
+    for k, (ratio,) in enumerate(mechanism.following.tolist()):
+        if mechanism.actuators[k].rotary:
+            found = Fraction(ratio).limit_denominator(LARGEST)
+            if abs(float(found) - ratio) > EXACT * max(1.0, abs(ratio)):
+                return None
+            turns = int(np.lcm(turns, found.denominator))
+    return turns

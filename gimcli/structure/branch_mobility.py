@@ -28,8 +28,8 @@ NEAREST, FARTHEST = 0.1, 10.0
 CLOSE, SHRUNK, ASIDE = 2e-5, 0.1, 2.0
 """A branch is followed back to this distance, in steps of this ratio, each of at most this length of the straight."""
 
-BESIDE, CURVED = 1e-5, 1e-6
-"""Step, relative to the size, of differences for second derivatives, and the least of these that is not 0."""
+CURVED = 1e-6
+"""The least second derivative that is not 0."""
 
 MOVES = 1e-6
 """In a motion of length 1, a node that moves by less is fixed."""
@@ -49,20 +49,20 @@ class Branch:
         return not self.undriven and not self.overdriven
 
 
-def branches(jacobian: Jacobian, z: ComplexArray, inputs: FloatArray) -> Iterator[tuple[Branch, ComplexArray]]:
+def branches(jacobian: Jacobian, z: ComplexArray) -> Iterator[tuple[Branch, ComplexArray]]:
     """Yield the branches through an assembled position z (nodes,) that differ, each with a position on it."""
-    goal, rank = jacobian.values(z, inputs), jacobian.ranks(z, inputs)[0]
+    goal, rank = jacobian.values(z), jacobian.ranks(z)[0]
     found: set[Branch] = set()
     for step in STEPS if rank < 2 * len(jacobian.free) else ():
         meeting, length = False, step * jacobian.size
-        for number, there in enumerate(_neighbours(jacobian, z, inputs, length), start=1):
-            one = at_position(jacobian, there, inputs)
-            meeting = meeting or jacobian.ranks(there, inputs)[0] > rank
+        for number, there in enumerate(_neighbours(jacobian, z, length), start=1):
+            one = at_position(jacobian, there)
+            meeting = meeting or jacobian.ranks(there)[0] > rank
             if one not in found:  # it may be another singular position
-                aside = next(_neighbours(jacobian, there, inputs, SHRUNK * length), there)
-                if (other := at_position(jacobian, aside, inputs)) != one:
+                aside = next(_neighbours(jacobian, there, SHRUNK * length), there)
+                if (other := at_position(jacobian, aside)) != one:
                     there, one = aside, other
-            if one not in found and _leads_to(jacobian, z, there, inputs, goal):
+            if one not in found and _leads_to(jacobian, z, there, goal):
                 found.add(one)
                 yield one, there
             if number >= TRIALS and not meeting:
@@ -71,14 +71,14 @@ def branches(jacobian: Jacobian, z: ComplexArray, inputs: FloatArray) -> Iterato
             break
 
 
-def at_position(jacobian: Jacobian, z: ComplexArray, inputs: FloatArray) -> Branch:
+def at_position(jacobian: Jacobian, z: ComplexArray) -> Branch:
     """Return the freedoms and drives at a position z (nodes,) on one branch only."""
-    table = fixed(jacobian, z, inputs)
-    driven = np.vstack([table, jacobian.rows(jacobian.drives, z, inputs)])
-    ranks = [full_pivoting(driven[:k])[0] if driven[:k].size else 0 for k in range(len(table), len(driven) + 1)]
+    table = fixed(jacobian, z)
+    driven = np.vstack([table, jacobian.drives(z)])
+    ranks = [full_pivoting(driven[:k])[0] for k in range(len(table), len(driven) + 1)]
     count = 2 * len(jacobian.free) - ranks[0]
     inputs_of = [jacobian.mechanism.actuators[k].name for k in jacobian.mechanism.drivers]
-    useful = {drive.name for drive, low, high in zip(jacobian.drives, ranks, ranks[1:], strict=False) if high > low}
+    useful = {name for name, low, high in zip(inputs_of, ranks, ranks[1:], strict=False) if high > low}
     loose = (
         carry(jacobian.mechanism, jacobian.motions(driven)) if ranks[-1] < 2 * len(jacobian.free) else z[:, None] * 0
     )
@@ -88,58 +88,49 @@ def at_position(jacobian: Jacobian, z: ComplexArray, inputs: FloatArray) -> Bran
     )
 
 
-def fixed(jacobian: Jacobian, z: ComplexArray, inputs: FloatArray) -> FloatArray:
+def fixed(jacobian: Jacobian, z: ComplexArray) -> FloatArray:
     """Return rows (., 2 x free nodes) that are 0 for the motions of the branch at positions z (nodes,)."""
-    slopes = jacobian.slopes(jacobian.constraints, z, inputs)
-    norm = np.linalg.norm(slopes, axis=1, keepdims=True)
-    scale = np.where(norm > ROUNDING, norm, 1.0)
-    table = np.where(norm > ROUNDING, slopes / scale, 0.0)
+    norm = np.linalg.norm(jacobian.slopes(z), axis=1, keepdims=True)
+    table = jacobian.rows(z)
     if not table.size:
         return table
     left, values, right = np.linalg.svd(table)
     rank = int(np.sum(values > RANK * max(float(values[0]), 1e-300)))
-    left, right, step = left[:, rank:], right[rank:], BESIDE * jacobian.size
+    left, right = left[:, rank:] / np.where(norm > ROUNDING, norm, 1.0), right[rank:]
     if not left.size or not right.size:
         return table
-
-    def beside(motion: ComplexArray) -> FloatArray:
-        return jacobian.slopes(jacobian.constraints, z + motion, inputs) / scale
-
-    motions = jacobian.motions(table).T * step
-    forms = [left.T @ (beside(one) - beside(-one)) @ right.T / (2.0 * step) for one in motions]
+    forms = [left.T @ jacobian.slopes_along(z, one) @ right.T for one in jacobian.motions(table).T]
     _, values, turned = np.linalg.svd(np.vstack(forms))
     return np.vstack([table, turned[: int(np.sum(values > CURVED))] @ right])
 
 
-def _neighbours(jacobian: Jacobian, z: ComplexArray, inputs: FloatArray, step: float) -> Iterator[ComplexArray]:
+def _neighbours(jacobian: Jacobian, z: ComplexArray, step: float) -> Iterator[ComplexArray]:
     """Yield assembled positions at a distance of about `step` from z; every other one is sought where drives move."""
     generator = np.random.default_rng(0)
-    goal, drives = jacobian.values(z, inputs), jacobian.rows(jacobian.drives, z, inputs)
-    null = jacobian.motions(jacobian.rows(jacobian.constraints, z, inputs))
+    goal, drives = jacobian.values(z), jacobian.drives(z)
+    null = jacobian.motions(jacobian.rows(z))
     for number in range(MORE * null.shape[1]):
         motion = null @ generator.standard_normal(null.shape[1])
         motion *= step / np.linalg.norm(motion)
         along = generator.standard_normal(len(drives)) @ drives if number % 2 and len(drives) else None
-        there = _restored(jacobian, z + motion, goal, inputs, jacobian.vector(motion) if along is None else along)
+        there = _restored(jacobian, z + motion, goal, jacobian.vector(motion) if along is None else along)
         if there is not None and NEAREST * step < np.linalg.norm(there - z) < FARTHEST * step:
             yield there
 
 
-def _leads_to(jacobian: Jacobian, z: ComplexArray, there: ComplexArray, inputs: FloatArray, goal: FloatArray) -> bool:
+def _leads_to(jacobian: Jacobian, z: ComplexArray, there: ComplexArray, goal: FloatArray) -> bool:
     """Return whether a branch can be followed from a position on it to z."""
     while np.linalg.norm(there - z) > CLOSE * jacobian.size:
         way = SHRUNK * (there - z)
-        nearer = _restored(jacobian, z + way, goal, inputs, jacobian.vector(way))
+        nearer = _restored(jacobian, z + way, goal, jacobian.vector(way))
         if nearer is None or np.linalg.norm(nearer - z) > ASIDE * np.linalg.norm(way):
             return False
         there = nearer
     return True
 
 
-def _restored(
-    jacobian: Jacobian, trial: ComplexArray, goal: FloatArray, inputs: FloatArray, along: FloatArray
-) -> ComplexArray | None:
+def _restored(jacobian: Jacobian, trial: ComplexArray, goal: FloatArray, along: FloatArray) -> ComplexArray | None:
     """Return the assembled position found from a trial position, moved only across `along`; None if that fails."""
     size = float(np.linalg.norm(along))
-    z, error = jacobian.nearest(trial, goal, inputs, along / (size or 1.0))
+    z, error = jacobian.nearest(trial, goal, along / (size or 1.0))
     return z if error < ASSEMBLED * jacobian.size else None

@@ -6,17 +6,21 @@ Elimination with full pivoting determines its rank; the rows without a pivot are
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
 
-from gimcli.canonical import first_greatest
-from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
-from gimcli.structure.coupled_rows import CoupledRow
+from gimcli.canonical import TURN, first_greatest
+from gimcli.mechanism import ANGLE, FRAME, ComplexArray, FloatArray, Mechanism
 from gimcli.structure.derived import derived
+from gimcli.structure.equations import followed, with_gauges, with_linked_gauges
 from gimcli.structure.kinematic_nodes import free_nodes, kinematic_nodes
-from gimcli.structure.restrictions import Restriction, member_models, pair_restrictions
+from gimcli.structure.pair_rows import constraint_of
+from gimcli.structure.readings import Readings
+from gimcli.structure.restrictions import member_models, pair_restrictions
+from gimcli.structure.steps import Value
+from gimcli.structure.terms import coordinates, places
 
 ROUNDING = 1e-14
 """A gradient in the normal frame below this is 0, such as that of an angle that other constraints keep constant."""
@@ -36,33 +40,43 @@ ITERATIONS = 60
 STALLED = 8
 """Iterations in which the error is at least halved, or a position in a given direction does not exist."""
 
-Rows = Sequence[Restriction | CoupledRow]
-"""Constraints of positions."""
-
 
 class Jacobian:
-    """The restrictions of a mechanism and their gradients in the coordinates of the free nodes."""
+    """The constraints and drives of a mechanism, and their gradients in the coordinates of the free nodes.
+
+    A constraint is a distance, an angle or a height, or an input that follows others: the sum of ratio times quantity.
+    Values are lengths: an angle between nodes is multiplied by its arm.
+    """
 
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism = mechanism
         kinematic = kinematic_nodes(mechanism)
         frame = set(mechanism.members[FRAME].nodes)
         self.free = list(free_nodes(mechanism))
-        self.column = {n: 2 * k for k, n in enumerate(self.free)}
+        self._columns = [2 * n + c for n in self.free for c in (0, 1)]
         models = [
             member_models(mechanism, index, sorted(nodes, key=lambda n: n not in frame), frame)[0]
             for index, nodes in enumerate(kinematic)
             if index != FRAME and not set(nodes) <= frame
         ]
+        names = [a.name for a in mechanism.actuators]
         pairs = pair_restrictions(mechanism, frame, kinematic)
-        drives = {a.name for a in mechanism.actuators}
-        independent = {mechanism.actuators[k].name for k in mechanism.drivers}
-        self.constraints: list[Restriction | CoupledRow] = [
-            *(restriction for model in models for restriction in model),
-            *(r for r in pairs if r.name not in drives),
-            *(CoupledRow(mechanism, coupling) for coupling in mechanism.couplings),
-        ]
-        self.drives = [r for r in pairs if r.name in independent]
+        own = [*(r for model in models for r in model), *(r for r in pairs if r.name not in names)]
+        followers = [coupling.follower for coupling in mechanism.couplings]
+        self.names = [*(r.name for r in own), *(names[k] for k in followers)]
+        self.goal = np.array([0.0 if r.kind == ANGLE else r.value.constant for r in own] + [0.0] * len(followers))
+        read = with_gauges(with_linked_gauges(replace(mechanism, gauges=())))
+        inputs = [constraint_of(read, row, Value(0.0), kinematic) for row in read.actuators]
+        self._first = len(own)  # of the quantities of inputs, if some follow others
+        self._readings = Readings([*own, *(inputs if followers else ())], len(mechanism.nodes))
+        self._drives = Readings([inputs[k] for k in mechanism.drivers], len(mechanism.nodes))
+        self._drawn = self._readings.values(mechanism.drawn) * (np.arange(self._readings.count) >= self._first)
+        self._mix = np.zeros((len(self.names), self._readings.count))
+        self._mix[: self._first, : self._first] = np.eye(self._first)
+        for row, coupling in zip(self._mix[self._first :, self._first :], mechanism.couplings, strict=True):
+            row[coupling.follower] = 1.0
+            for k, ratio in followed(read, coupling):
+                row[k] -= ratio
 
     @cached_property
     def size(self) -> float:
@@ -70,28 +84,39 @@ class Jacobian:
         extent = EXTENT * max((member.extent for member in self.mechanism.members), default=0.0)
         return min(self.mechanism.size, extent) if extent > 0.0 else self.mechanism.size
 
-    def rows(self, restrictions: Rows, z: ComplexArray, inputs: FloatArray) -> FloatArray:
-        """Return the gradients (restrictions, 2 x free nodes), scaled to length 1, or to 0 for rounding errors."""
-        table = self.slopes(restrictions, z, inputs)
-        norm = np.linalg.norm(table, axis=1, keepdims=True)
-        return np.where(norm > ROUNDING, table / np.where(norm > ROUNDING, norm, 1.0), 0.0)
+    def rows(self, z: ComplexArray) -> FloatArray:
+        """Return the gradients (constraints, 2 x free nodes), scaled to length 1, or to 0 for rounding errors."""
+        return _scaled(self.slopes(z))
 
-    def slopes(self, restrictions: Rows, z: ComplexArray, inputs: FloatArray) -> FloatArray:
-        """Return the gradients (restrictions, 2 x free nodes)."""
-        table = np.zeros((len(restrictions), 2 * len(self.free)))
-        for k, restriction in enumerate(restrictions):
-            for node, g in restriction.gradient(z, inputs).items():
-                if node in self.column:
-                    at = self.column[node]
-                    table[k, at : at + 2] += g.real, g.imag
-        return table
+    def drives(self, z: ComplexArray) -> FloatArray:
+        """Return the gradients (drives, 2 x free nodes) of the independent inputs, scaled likewise."""
+        return _scaled(self._drives.slopes(z)[:, self._columns])
 
-    def ranks(self, z: ComplexArray, inputs: FloatArray) -> tuple[int, int]:
+    def slopes(self, z: ComplexArray) -> FloatArray:
+        """Return the gradients (constraints, 2 x free nodes) at positions z (nodes,)."""
+        return self._mixed(z, self._readings.slopes(z)[:, self._columns])
+
+    def slopes_along(self, z: ComplexArray, motion: ComplexArray) -> FloatArray:
+        """Return the derivatives of the slopes along a motion (nodes,) that the constraints allow."""
+        return self._mixed(z, self._readings.slopes_along(z, motion)[:, self._columns])
+
+    def values(self, z: ComplexArray) -> FloatArray:
+        """Return the values (constraints,) at positions z (nodes,).
+
+        Those of followers are 0 at the drawing; angles differ from it by less than half a turn.
+        """
+        change = self._readings.values(z) - self._drawn
+        return self._mixed(z, change - self._readings.angles * TURN * np.round(change / TURN))
+
+    def _mixed(self, z: ComplexArray, found: FloatArray) -> FloatArray:
+        arms = self._readings.arms(z)
+        arms[self._first :] = 1.0
+        return np.asarray((self._mix * arms) @ found)
+
+    def ranks(self, z: ComplexArray) -> tuple[int, int]:
         """Return the rank of the constraints, and the rank of constraints and drives together."""
-        table = self.rows(self.constraints, z, inputs)
-        both = np.vstack([table, self.rows(self.drives, z, inputs)])
-        first, second = (full_pivoting(part)[0] if part.size else 0 for part in (table, both))
-        return first, second
+        table = self.rows(z)
+        return full_pivoting(table)[0], full_pivoting(np.vstack([table, self.drives(z)]))[0]
 
     def motions(self, table: FloatArray) -> ComplexArray:
         """Return a basis of the velocities (nodes, motions) in the null space of a table of gradients."""
@@ -100,19 +125,15 @@ class Jacobian:
             _, s, v = np.linalg.svd(table)
             null = v[int(np.sum(s > RANK * max(float(s[0]), 1e-300))) :]
         motion = np.zeros((len(self.mechanism.nodes), len(null)), dtype=complex)
-        motion[self.free] = (null[:, 0::2] + 1j * null[:, 1::2]).T
+        motion[self.free] = places(null).T
         return motion
 
     def vector(self, motion: ComplexArray) -> FloatArray:
         """Return the coordinates (2 x free nodes,) of a motion (nodes,)."""
-        return np.column_stack([motion[self.free].real, motion[self.free].imag]).ravel()
-
-    def values(self, z: ComplexArray, inputs: FloatArray) -> FloatArray:
-        """Return the values (constraints,) of the constraints at positions z (nodes,)."""
-        return np.array([r.measure(z, inputs) for r in self.constraints])
+        return coordinates(motion[self.free])
 
     def nearest(
-        self, trial: ComplexArray, goal: FloatArray, inputs: FloatArray, along: FloatArray | None = None
+        self, trial: ComplexArray, goal: FloatArray, along: FloatArray | None = None
     ) -> tuple[ComplexArray, float]:
         """Return the final position of Gauss-Newton with least-norm steps, and its greatest error (inf if it diverges).
 
@@ -122,7 +143,7 @@ class Jacobian:
         size, fixed = self.size, np.zeros((0, 2 * len(self.free))) if along is None else along[None]
         with np.errstate(all="ignore"):
             for _ in range(ITERATIONS):
-                error = self.values(trial, inputs) - goal
+                error = self.values(trial) - goal
                 worst = float(np.max(np.abs(error), initial=0.0))
                 if not np.isfinite(worst):
                     return trial, np.inf
@@ -130,11 +151,16 @@ class Jacobian:
                 stalled = len(fixed) > 0 and len(errors) > STALLED and worst > 0.5 * errors[-1 - STALLED]
                 if worst < ASSEMBLED * size or stalled:
                     break
-                table = np.vstack([self.slopes(self.constraints, trial, inputs), fixed])
+                table = np.vstack([self.slopes(trial), fixed])
                 step = np.linalg.lstsq(table, np.append(error, np.zeros(len(fixed))), rcond=1e-10)[0]
                 trial = trial.copy()
-                trial[self.free] -= step[0::2] + 1j * step[1::2]
+                trial[self.free] -= places(np.asarray(step, dtype=float))
         return trial, worst
+
+
+def _scaled(table: FloatArray) -> FloatArray:
+    norm = np.linalg.norm(table, axis=1, keepdims=True)
+    return np.where(norm > ROUNDING, table / np.where(norm > ROUNDING, norm, 1.0), 0.0)
 
 
 @derived

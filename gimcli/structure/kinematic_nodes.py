@@ -41,6 +41,14 @@ def free_nodes(mechanism: Mechanism) -> tuple[int, ...]:
     return tuple(sorted(active - set(mechanism.members[FRAME].nodes)))
 
 
+@derived
+def moving_nodes(mechanism: Mechanism) -> tuple[int, ...]:
+    """Return the nodes of members, pairs and actuators, without those of the frame and carried remote ones."""
+    members, rows = members_of(mechanism), (*mechanism.pairs, *mechanism.actuators)
+    tied = {n for n, holders in enumerate(members) if holders} | {n for row in rows for n in row.nodes}
+    return tuple(sorted(tied - set(mechanism.members[FRAME].nodes) - set(mechanism.carried)))
+
+
 def carry(mechanism: Mechanism, z: ComplexArray) -> ComplexArray:
     """Return positions z with the carried nodes computed from two kinematic nodes of their member.
 

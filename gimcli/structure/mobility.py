@@ -16,15 +16,13 @@ import numpy as np
 
 from gimcli.canonical import first_least
 from gimcli.errors import StructureError
-from gimcli.mechanism import ANGLE, FRAME, HEIGHT, ComplexArray, FloatArray, Input, Mechanism
+from gimcli.mechanism import FRAME, HEIGHT, ComplexArray, FloatArray, Input, Mechanism
 from gimcli.structure.branch_mobility import Branch, branches
 from gimcli.structure.constraint_jacobian import ALMOST, ASSEMBLED, RANK, constraint_jacobian, dependent
-from gimcli.structure.coupled_rows import CoupledRow
 from gimcli.structure.derived import derived
 from gimcli.structure.joints import joints
 from gimcli.structure.kinematic_nodes import carry, loose_nodes
 from gimcli.structure.residual import errors
-from gimcli.structure.restrictions import Restriction
 
 MOST = 64
 """Most combinations of the branches of independent machines."""
@@ -85,30 +83,30 @@ def gruebler(mechanism: Mechanism) -> int:
     return bodies - held - len(mechanism.couplings)
 
 
-def mobility(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray, enough: bool = False) -> Mobility:
-    """Analyse the mobility at an assembled position z (nodes,) and its inputs (actuators,).
+def mobility(mechanism: Mechanism, z: ComplexArray, enough: bool = False) -> Mobility:
+    """Analyse the mobility at an assembled position z (nodes,).
 
     Freedoms, drives and redundant constraints are those of the branches through z, at positions next to it; drives are
     judged on the branch that they move. enough: the first such branch is enough.
     """
     mechanism, z = mechanism.nearby, mechanism.near(z)
     jacobian = constraint_jacobian(mechanism)
-    here = jacobian.ranks(z, inputs)
+    here = jacobian.ranks(z)
     coordinates = 2 * len(jacobian.free)
     names = tuple(mechanism.actuators[k].name for k in mechanism.drivers)
     found: dict[Branch, ComplexArray] = {}
-    for one, there in branches(jacobian, z, inputs):
+    for one, there in branches(jacobian, z):
         found[one] = there
         if enough and one.driven:
             break
     found = found or {Branch(0, (), names): z}
     judged = min(found, key=lambda one: (len(one.overdriven) + bool(one.undriven), -one.mobility))
-    spare = dependent(jacobian.rows(jacobian.constraints, found[judged], inputs))
-    names_of = [constraint.name for constraint in jacobian.constraints]
+    names_of = jacobian.names
+    spare = dependent(jacobian.rows(found[judged]))
     return Mobility(
         gruebler(mechanism), here[0], max(one.mobility for one in found), coordinates - here[0],
         tuple(names_of[k] for k in spare), tuple(tuple(names_of[k] for k in own) for own in spare.values()),
-        judged.undriven, names, judged.overdriven, here[1] < jacobian.ranks(found[judged], inputs)[1],
+        judged.undriven, names, judged.overdriven, here[1] < jacobian.ranks(found[judged])[1],
         tuple(sorted(found, key=lambda one: (one is not judged, -one.mobility))),
     )  # fmt: skip
 
@@ -182,7 +180,7 @@ def drawn_mobility(mechanism: Mechanism) -> Mobility | None:
         z = assembled(one)
         if z is None:
             return None
-        found.append(mobility(one, z, one.drawn_inputs, enough=True))
+        found.append(mobility(one, z, enough=True))
     return of_machines(found)
 
 
@@ -193,13 +191,12 @@ def assembled(mechanism: Mechanism) -> ComplexArray | None:
     """
     near, inputs = mechanism.nearby, mechanism.drawn_inputs
     jacobian = constraint_jacobian(near)
-    goal = np.array([_target(r) for r in jacobian.constraints])
     generator = np.random.default_rng(0)
     for k in range(STARTS):
         start = near.drawn.copy()
         noise = generator.standard_normal((2, len(jacobian.free))) * jacobian.size * k / STARTS
         start[jacobian.free] += noise[0] + 1j * noise[1]
-        z, error = jacobian.nearest(start, goal, inputs)
+        z, error = jacobian.nearest(start, jacobian.goal)
         if error < ASSEMBLED * jacobian.size and _fulfilled(near, carry(near, z), inputs):
             return mechanism.whole(carry(near, z))
         if k == 0 and ASSEMBLED < error / jacobian.size < ALMOST:
@@ -212,8 +209,3 @@ def _fulfilled(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray) -> boo
     drives = {a.name for a in mechanism.actuators}
     found = (float(error[0]) for name, _, error in errors(mechanism, z[:, None], inputs[:, None]) if name not in drives)
     return all(error <= NEAR for error in found)
-
-
-def _target(restriction: Restriction | CoupledRow) -> float:
-    """Return the value of a constraint; that of a coupling is 0 as drawn."""
-    return 0.0 if isinstance(restriction, CoupledRow) or restriction.kind == ANGLE else restriction.value.constant

@@ -17,10 +17,8 @@ from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
 
-import numpy as np
-
-from gimcli.mechanism import ANGLE, FRAME, HEIGHT, SPAN, ComplexArray, FloatArray, Mechanism
-from gimcli.structure.pair_rows import ImposedRow, pair_rows
+from gimcli.mechanism import ANGLE, HEIGHT, SPAN, Mechanism
+from gimcli.structure.pair_rows import ImposedRow, constraint_of, pair_rows
 from gimcli.structure.steps import NONE, Constraint, Value, Vector
 
 COLLINEAR = 0.02
@@ -40,52 +38,6 @@ class Restriction(Constraint):
     def letters(self) -> str:
         """RD, RA or RL."""
         return {SPAN: "RD", ANGLE: "RA", HEIGHT: "RL"}[self.kind]
-
-    def gradient(self, z: ComplexArray, inputs: FloatArray) -> dict[int, complex]:
-        """Return {node: g} with d(constraint) = sum Re(conj(g) dz), as a length; an angle is multiplied by |p - q|."""
-        a, b = complex(z[self.q]), complex(z[self.p])
-        if self.kind == SPAN:
-            n = (b - a) / abs(b - a) if b != a else 1.0 + 0.0j  # coincident nodes: any direction
-            return {self.p: n, self.q: -n}
-        assert self.vector is not None
-        w, factor = vector_value(self.vector, z, inputs)
-        if self.kind == ANGLE:  # as if satisfied: the input of an actuator need not match the position
-            u = (b - a) / abs(b - a) if b != a else w / abs(w)
-            g = {self.p: 1j * u, self.q: -1j * u}
-            if self.vector.u != NONE:
-                arm = complex(z[self.vector.v] - z[self.vector.u])
-                reach = (u.conjugate() * (b - a)).real
-                turn = 1j * arm / abs(arm) ** 2 * reach  # the ray rotates with the arm
-                g[self.vector.v] = g.get(self.vector.v, 0.0) - turn
-                g[self.vector.u] = g.get(self.vector.u, 0.0) + turn
-            return g
-        g = {self.p: w, self.q: -w}
-        if self.vector.u != NONE:
-            lever = factor.conjugate() * (b - a)
-            g[self.vector.v] = g.get(self.vector.v, 0.0) + lever
-            g[self.vector.u] = g.get(self.vector.u, 0.0) - lever
-        return g
-
-    def measure(self, z: ComplexArray, inputs: FloatArray) -> float:
-        """Return the value of a constraint as a length; its gradient is `gradient`."""
-        a, b = complex(z[self.q]), complex(z[self.p])
-        if self.kind == SPAN:
-            return abs(b - a)
-        assert self.vector is not None
-        w, _ = vector_value(self.vector, z, inputs)
-        if self.kind == HEIGHT:
-            return (w.conjugate() * (b - a)).real
-        turn = w.conjugate() * (b - a)
-        return float(np.angle(turn)) * abs(b - a)
-
-
-def vector_value(vector: Vector, z: ComplexArray, inputs: FloatArray) -> tuple[complex, complex]:
-    """Return the value of a vector at a position z (nodes,), and its factor z e^(+-i theta)."""
-    factor = vector.z
-    if vector.actuator != NONE:
-        factor *= complex(np.exp(1j * vector.turn * inputs[vector.actuator]))
-    base = complex(z[vector.v] - z[vector.u]) if vector.u != NONE else 1.0 + 0.0j
-    return factor * base, factor
 
 
 @dataclass(frozen=True)
@@ -181,43 +133,17 @@ def _names(model: list[Restriction]) -> set[tuple[str, tuple[int, ...]]]:
 
 def pair_restrictions(mechanism: Mechanism, known: Set[int], kinematic: Sequence[Sequence[int]]) -> list[Restriction]:
     """Return the restrictions of sliding pairs and actuators, without those between known nodes."""
-    make = {SPAN: _span, HEIGHT: _line, ANGLE: _driven_angle}
-    result = (make[row.kind](mechanism, row, kinematic) for row in pair_rows(mechanism))
+    result = (_of_row(mechanism, row, kinematic) for row in pair_rows(mechanism))
     return [r for r in result if not set(r.nodes) <= known]
 
 
-def _span(_: Mechanism, row: ImposedRow, __: Sequence[Sequence[int]]) -> Restriction:
-    a, b = row.nodes
-    return distance(row.name, a, b, row.value)
-
-
-def _line(mechanism: Mechanism, row: ImposedRow, kinematic: Sequence[Sequence[int]]) -> Restriction:
-    member, value = mechanism.members[row.guide], row.value
-    movable: tuple[int, ...] = (row.node,)
-    if row.guide == FRAME:
-        anchor, vector = member.nodes[0], Vector(row.normal)
-    else:
-        anchor, v = kinematic[row.guide][:2]
-        vector = Vector(row.normal / (member.reach(anchor, v)), anchor, v)
-        if value.actuator == NONE:
-            movable = (row.node, v, anchor)
-    height = row.height(member.local(anchor))
-    return Restriction(row.name, HEIGHT, row.node, anchor, value.plus(height), vector, movable)
-
-
-def _driven_angle(mechanism: Mechanism, row: ImposedRow, kinematic: Sequence[Sequence[int]]) -> Restriction:
-    (arm_member, reference), number = row.members, row.value.actuator
-    member = mechanism.members[arm_member]
-    pivot = row.node if row.nodes else kinematic[arm_member][0]
-    arm = next(n for n in kinematic[arm_member] if n != pivot)
-    turn = member.reach(pivot, arm) / row.arm
-    if reference == FRAME:
-        turn *= row.reference
-        vector = Vector(turn / abs(turn), actuator=number)
-        return Restriction(row.name, ANGLE, arm, pivot, Value(0.0), vector, (arm, pivot))
-    body = mechanism.members[reference]
-    u = pivot if pivot in body.nodes else kinematic[reference][0]
-    v = next(n for n in kinematic[reference] if n != u)
-    turn *= row.reference / body.reach(u, v)
-    ray = Vector(turn / abs(turn), u, v, actuator=number)
-    return Restriction(row.name, ANGLE, arm, pivot, Value(0.0), ray, (arm, v) if u == pivot else (arm, pivot, v, u))
+def _of_row(mechanism: Mechanism, row: ImposedRow, kinematic: Sequence[Sequence[int]]) -> Restriction:
+    pivot = NONE if row.kind != ANGLE else row.node if row.nodes else kinematic[row.members[0]][0]
+    c = constraint_of(mechanism, row, row.value, kinematic, pivot)
+    vector, movable = c.vector, [c.q, c.p] if row.kind == SPAN else [c.p]
+    if vector is not None and row.kind == ANGLE:
+        vector = vector.times(1.0 / abs(vector.z))
+        movable += [c.q] if vector.u == NONE else [vector.v] if vector.u == c.q else [c.q, vector.v, vector.u]
+    elif vector is not None and vector.u != NONE and c.value.actuator == NONE:
+        movable += [vector.v, c.q]
+    return Restriction(c.name, c.kind, c.p, c.q, c.value, vector, tuple(movable))

@@ -17,7 +17,7 @@ from gimcli.canonical import beside
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.structure.carried import measured
 from gimcli.structure.derived import derived
-from gimcli.structure.polynomials import continue_linked, linked_terms
+from gimcli.structure.equations import continue_linked, linked_terms
 from gimcli.structure.quadric import Quadric
 from gimcli.structure.terms import TermArrays
 
@@ -47,7 +47,7 @@ class System:
         given = [-1 if k in self.followers else first + k for k in range(count)]  # -1: none
         self.free = [variable // 2 for variable in terms.moving[::2]]
         self.n, self.m = len(unknown), len(terms.equations)
-        self._terms, self._arrays = terms, TermArrays(terms, [*unknown, *given, terms.variables - 1])
+        self._terms, self._arrays = terms, TermArrays(terms.equations, first, [*unknown, *given, terms.variables - 1])
         self.scale = self._scale()
         self._arrays.scale(self.scale, ZERO, self.n)
 

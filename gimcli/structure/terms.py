@@ -13,7 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
-from gimcli.mechanism import FloatArray, Mechanism
+from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 
 ONE, VALUE, SQUARE, COSINE, SINE = range(5)
 
@@ -70,22 +70,32 @@ class Terms:
     @cached_property
     def arrays(self) -> TermArrays:
         """The terms as arrays, for values and derivatives in all variables (..., variables)."""
-        return TermArrays(self, range(self.variables))
+        return TermArrays(self.equations, self.first_reading, range(self.variables))
+
+
+def coordinates(z: ComplexArray) -> FloatArray:
+    """Return the coordinates (..., 2 nodes) of places (..., nodes) in the plane."""
+    return np.ascontiguousarray(z).view(float)
+
+
+def places(x: FloatArray) -> ComplexArray:
+    """Return the places (..., nodes) in the plane of coordinates (..., 2 nodes)."""
+    return np.ascontiguousarray(x).view(complex)
 
 
 class TermArrays:
     """The terms of all equations as arrays, in some of the variables, v (..., columns), the last of which is 1."""
 
-    def __init__(self, terms: Terms, columns: Sequence[int]) -> None:
-        """Number the variables that occur in the equations by their places in `columns`."""
-        place, one = {variable: k for k, variable in enumerate(columns)}, terms.variables - 1
+    def __init__(self, equations: Sequence[Sequence[Term]], first: int, columns: Sequence[int]) -> None:
+        """Number the variables that occur in the equations by their places in `columns`; first: the first reading."""
+        place, one = {variable: k for k, variable in enumerate(columns)}, columns[-1]
         none = (Term(0.0, ONE, one, one),)  # so that no equation is empty
-        every = [(row, t) for row, equation in enumerate(terms.equations) for t in equation or none]
+        every = [(row, t) for row, equation in enumerate(equations) for t in equation or none]
         kinds = [(t.function - 1) % 4 + 1 if t.function else ONE for _, t in every]
-        owners = [place[terms.owner(t.function)] for _, t in every]
+        owners = [place[first + (t.function - 1) // 4 if t.function else one] for _, t in every]
         ints = [(row, place[t.first], place[t.second], own) for (row, t), own in zip(every, owners, strict=True)]
         self.row, self.first, self.second, self.owner = np.array(ints, dtype=np.int64).reshape(-1, 4).T
-        self.factor, self.count, self.width = np.array([t.factor for _, t in every]), len(terms.equations), len(columns)
+        self.factor, self.count, self.width = np.array([t.factor for _, t in every]), len(equations), len(columns)
         used = set(zip(kinds, owners, strict=True))
         angles, lengths = (sorted({u for k, u in used if k in own}) for own in ((COSINE, SINE), (VALUE, SQUARE)))
         listed = [(ONE, self.width - 1), *((k, u) for k in (COSINE, SINE) for u in angles)]

@@ -466,7 +466,7 @@ def test_a_driven_angle_between_blocks_on_parallel_rails_is_redundant(seed, tmp_
     path = tmp_path / "model.yaml"
     path.write_text(yaml.safe_dump(Growth(seed, 5, "elsewhere").model()))
     mechanism = load(path)
-    assert mobility(mechanism, assembled(mechanism), mechanism.drawn_inputs).overdriven == ("motor",)
+    assert mobility(mechanism, assembled(mechanism)).overdriven == ("motor",)
     with pytest.raises(StructureError):
         all_configurations(mechanism, mechanism.drawn_inputs)
 

@@ -431,7 +431,7 @@ def test_the_sequence_of_a_strategy_is_searched_once(monkeypatch):
     from gimcli.gim import sweeper
 
     searched, search = [], sweeper.find_sequence
-    monkeypatch.setattr(sweeper, "find_sequence", lambda *given: searched.append(given[3]) or search(*given))
+    monkeypatch.setattr(sweeper, "find_sequence", lambda *given: searched.append(given[2]) or search(*given))
     tradeoff(load(MODELS / "gim_fig13a.yaml"), 4, (1e-2, 1e-4, 1e-6), jit="off", timing=QUICK)
     assert sorted(searched) == ["classic", "spectral"]
 

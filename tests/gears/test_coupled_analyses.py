@@ -5,7 +5,7 @@ import pytest
 from coupled_models import PLANETARY, apex, five_bar, rack, sun_and_planet, with_gears
 
 import gimcli
-from gimcli.structure.coupled_rows import turns_until_repeated
+from gimcli.positions.inputs import turns_until_repeated
 from gimcli.view.hand import sliders
 
 

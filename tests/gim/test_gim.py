@@ -99,7 +99,7 @@ def test_spectral_radius_equals_that_of_finite_differences_of_a_sweep():
         mechanism = load(MODELS / f"{name}.yaml")
         inputs = mechanism.drawn_inputs
         z = solve(mechanism, inputs, Options(tolerance=1e-13)).z
-        sequence = find_sequence(mechanism, z, inputs, strategy)
+        sequence = find_sequence(mechanism, z, strategy)
         free = [n for g in sequence.groups for n in g.nodes]
         mi, mz = pack(sequence.moves)
 

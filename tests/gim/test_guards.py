@@ -183,7 +183,7 @@ def test_a_given_sequence_is_not_exchanged():
     mechanism = load(MODELS / "ten_bar.yaml")
     sweeper = Sweeper(mechanism, Options(method="gim", moves=TEN_BAR), plain)
     moves = sweeper.moves
-    assert not sweeper.exchange(mechanism.drawn, np.array([a.drawn for a in mechanism.actuators]), 0.0)
+    assert not sweeper.exchange(mechanism.drawn, 0.0)
     assert sweeper.moves == moves
     m = run_model("ten_bar", 72, method="gim", moves=TEN_BAR, jit="on")
     assert m.motion.exchanged == ()

@@ -11,7 +11,7 @@ from random_mechanisms import Growth
 import gimcli
 from gimcli import StructureError, load, loads
 from gimcli.gim.rules import PaperRules
-from gimcli.gim.sequence import find_sequence
+from gimcli.gim.sequence import find_sequence, gradients
 from gimcli.gim.sweeper import Sweeper
 from gimcli.mechanism import SPAN
 from gimcli.motion.solve import solve
@@ -76,11 +76,11 @@ def dyads(mechanism, placing):
     return {(node, own) for node, own in named if len(own) == 2}
 
 
-def greatest_cosine(z, inputs, mechanism, placing):
+def greatest_cosine(z, mechanism, placing):
     """Return the greatest squared cosine between the two loci of a node: the factor of alternating projections."""
     found = [0.0]
     for node, (first, second) in placing.items():
-        a, b = (r.gradient(z, inputs)[mechanism.nodes.index(node)] for r in (first, second))
+        a, b = gradients((first, second), z)[:, mechanism.nodes.index(node)]
         found.append(((a.conjugate() * b).real / (abs(a) * abs(b))) ** 2)
     return max(found)
 
@@ -160,9 +160,9 @@ def test_rules_one_and_two_alone_give_the_dyadic_decomposition(path):
         # closed forms place the arm of a driven angle, and the nodes of a guide whose direction is known, as carried
         carried = {a.name for a in mechanism.actuators} | {r.pair or r.name for r in mechanism.pairs}
         assert all(names & carried for _, names in own - closed)
-        z, inputs = solve(mechanism, mechanism.drawn_inputs, Options(tolerance=1e-13)).z, mechanism.drawn_inputs
-        cosine = greatest_cosine(z, inputs, mechanism, placing)
-        assert find_sequence(mechanism, z, inputs, "classic").radius == pytest.approx(cosine, abs=1e-5)
+        z = solve(mechanism, mechanism.drawn_inputs, Options(tolerance=1e-13)).z
+        cosine = greatest_cosine(z, mechanism, placing)
+        assert find_sequence(mechanism, z, "classic").radius == pytest.approx(cosine, abs=1e-5)
 
 
 class Dyads(Growth):
@@ -211,8 +211,8 @@ def test_random_dyads_are_found_as_they_were_built(seed):
     placing = places(mechanism, rules)
     assert dyads(mechanism, placing) == set(built.built.items())
     z, inputs = mechanism.drawn, mechanism.drawn_inputs
-    radius = find_sequence(mechanism, z, inputs, "classic").radius
-    assert radius == pytest.approx(greatest_cosine(z, inputs, mechanism, placing), abs=1e-7)
+    radius = find_sequence(mechanism, z, "classic").radius
+    assert radius == pytest.approx(greatest_cosine(z, mechanism, placing), abs=1e-7)
     if radius < 0.9:
         solved = solve(mechanism, inputs, Options("gim", "classic", 1e-9))
         assert solved.status.word == "ok"
@@ -285,7 +285,7 @@ def test_a_position_that_is_not_solved_has_the_radius():
 def test_a_sequence_by_the_rules_is_not_exchanged():
     mechanism = load(MODELS / "ten_bar.yaml")
     sweeper = Sweeper(mechanism, Options(method="gim", strategy="classic"), plain)
-    assert not sweeper.exchange(mechanism.drawn, mechanism.drawn_inputs, 0.0)
+    assert not sweeper.exchange(mechanism.drawn, 0.0)
 
 
 def test_the_manual_compares_both_on_all_coupled_models():

@@ -10,7 +10,7 @@ import gimcli
 from gimcli import equilibrium, loads
 from gimcli.canonical import ROUNDING, beside, first_greatest, first_least, phase, principal, ranks
 from gimcli.structure.coordinate_partitioning import free_choice
-from gimcli.structure.polynomials import coupled_terms
+from gimcli.structure.equations import coupled_terms
 
 NOISE = [0.0, 4e-16, -4e-16, 1e-13, -1e-13, 1e-11, -1e-11]
 

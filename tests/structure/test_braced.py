@@ -54,7 +54,7 @@ def test_an_actuator_between_members_without_relative_motion_is_redundant(refere
     spec = braced()
     spec["actuators"] = {"motor": {"type": "rotary", "pivot": "A", "arm": "O", "reference": reference}}
     mechanism = loaded(spec)
-    found = mobility(mechanism, mechanism.drawn, mechanism.drawn_inputs)
+    found = mobility(mechanism, mechanism.drawn)
     assert (found.mobility, found.overdriven) == (1, ("motor",))
     assert {"A", "B", "P"} <= set(found.undriven)
     with pytest.raises(StructureError):

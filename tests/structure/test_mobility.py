@@ -37,7 +37,7 @@ def analysed(path):
     mechanism = load(path)
     z = assembled(mechanism)
     assert z is not None
-    return mobility(mechanism, z, mechanism.drawn_inputs)
+    return mobility(mechanism, z)
 
 
 @pytest.mark.parametrize("name", PUBLISHED)

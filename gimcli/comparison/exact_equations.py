@@ -1,7 +1,7 @@
-"""The equations of members, pairs and inputs as polynomials of second degree in the coordinates of the nodes.
+"""The equations of members, pairs and inputs in double or high precision, written without the terms of the analyses.
 
-The same code serves complex doubles, numbers of mpmath in high precision, and polynomials. Because the equations are of
-second degree, central differences of any width give their exact Jacobian.
+The same code serves complex doubles and numbers of mpmath. Because the equations are of second degree, central
+differences of any width give their exact Jacobian.
 """
 
 from __future__ import annotations
@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 
 from gimcli.mechanism import FRAME, HEIGHT, SPAN, ComplexArray, FloatArray, Mechanism, PairRow
-from gimcli.structure.rotation import members_of
+from gimcli.structure.kinematic_nodes import moving_nodes
 
 Numbers = Any
-"""An array (rows,) of complex numbers of any precision, or a polynomial."""
+"""An array (rows,) of complex numbers of any precision."""
 
 
 class Constraints:
@@ -23,10 +23,7 @@ class Constraints:
 
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism = mechanism
-        frame = set(mechanism.members[FRAME].nodes)
-        rows = (*mechanism.pairs, *mechanism.actuators)
-        tied = {n for n, holders in enumerate(members_of(mechanism)) if holders} | {n for r in rows for n in r.nodes}
-        self.free = sorted(tied - frame - {n for member in mechanism.members for n in member.carried})
+        self.free = list(moving_nodes(mechanism))
 
     def equations(
         self, z: Numbers, inputs: Numbers, turns: Numbers, exact: Any = complex
