@@ -7,15 +7,17 @@ Asked by: branching, library, reach.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from gimcli.assemblies.assemblies import SAME, ConfigurationFinder, Configurations, in_order
-from gimcli.assemblies.configuration_sweep import configurations_over
+from gimcli.assemblies.configuration_sweep import RootFollower
 from gimcli.assemblies.constants import FITS
 from gimcli.canonical import first_least
 from gimcli.errors import GimError
 from gimcli.mechanism import FloatArray, Mechanism
-from gimcli.progress import Progress, no_progress
+from gimcli.progress import Progress, no_progress, spend
 from gimcli.structure.mobility import require_driven
 
 __all__ = [
@@ -33,13 +35,42 @@ def all_configurations(
     Raises StructureError if the mechanism is not fully driven or over-driven.
     """
     require_driven(mechanism)
+    if mechanism.complete is not None:
+        return in_order(_row_finder(mechanism, tolerance)(inputs))
     assembler = ConfigurationFinder(mechanism, tolerance)
     assembler.progress = progress
     return in_order(assembler.at(inputs))
 
 
+def configurations_over(
+    mechanism: Mechanism, inputs: FloatArray, progress: Progress = no_progress
+) -> list[Configurations]:
+    """Return all configurations for each column of inputs (actuators, rows) [rad, normal frame].
+
+    At the limit of `spend` the list ends early. Raises StructureError if the mechanism is not fully driven or
+    over-driven.
+    """
+    row_of, found = _row_finder(mechanism, FITS), []
+    for row, now in enumerate(inputs.T):
+        found.append(row_of(np.ascontiguousarray(now)))
+        progress(row + 1, inputs.shape[1])
+        if spend():
+            break
+    return found
+
+
+def _row_finder(mechanism: Mechanism, tolerance: float) -> Callable[[FloatArray], Configurations]:
+    """Return a function of inputs (actuators,) that finds the configurations, faster at inputs near the last ones."""
+    if mechanism.complete is None:
+        return RootFollower(ConfigurationFinder(mechanism, tolerance)).row
+    from gimcli.assemblies.linked_configurations import LinkedFinder  # imported late: few mechanisms need it
+
+    return LinkedFinder(mechanism, tolerance).row
+
+
 def drawn_configuration(found: Configurations) -> int | None:
     """Return the index of the configuration that `gim solve` finds from the initial position; None if it finds none."""
+    from gimcli.motion.linked_inputs import followed
     from gimcli.motion.solve import solve
     from gimcli.positions.options import Options
     from gimcli.status import Status
@@ -47,7 +78,7 @@ def drawn_configuration(found: Configurations) -> int | None:
     if not len(found):
         return None
     try:
-        position = solve(found.mechanism, found.inputs, Options())
+        position = solve(found.mechanism, followed(found.mechanism, found.inputs), Options())
     except GimError:
         return None
     far = np.max(found.mechanism.apart(found.z.T, position.z[:, None]), axis=0)

@@ -117,6 +117,7 @@ class Configurations:
     surplus: tuple[str, ...]  # redundant constraints that were left out and then checked
     unfit: int = 0  # number of roots that violate a constraint although none was left out
     limited: bool = False  # whether the search ended at its bound on work
+    searched: int = REACHED  # level of completeness of the search for inputs that follow the linkage
 
     def __len__(self) -> int:
         return len(self.z)
@@ -124,7 +125,7 @@ class Configurations:
     @property
     def level(self) -> int:
         """1: all complex roots found, 2: the real roots are proved complete, 3: two searches agree, 4: undecided."""
-        return OPEN if self.unfit or self.limited else max((g.level for g in self.groups), default=REACHED)
+        return OPEN if self.unfit or self.limited else max((self.searched, *(g.level for g in self.groups)))
 
     @property
     def complete(self) -> bool:

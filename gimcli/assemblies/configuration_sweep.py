@@ -17,8 +17,7 @@ from gimcli.assemblies.constants import SEARCH
 from gimcli.assemblies.loops import Loops
 from gimcli.assemblies.root_paths import corrected, random_member, track
 from gimcli.assemblies.roots import AGREED, REACHED, Roots
-from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
-from gimcli.progress import Progress, no_progress, spend
+from gimcli.mechanism import ComplexArray, FloatArray
 
 SEED = 360
 
@@ -75,23 +74,3 @@ class RootFollower:
         if not (apart and proven.sure.all() and (proven.real | proven.complex).all()):
             return None
         return replace(roots, proven=proven)
-
-
-def configurations_over(
-    mechanism: Mechanism,
-    inputs: FloatArray,
-    progress: Progress = no_progress,
-) -> list[Configurations]:
-    """Return all configurations for each column of inputs (actuators, rows) [rad, normal frame].
-
-    At the limit of `spend` the list ends early. Raises StructureError if the mechanism is not fully driven or
-    over-driven.
-    """
-    follower = RootFollower(ConfigurationFinder(mechanism))
-    found = []
-    for row, now in enumerate(inputs.T):
-        found.append(follower.row(np.ascontiguousarray(now)))
-        progress(row + 1, inputs.shape[1])
-        if spend():
-            break
-    return found

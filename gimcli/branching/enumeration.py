@@ -58,7 +58,8 @@ class Visits:
         found = np.full(len(x), np.nan)
         k = self._passing(q)
         part = self._parts(k, q)
-        apart, near = self._near(self._between(k, part)[:, :-1], x, self.step[k])
+        x = x[:, : self.curve.system.coordinated]
+        apart, near = self._near(self._between(k, part)[:, : x.shape[1]], x, self.step[k])
         asked = near.any(axis=1)
         if not asked.any():
             return found
@@ -70,18 +71,17 @@ class Visits:
         return found
 
     def _near(self, guess: FloatArray, x: FloatArray, step: FloatArray) -> tuple[FloatArray, BoolArray]:
-        """Return the distances of guesses (steps, n) from positions (rows, n), and whether they may be the same."""
+        """Return the distances of coordinates of guesses (steps, c) from x (rows, c), and whether they may be equal."""
         apart = np.linalg.norm(guess[:, None] - x, axis=2)
         return apart, apart <= (NEAR * step + SAME)[:, None]
 
     def _meets(self, k: IntArray, part: FloatArray, x: FloatArray, q: float) -> BoolArray:
-        """Return (steps, rows) whether the exact point of some steps at the parameter is at positions (rows, n)."""
-        guess = self._between(k, part)[:, :-1]
-        form = self.curve.system.quadric(self.curve.inputs(q))
-        exact, good = gauss_newton.settle(lambda at, _: (form.value(at), form.slope(at)), guess, SETTLING)
+        """Return (steps, rows) whether the exact point of some steps at the parameter is at coordinates x (rows, c)."""
+        guess, system = self._between(k, part)[:, :-1], self.curve.system
+        exact, good = gauss_newton.settle(system.equations_at(self.curve.given(q)), guess, SETTLING)
         corrected = np.where(good[:, None], exact, guess)
         room = np.where(good, SAME, NEAR * self.step[k])
-        return np.asarray(np.linalg.norm(corrected[:, None] - x, axis=2) <= room[:, None])
+        return np.asarray(np.linalg.norm(corrected[:, None, : x.shape[1]] - x, axis=2) <= room[:, None])
 
     def _passing(self, q: float) -> IntArray:
         """Return the steps in which the parameter passes a value, or comes close to it, as at a fold."""
@@ -121,8 +121,8 @@ class EnumerationConstants:
 class CircuitBranch:
     """The part of a curve between two limits, or the whole curve if there are none."""
 
-    start: float  # parameter
-    end: float
+    start: FloatArray  # position and parameter (n + 1,)
+    end: FloatArray
     fractions: tuple[float, float]  # of the length of the curve; above 1 if the part contains its start
 
 
@@ -178,7 +178,7 @@ def circuits(
     curve = PositionCurve(mechanism)
     search = CircuitSearch(curve, curve.single and curve.periodic, constants or EnumerationConstants(), progress)
     search.run()
-    start = all_configurations(mechanism, search.curve.inputs(search.curve.begin()))
+    start = all_configurations(mechanism, search.curve.given(search.curve.begin()))
     places = tuple(tuple(search.places(z, search.curve.begin())) for z in start.z)
     return Circuits(
         search.curve, tuple(search.strands), np.array(search.sampled), search.spacing,
@@ -237,7 +237,7 @@ class CircuitSearch:
         """Find all configurations at evenly spaced parameters, and follow those that are new."""
         count = self.constants.samples * (round(self.curve.period / (2.0 * math.pi)) if self.turning else 1)
         q = low + (high - low) * (np.arange(count) + self.constants.aside) / count
-        inputs = np.array([self.curve.inputs(value) for value in q.tolist()]).T
+        inputs = np.array([self.curve.given(value) for value in q.tolist()]).T
         every = configurations_over(self.mechanism, inputs, progress=lambda done, of: self._report(done, of, 0, 1))
         self.sampled += q.tolist()[: len(every)]
         self.complete &= all(found.complete for found in every)
@@ -299,18 +299,18 @@ def _remove_known(strand: Strand, left: list[_Unmatched]) -> None:
 
 def _branches(circuit: Circuit, found: list[Singularity]) -> Iterator[CircuitBranch]:
     """Yield the branches of a circuit."""
-    folds = [(s.fraction, float(s.p[-1])) for s in found if s.kind == LIMIT]
-    first, last = float(circuit.p[-1, 0]), float(circuit.p[-1, -1])
+    folds = [(s.fraction, s.p) for s in found if s.kind == LIMIT]
+    first, last = circuit.places[0].p, circuit.places[-1].p
     if not folds:
         yield CircuitBranch(first, last, (0.0, 1.0))
     elif circuit.closed:
-        shift = last - first  # full turns of the input
-        for (a, qa), (b, qb) in pairwise([*folds, (folds[0][0] + 1.0, folds[0][1] + shift)]):
-            yield CircuitBranch(qa, qb, (a, b))
+        shift = last - first  # full turns of the inputs
+        for (a, pa), (b, pb) in pairwise([*folds, (folds[0][0] + 1.0, folds[0][1] + shift)]):
+            yield CircuitBranch(pa, pb, (a, b))
     else:
-        for (a, qa), (b, qb) in pairwise([(0.0, first), *folds, (1.0, last)]):
+        for (a, pa), (b, pb) in pairwise([(0.0, first), *folds, (1.0, last)]):
             if b > a:
-                yield CircuitBranch(qa, qb, (a, b))
+                yield CircuitBranch(pa, pb, (a, b))
 
 
 def _branch_at(strand: Strand, fraction: float) -> int:

@@ -71,8 +71,7 @@ def circuit_motion(circuit: Circuit, rows: int, tolerance: float) -> Motion:
 def as_motion(circuit: Circuit, time: FloatArray, p: FloatArray, tolerance: float) -> Motion:
     """Return positions p (n + 1, rows) as a motion, with the residual of the members as written."""
     mechanism, curve = circuit.mechanism, circuit.curve
-    inputs = np.array([curve.inputs(q) for q in p[-1].tolist()]).T
-    z = curve.nodes(p)
+    inputs, z = curve.inputs(p), curve.nodes(p)
     error = residual(mechanism, z, inputs).total
     good = holds(mechanism, z, inputs, tolerance, error=error)
     codes = np.where(good, int(Status.OK), int(Status.SINGULAR))

@@ -7,12 +7,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from gimcli.branching.singularities import Singularity, interval, limits, singularities
+from gimcli.branching.singularities import Singularity, input_ends, interval, limits, singularities
 from gimcli.continuation.branches import SAME, Branches, all_circuits, first_circuit
 from gimcli.continuation.circuit import Circuit
 from gimcli.continuation.curve import PositionCurve
 from gimcli.errors import GimError, StructureError, UnassembledError
 from gimcli.mechanism import Mechanism
+from gimcli.motion.linked_inputs import followed
 from gimcli.motion.motion import Motion
 from gimcli.motion.motion_curve import arrival
 from gimcli.motion.solve import settled, start_position
@@ -70,11 +71,11 @@ def drawn_circuit(mechanism: Mechanism, tolerance: float, curve: PositionCurve |
     if curve.line is not None and (alone or curve.single):
         starts.append(float(mechanism.drawn_inputs[curve.line.main]))
     for q in starts:
-        start = start_position(mechanism, plan, curve.inputs(q), plain, tolerance)
+        u = followed(mechanism, curve.given(q))
+        start = start_position(mechanism, plan, u, plain, tolerance)
         require_driven_if_doubtful(mechanism, plan, start.regular)
         if start.status is Status.OK:
             z = start.row.x + 1j * start.row.y
-            u = curve.inputs(q)
             good = holds(mechanism, z[:, None], u[:, None], tolerance)[0]
             require_consistent(mechanism, z, u, Status.OK if good else Status.CONTRADICTORY, tolerance)
             return first_circuit(curve, z, q, arrival(curve, start, curve.single))
@@ -104,7 +105,7 @@ def circuit_ranges(motion: Motion) -> dict[str, list[float]]:
         circuit = first_circuit(curve, motion.z[:, 0], curve.begin(), ends[1] - ends[0])
     except GimError:
         return {}
-    inputs = np.array([curve.inputs(q) for q in interval(circuit, limits(circuit))])
+    inputs = input_ends(circuit, interval(circuit, limits(circuit)))
     return {
         a.name: sorted(float(v) for v in mechanism.value_to_file(k, inputs[:, k]))
         for k, a in enumerate(mechanism.actuators)
@@ -123,7 +124,7 @@ def survey(mechanism: Mechanism, tolerance: float = 1e-10, progress: Progress = 
         begin, turning = reach[0][0] if reach else ends[0], branches.circuits[0].turns
         reach.append(_first_round(ends, begin, circuit.curve.period) if turning else ends)
         for what in own:
-            z, u = circuit.curve.nodes(what.p), circuit.curve.inputs(float(what.p[-1]))
+            z, u = circuit.curve.nodes(what.p), circuit.curve.inputs(what.p)
             if holds(mechanism, z[:, None], u[:, None], tolerance)[0]:
                 _add(found, what, number, circuit)
             else:

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
+from functools import partial
 from itertools import pairwise
 from operator import attrgetter
 
@@ -96,6 +97,20 @@ def interval(circuit: Circuit, found: list[Singularity]) -> tuple[float, float]:
     return float(q.min()), float(q.max())
 
 
+def input_ends(circuit: Circuit, ends: tuple[float, float]) -> FloatArray:
+    """Return the inputs (2, actuators) at two parameters; those that follow the linkage are least and greatest."""
+    found, system = np.array([circuit.curve.given(q) for q in ends]), circuit.curve.system
+    for k, follower in enumerate(system.followers, start=system.coordinated):
+        turned = [here.p[k] for _, here, _ in reversals(circuit, partial(_rate, k))]
+        values = np.append(circuit.p[k], turned)
+        found[:, follower] = values.min(), values.max()
+    return found
+
+
+def _rate(unknown: int, at: CurvePoint) -> float:
+    return float(at.tangent[unknown])
+
+
 @dataclass(frozen=True)
 class BranchRates:
     """Rates of inputs and members on a branch (file's units), relative to the rate of the input that moves most.
@@ -115,7 +130,7 @@ class BranchRates:
 def rates(curve: PositionCurve, p: FloatArray, v: FloatArray) -> BranchRates:
     """Return the rates along the tangent v (n + 1,) of a branch."""
     mechanism, turns = curve.mechanism, curve.turning(p, v)
-    driven = curve.travel(v, float(p[-1]))[curve.system.n :] * (abs(v[-1]) > BOUNDS.still)
+    driven = curve.travel(v, float(p[-1]))[curve.system.coordinated :] * (abs(v[-1]) > BOUNDS.still)
     degree = float(np.degrees(1.0)) if mechanism.angle_unit == "deg" else 1.0
     inputs = {
         a.name: rate * (degree if a.rotary else mechanism.scale)
@@ -266,7 +281,7 @@ def singular_start(mechanism: Mechanism, z: ComplexArray) -> str:
     if tangent_position(mechanism, z, inputs, TOLERANCE) is not None:
         return TANGENT
     q = float(inputs[curve.main]) if curve.single else curve.begin()
-    if not np.allclose(curve.inputs(q), inputs, rtol=0.0, atol=1e-9):
+    if not np.allclose(curve.given(q), inputs, rtol=0.0, atol=1e-9):
         return SINGULAR  # the laws of several inputs begin at other values
     try:
         left = departure(curve, z, q)

@@ -26,8 +26,8 @@ def _print(result: SingularitiesResult) -> None:
         ),
         *(
             f"branch {k}: {how_it_ends(one.closed, one.ended, one.turns)}; range of"
-            f" {intervals(mechanism, result._interval(reach), one.turns)}"
-            for k, (one, reach) in enumerate(zip(found.branches.circuits, found.reach, strict=True), 1)
+            f" {intervals(mechanism, result._interval(k - 1), one.turns)}"
+            for k, one in enumerate(found.branches.circuits, 1)
         ),
         (not found.complete, "there are more branches than were followed"),
     )

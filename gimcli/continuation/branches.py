@@ -142,8 +142,7 @@ def fulfilled(circuit: Circuit) -> bool:
     """Return whether all points of a circuit satisfy the constraints, except points far outside the mechanism."""
     inside = near(circuit)
     p = circuit.p[:, inside | ~inside.any()]
-    inputs = np.array([circuit.curve.inputs(q) for q in p[-1].tolist()]).T
-    return bool(holds(circuit.mechanism, circuit.curve.nodes(p), inputs, TOLERANCE).all())
+    return bool(holds(circuit.mechanism, circuit.curve.nodes(p), circuit.curve.inputs(p), TOLERANCE).all())
 
 
 def all_circuits(

@@ -137,7 +137,8 @@ def nearby(circuit: Circuit) -> tuple[int, int]:
 
 def near(circuit: Circuit) -> BoolArray:
     """Return (points,) whether the coordinates are not far outside the mechanism's size."""
-    return np.asarray(np.max(np.abs(circuit.p[:-1]), axis=0, initial=0.0) <= CIRCUIT.outside)
+    coordinates = circuit.p[: circuit.curve.system.coordinated]
+    return np.asarray(np.max(np.abs(coordinates), axis=0, initial=0.0) <= CIRCUIT.outside)
 
 
 def start_place(curve: PositionCurve, z: ComplexArray, q: float) -> tuple[CurvePoint, Crossing | None]:
@@ -196,7 +197,7 @@ class CircuitWalker(ArclengthFollower):
         while True:
             before = len(self.places)
             if not self.go():
-                return Ended.LONG if _reach(self.places[-1]) > CIRCUIT.outside else Ended.LOST
+                return Ended.LONG if self._reach(self.places[-1]) > CIRCUIT.outside else Ended.LOST
             for index in range(before, len(self.places)):
                 if closes and index > 1 and self._closes(index):
                     return Ended.CLOSED
@@ -204,7 +205,7 @@ class CircuitWalker(ArclengthFollower):
                     return Ended.LAW if self.curve.domain.ends else Ended.LONG
             if spend(1) or len(self.places) > CIRCUIT.points:
                 return Ended.WORK
-            if _reach(self.places[-1]) > CIRCUIT.outside:
+            if self._reach(self.places[-1]) > CIRCUIT.outside:
                 if self.escaped:
                     self.infinite = self.at_infinity()
                     return Ended.LONG if self.infinite is None else Ended.INFINITE
@@ -218,12 +219,12 @@ class CircuitWalker(ArclengthFollower):
     @property
     def escaped(self) -> bool:
         """Whether the curve has gone so far that it counts as going to infinity."""
-        return _reach(self.places[-1]) > CIRCUIT.infinity
+        return self._reach(self.places[-1]) > CIRCUIT.infinity
 
     def at_infinity(self) -> float | None:
         """Return the limit of the parameter as the curve goes to infinity (may be infinite); None if not determined."""
         last = self.places[-CIRCUIT.towards :]
-        q, w = [float(at.p[-1]) for at in last], [1.0 / _reach(at) for at in last]
+        q, w = [float(at.p[-1]) for at in last], [1.0 / self._reach(at) for at in last]
         if abs(q[-1]) * w[-1] > 1.0 / CIRCUIT.outside:
             return math.copysign(math.inf, q[-1])
         one, other = (sum(a * b for a, b in zip(lagrange(w[k:], 0.0), q[k:], strict=True)) for k in (0, 1))
@@ -250,8 +251,12 @@ class CircuitWalker(ArclengthFollower):
 
     def longest(self, there: CurvePoint) -> float:
         """Return the greatest step; far outside the mechanism's size it increases with the distance."""
-        far = _reach(there)
+        far = self._reach(there)
         return CIRCUIT.stride * far if far > CIRCUIT.outside else STEPS.longest
+
+    def _reach(self, here: CurvePoint) -> float:
+        """Return the greatest coordinate of a point."""
+        return float(np.max(np.abs(here.p[: self.curve.system.coordinated]), initial=0.0))
 
     def _room(self, here: CurvePoint) -> float:
         """Return the greatest step that cannot jump to another branch near a singular position beside the curve."""
@@ -346,11 +351,6 @@ class CircuitWalker(ArclengthFollower):
         if found is not None:
             self.places.append(found)
         return True
-
-
-def _reach(here: CurvePoint) -> float:
-    """Return the greatest coordinate of a point."""
-    return float(np.max(np.abs(here.p[:-1]), initial=0.0))
 
 
 def _through(curve: PositionCurve, met: Crossing, along: FloatArray) -> FloatArray:

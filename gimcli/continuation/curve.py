@@ -4,7 +4,8 @@ If the inputs are on a straight line (a single input always is), q is the parame
 that changes most, or of the one that all others follow. Such a curve has no end; but if several inputs change and one
 is rotary, it may never close, and is followed for some turns only, unless the ratios are fractions of small numbers.
 Otherwise q is the time of the laws, scaled by the length of the path of the inputs. Then the curve extends beyond the
-ends of the laws if these are linear, else it ends there.
+ends of the laws if these are linear, else it ends there. Inputs that follow the linkage are not functions of q: they
+are unknowns in x.
 """
 
 from __future__ import annotations
@@ -16,7 +17,16 @@ from functools import cached_property
 import numpy as np
 
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
-from gimcli.positions.inputs import InputLine, input_line, law_inputs, law_times, leading, turns_until_repeated
+from gimcli.positions.inputs import (
+    InputLine,
+    driven,
+    input_line,
+    law_inputs,
+    law_times,
+    leading,
+    turns_until_repeated,
+)
+from gimcli.structure.carried import read_inputs
 from gimcli.structure.system import system_of
 
 EVEN = 1e-9
@@ -45,10 +55,10 @@ class PositionCurve:
     """
 
     def __init__(self, mechanism: Mechanism, line: InputLine | None = None) -> None:
-        self.mechanism, self.system = mechanism, system_of(mechanism)
+        self.mechanism, self.system, self.driven = mechanism, system_of(mechanism), driven(mechanism)
         self.rotary = np.array([a.rotary for a in mechanism.actuators])
-        self.single = leading(mechanism) is not None and (line is None or not mechanism.couplings)
-        self.line = line or input_line(mechanism)
+        self.single = leading(self.driven) is not None and (line is None or not mechanism.couplings)
+        self.line = line or input_line(self.driven)
         self.span, self.domain = 1.0, Domain()
         if self.line is None:
             self._stretch()
@@ -67,7 +77,7 @@ class PositionCurve:
             return math.inf
         if not (self.single and self.mechanism.couplings):
             return 2.0 * math.pi
-        turns = turns_until_repeated(self.mechanism)
+        turns = turns_until_repeated(self.driven)
         return math.inf if turns is None or turns > LONGEST else 2.0 * math.pi * turns
 
     @property
@@ -82,11 +92,11 @@ class PositionCurve:
             self.domain = Domain(low - beyond, high + beyond, ends=False)
 
     def _stretch(self) -> None:
-        values = law_inputs(self.mechanism)(law_times(self.mechanism))
+        values = law_inputs(self.driven)(law_times(self.driven))
         length = float(np.linalg.norm(np.abs(np.diff(values, axis=1)).sum(axis=1)))
         self.span = length if length > 0.0 else 1.0
         time = np.linspace(0.0, 1.0, 65)
-        bent = max((float(np.max(np.abs(a.law(time, 2)))) for a in self.mechanism.actuators), default=0.0)
+        bent = max((float(np.max(np.abs(a.law(time, 2)))) for a in self.driven.actuators), default=0.0)
         if bent > EVEN * self.span:
             self.domain = Domain(0.0, self.span)
 
@@ -97,7 +107,8 @@ class PositionCurve:
 
     def point(self, z: ComplexArray, q: float) -> FloatArray:
         """Return p of positions z (nodes,)."""
-        return np.append(self.system.coordinates(z), q)
+        inputs = read_inputs(self.mechanism, z, self.given(q)) if self.system.followers else None
+        return np.append(self.system.coordinates(z, inputs), q)
 
     def nodes(self, p: FloatArray) -> ComplexArray:
         """Return positions (nodes,) of p (n + 1,), or (nodes, rows) of p (n + 1, rows)."""
@@ -118,31 +129,42 @@ class PositionCurve:
         """The least and greatest parameter of the laws."""
         if self.line is None:
             return 0.0, self.span
-        values = self.mechanism.actuators[self.line.main].law(law_times(self.mechanism))
+        values = self.driven.actuators[self.line.main].law(law_times(self.driven))
         return float(values.min()), float(values.max())
 
     def forward(self) -> float:
         """Return the sense of the parameter, 1 or -1, at the start of the laws."""
         if self.line is None:
             return 1.0
-        values = self.mechanism.actuators[self.line.main].law(law_times(self.mechanism))
+        values = self.driven.actuators[self.line.main].law(law_times(self.driven))
         moved = values[np.abs(values - values[0]) > 0.0]
         return -1.0 if len(moved) and moved[0] < values[0] else 1.0
 
-    def inputs(self, q: float) -> FloatArray:
-        """Return the inputs (actuators,) at a parameter."""
+    def given(self, q: float) -> FloatArray:
+        """Return the inputs (actuators,) at a parameter; those that follow the linkage are not determined by it."""
         return self._inputs(q, 0)
 
+    def inputs(self, p: FloatArray) -> FloatArray:
+        """Return all inputs (actuators,) at p (n + 1,), or (actuators, rows) at p (n + 1, rows)."""
+        if p.ndim > 1:
+            return np.array([self.inputs(one) for one in p.T]).T
+        return self._completed(self._inputs(float(p[-1]), 0), p)
+
     def travel(self, v: FloatArray, q: float) -> FloatArray:
-        """Convert a direction v (n + 1,) to coordinates and inputs (n + actuators,)."""
-        return np.concatenate([v[:-1], v[-1] * self._inputs(q, 1)])
+        """Convert a direction v (n + 1,) to coordinates and inputs (coordinates + actuators,)."""
+        return np.concatenate([v[: self.system.coordinated], self._completed(v[-1] * self._inputs(q, 1), v)])
 
     def apart(self, p: FloatArray, other: FloatArray) -> FloatArray:
-        """Return p minus another point in coordinates and inputs (n + actuators,), rotary inputs modulo 2 pi."""
-        change = self.inputs(float(p[-1])) - self.inputs(float(other[-1]))
-        turn = 2.0 * math.pi
+        """Return p minus another point in coordinates and inputs (coordinates + actuators,), angles modulo 2 pi."""
+        change, turn = self.inputs(p) - self.inputs(other), 2.0 * math.pi
         change = np.where(self.rotary, (change + math.pi) % turn - math.pi, change)
-        return np.concatenate([p[:-1] - other[:-1], change])
+        return np.concatenate([(p - other)[: self.system.coordinated], change])
+
+    def _completed(self, inputs: FloatArray, p: FloatArray) -> FloatArray:
+        """Return inputs (actuators,), or rates, with those that follow the linkage from p (n + 1,)."""
+        if self.system.followers:
+            inputs[self.system.followers] = self.system.following(p[:-1])
+        return inputs
 
     def turning(self, p: FloatArray, v: FloatArray) -> dict[str, float]:
         """Return {member: rotation [rad] per unit of a direction v (n + 1,)} of all moving members."""
@@ -156,18 +178,18 @@ class PositionCurve:
 
     def residual(self, p: FloatArray) -> FloatArray:
         """Return the equations (m,) at p (n + 1,)."""
-        return self.system.residual(p[:-1], self.inputs(float(p[-1])))
+        return self.system.residual(p[:-1], self._inputs(float(p[-1]), 0))
 
     def jacobian(self, p: FloatArray) -> FloatArray:
         """Return the derivatives of the equations (m, n + 1)."""
         q, n = float(p[-1]), self.system.n
-        table = self.system.jacobians(p[:-1], self.inputs(q))
+        table = self.system.jacobians(p[:-1], self._inputs(q, 0))
         return np.concatenate([table[:, :n], table[:, n:] @ self._inputs(q, 1)[:, None]], axis=1)
 
     def jacobian_along(self, p: FloatArray, v: FloatArray) -> FloatArray:
         """Return the derivative of the Jacobian (m, n + 1) along v (n + 1,)."""
         x, q, n = p[:-1], float(p[-1]), len(p) - 1
-        u, rate = self.inputs(q), self._inputs(q, 1)
+        u, rate = self._inputs(q, 0), self._inputs(q, 1)
         table = self.system.jacobian_along(x, u, np.concatenate([v[:-1], v[-1] * rate]))
         column = table[:, n:] @ rate
         if self.line is None:
@@ -177,7 +199,7 @@ class PositionCurve:
     def third(self, p: FloatArray, v: FloatArray) -> FloatArray:
         """Return the third derivative of the equations (m,) along v (n + 1,), taken three times."""
         x, q, n = p[:-1], float(p[-1]), self.system.n
-        u, rest = self.inputs(q), np.zeros(n)
+        u, rest = self._inputs(q, 0), np.zeros(n)
         first, second, third = (v[-1] ** k * self._inputs(q, k) for k in (1, 2, 3))
         along = np.concatenate([v[:-1], first])
         found = self.system.third(x, u, along)
@@ -192,6 +214,6 @@ class PositionCurve:
             return self.line.base + self.line.along * q if order == 0 else self.line.along * (order == 1)
         time = np.array([q / self.span])
         if order == 0:
-            return law_inputs(self.mechanism)(time)[:, 0]
+            return law_inputs(self.driven)(time)[:, 0]
         inside = np.clip(time, 0.0, 1.0)
-        return np.array([float(a.law(inside, order)[0]) for a in self.mechanism.actuators]) / self.span**order
+        return np.array([float(a.law(inside, order)[0]) for a in self.driven.actuators]) / self.span**order

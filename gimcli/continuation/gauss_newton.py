@@ -7,15 +7,12 @@ convergence of Gauss-Newton also if the equations are dependent or fewer than th
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
-from gimcli.mechanism import BoolArray, FloatArray, IntArray
-
-Equations = Callable[[FloatArray, IntArray], tuple[FloatArray, FloatArray]]
-"""Returns residuals (rows, m) and their derivatives (rows, m, n) at x (rows, n), for rows with numbers (rows,)."""
+from gimcli.mechanism import BoolArray, FloatArray
+from gimcli.structure.system import Equations
 
 
 @dataclass(frozen=True)

@@ -34,7 +34,7 @@ from gimcli.dynamics.physical import require_action
 from gimcli.dynamics.statics import statics
 from gimcli.kernels import laws
 from gimcli.mechanism import SPAN, ComplexArray, FloatArray, Input, Mechanism
-from gimcli.structure.carried import measured, unit_of
+from gimcli.structure.carried import measured, read_inputs, unit_of
 from gimcli.structure.system import system_of
 
 
@@ -249,11 +249,14 @@ def released_inputs_line(
 
 
 class Freedoms:
-    """Positions of a mechanism with released inputs: u = base + along q."""
+    """Positions of a mechanism with released inputs: u = base + along q; inputs that follow the linkage are in x."""
 
     def __init__(self, mechanism: Mechanism, base: FloatArray, along: FloatArray) -> None:
         self.mechanism, self.system = mechanism, system_of(mechanism)
-        self.base, self.along = base, along  # (actuators,), (actuators, k)
+        self.base, self.along, linked = base.copy(), along.copy(), self.system.followers  # (actuators,), (actuators, k)
+        self.base[linked], self.along[linked] = 0.0, 0.0
+        self.all = np.hstack([np.zeros((len(base), self.system.n)), self.along])  # (actuators, n + k)
+        self.all[linked, self.system.coordinated + np.arange(len(linked))] = 1.0
 
     @property
     def count(self) -> int:
@@ -262,7 +265,8 @@ class Freedoms:
 
     def point(self, z: ComplexArray, q: FloatArray) -> FloatArray:
         """Return y (n + k,) of positions z (nodes,)."""
-        return np.concatenate([self.system.coordinates(z), q])
+        inputs = read_inputs(self.mechanism, z, self.base + self.along @ q)
+        return np.concatenate([self.system.coordinates(z, inputs), q])
 
     def nodes(self, y: FloatArray) -> ComplexArray:
         """Return the positions (nodes,) of y (n + k,), or (nodes, rows) of y (n + k, rows)."""
@@ -270,7 +274,7 @@ class Freedoms:
 
     def inputs(self, y: FloatArray) -> FloatArray:
         """Return the inputs (actuators,) of y (n + k,), or (actuators, rows) of y (n + k, rows)."""
-        free = self.along @ y[self.system.n :]
+        free = self.all @ y
         return np.asarray(self.base.reshape(-1, *[1] * (free.ndim - 1)) + free)
 
     def residual(self, y: FloatArray) -> FloatArray:
@@ -317,8 +321,8 @@ class Freedoms:
             placed = self.system.placed(np.moveaxis(result, -2, 0), np.moveaxis(v[..., :n, :], -2, 0))
             return np.moveaxis(placed, 0, -2)
 
-        rates = np.einsum("uk,jkr->jur", self.along, first[:, n:])
-        bends = np.einsum("uk,ijkr->ijur", self.along, second[:, :, n:])
+        rates = np.einsum("uk,jkr->jur", self.all, first)
+        bends = np.einsum("uk,ijkr->ijur", self.all, second)
         return PositionJet(
             nodes, by_node(first), by_node(second), self.inputs(y).reshape(-1, rows),
             rates.reshape(j, -1, rows), bends.reshape(j, j, -1, rows),

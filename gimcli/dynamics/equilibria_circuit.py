@@ -90,7 +90,7 @@ class _CircuitSearch:
         listed = self._turned(listed)
         curve, start = self.circuit.curve, self.curve.places[self.circuit.start]
         return Equilibria(
-            tuple(listed), (self.main,), curve.nodes(start.p), curve.inputs(float(start.p[-1])),
+            tuple(listed), (self.main,), curve.nodes(start.p), curve.inputs(start.p),
             np.array([start.effort / self.metre]), self.curve.balance.conservative, everywhere, max(sizes),
             self._history(), self.circuit.closed, self.circuit.ended, len(self.circuit.crossings), self._gain(),
             self.curve.winds, self.cut, limited=self.curve.ended(),
@@ -157,7 +157,7 @@ class _CircuitSearch:
             own = -at.slope if root.multiplicity == 1 else 0.0
             stiffness = np.array([[own / (at.rate * self.metre) ** 2]])
         return Equilibrium(
-            curve.nodes(at.p), curve.inputs(float(at.p[-1])), self._potential(at), stability,
+            curve.nodes(at.p), curve.inputs(at.p), self._potential(at), stability,
             int(stability == UNSTABLE), root.multiplicity, stiffness, root.residual,
             Status.OK if root.converged else Status.NOT_CONVERGED, self._fraction(at.stop),
         )  # fmt: skip
@@ -197,7 +197,7 @@ class _CircuitSearch:
         barrier = listed[target].potential - listed[number].potential + sense * wraps * self._gain()
         direction = sense if path[0].rate >= 0.0 else -sense
         effort, at = self._greatest(path)
-        inputs = self.circuit.curve.inputs(float(at.p[-1]))
+        inputs = self.circuit.curve.inputs(at.p)
         return Push(direction, None if effort is None else effort / self.metre, inputs, barrier, target)
 
     def _path(self, number: int, target: int, sense: int, wraps: bool) -> list[BalancePoint]:
@@ -247,7 +247,7 @@ class _CircuitSearch:
             order = [*range(first, len(turns) - 1), *range(first + 1)]
             p, potential, fraction, effort = p[:, order], potential[order], fraction[order], effort[order]
             p[-1, -1], potential[-1] = p[-1, 0] + self.curve.turn, potential[0] + self._gain()
-        inputs = np.array([curve.inputs(q) for q in p[-1].tolist()]).T
+        inputs = curve.inputs(p)
         return BalanceHistory(curve.nodes(p), inputs, fraction, potential, effort)
 
     # -- turns ----------------------------------------------------------------------------------------

@@ -10,16 +10,17 @@ import numpy as np
 
 from gimcli.assemblies import Configurations, all_configurations, drawn_configuration
 from gimcli.assemblies.assemblies import SAME
+from gimcli.canonical import beside
 from gimcli.errors import GimError, UnassembledError, UsageError
-from gimcli.library.inputs import inputs_of, refuse_linked
+from gimcli.library.inputs import inputs_of
 from gimcli.library.sides import with_sides_of
-from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+from gimcli.mechanism import ComplexArray, FloatArray, Input, Mechanism
 from gimcli.motion.side_by_side import whole_inputs, whole_positions
 from gimcli.nearest import guess
 from gimcli.positions.options import Options
 from gimcli.progress import Phases, no_phases
 from gimcli.rounding import titled
-from gimcli.structure.carried import measured
+from gimcli.structure.carried import measured, read_inputs
 from gimcli.structure.drive_check import explained
 
 LISTED = 16
@@ -54,8 +55,7 @@ def assembled(
         StructureError: the mechanism is not fully driven, over-driven or contradictory.
     """
     Options.checked("auto", "spectral", tolerance, "auto")
-    refuse_linked(mechanism, "configurations")
-    values = inputs_of(mechanism, at, inputs)
+    values = inputs_of(mechanism, at, inputs, complete=False)
     if "=" in str(assembly):
         return _of_machines(mechanism, str(assembly), {**(at or {}), **inputs}, tolerance, progress)
     with explained(mechanism):
@@ -90,9 +90,20 @@ def _of_machines(
 
 def drawn_at(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray) -> Mechanism:
     """Return a mechanism with the initial position z (nodes,) at inputs (actuators,); its dimensions are unchanged."""
-    actuators = (replace(a, drawn=float(u)) for a, u in zip(mechanism.actuators, inputs, strict=True))
-    gauges = (replace(g, drawn=float(measured(mechanism, g, z))) for g in mechanism.gauges)
-    drawn = replace(mechanism, drawn=z, actuators=tuple(actuators), gauges=tuple(gauges))
+
+    def there(row: Input) -> Input:
+        return replace(row, drawn=float(measured(mechanism, row, z)))
+
+    def read(row: Input) -> Input:
+        return replace(row, drawn=float(beside(there(row).drawn, row.drawn))) if row.rotary else there(row)
+
+    values = read_inputs(mechanism, z, inputs).tolist()
+    actuators = (replace(a, drawn=u) for a, u in zip(mechanism.actuators, values, strict=True))
+    couplings = (replace(c, reads=tuple((read(row), ratio) for row, ratio in c.reads)) for c in mechanism.couplings)
+    drawn = replace(
+        mechanism, drawn=z, actuators=tuple(actuators), gauges=tuple(map(there, mechanism.gauges)),
+        couplings=tuple(couplings),
+    )  # fmt: skip
     return drawn if drawn.complete is None else drawn.complete(drawn)
 
 

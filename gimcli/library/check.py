@@ -173,7 +173,7 @@ class CheckResult(Result):
         if self.error or not self.mechanism.actuators:
             return None
         curve = self._circuit.curve if self._circuit is not None else None
-        ends = [(curve.nodes(one.p), curve.inputs(float(one.p[-1]))) for one in self._limits if curve is not None]
+        ends = [(curve.nodes(one.p), curve.inputs(one.p)) for one in self._limits if curve is not None]
         try:
             with explained(self.mechanism):
                 return motion_summary(self.mechanism, TOLERANCE, ends)
@@ -255,13 +255,13 @@ class CheckResult(Result):
 
     def _reach(self) -> dict[str, list[float]]:
         """Return the interval of every input on the circuit; empty if the circuit is not known."""
-        from gimcli.branching.singularities import interval
+        from gimcli.branching.singularities import input_ends, interval
 
         circuit = self._circuit
         if circuit is None:
             return {}
-        ends = interval(circuit, self._limits)
-        return interval_of(*(in_file_units(self.mechanism, circuit.curve.inputs(q)) for q in ends))
+        ends = input_ends(circuit, interval(circuit, self._limits))
+        return interval_of(*(in_file_units(self.mechanism, end) for end in ends))
 
     def _at(self, time: float) -> dict[str, float]:
         """Return the inputs at a normalised time in the file's units."""

@@ -10,7 +10,7 @@ import numpy as np
 
 from gimcli.branching.resampling import circuit_motion
 from gimcli.branching.singular_positions import drawn_circuit
-from gimcli.branching.singularities import STATIONARY, interval, singularities
+from gimcli.branching.singularities import STATIONARY, input_ends, interval, singularities
 from gimcli.continuation.branches import all_circuits
 from gimcli.continuation.circuit import Circuit
 from gimcli.errors import UsageError
@@ -201,12 +201,12 @@ class CircuitTraceResult(TraceResult):
 def _of_circuit(mechanism: Mechanism, number: int, circuit: Circuit, found: list[Any]) -> dict[str, Any]:
     """Return the report of a circuit: whether it is closed, the intervals of its inputs, limits and change points."""
 
-    def at(q: float) -> dict[str, float]:
-        return in_file_units(mechanism, circuit.curve.inputs(q))
+    def at(inputs: FloatArray) -> dict[str, float]:
+        return in_file_units(mechanism, inputs)
 
-    reach = interval_of(*(at(q) for q in interval(circuit, found)))
+    reach = interval_of(*map(at, input_ends(circuit, interval(circuit, found))))
     own = [one for one in found if one.kind != STATIONARY]
-    events = [{"kind": one.kind, "at": at(float(one.p[-1])), "way": one.fraction} for one in own]
+    events = [{"kind": one.kind, "at": at(circuit.curve.inputs(one.p)), "way": one.fraction} for one in own]
     return {
         "branch": number, "closed": circuit.closed, "ended": circuit.ended, "turns": abs(circuit.turns),
         "interval": reach, "events": events,

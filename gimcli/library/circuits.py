@@ -9,13 +9,14 @@ import numpy as np
 
 from gimcli.assemblies import drawn_configuration
 from gimcli.branching.enumeration import CircuitBranch, Circuits, EnumerationConstants, Strand, circuits as all_circuits
+from gimcli.branching.singularities import input_ends
 from gimcli.continuation.curve import LONGEST
 from gimcli.library.by_name import coordinates
-from gimcli.library.inputs import Range, in_file_units, interval_of, refuse_linked
+from gimcli.library.inputs import Range, in_file_units, interval_of
 from gimcli.library.machines import driven_machines, for_each_machine
 from gimcli.library.record import InputsField, Records, RowField
 from gimcli.library.result import Result
-from gimcli.mechanism import Mechanism
+from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.progress import WORK, Phases, limited, no_phases
 from gimcli.rounding import at_inputs, how_it_ends, intervals
 from gimcli.structure.drive_check import explained
@@ -55,7 +56,6 @@ def circuits(
         UsageError: `values` is not a whole number in its range.
         StructureError: the mechanism has no actuator, or is not fully driven or over-driven.
     """
-    refuse_linked(mechanism, "circuits")
     constants = EnumerationConstants(samples=values)
     with explained(mechanism), limited(WORK * max(1.0, values / USUAL), seconds) as limit:
         found = all_circuits(mechanism, constants, progress("configurations and their circuits"))
@@ -100,7 +100,7 @@ class CircuitsResult(Result):
         """The curves of the circuits, one row each."""
         found, strands, labels = self._found, self._found.strands, self._labels
         ways, spans = [s.circuit for s in strands], [span(found, s) for s in strands]
-        at = at_inputs(self.mechanism, inputs_at(found, found.curve.begin()))
+        at = at_inputs(self.mechanism, inputs_at(found, found.start.inputs))
         return Records(
             RowField("curve", labels),
             RowField("circuit", [s.number + 1 for s in strands]),
@@ -119,7 +119,8 @@ class CircuitsResult(Result):
         )  # fmt: skip
 
     def _ends(self, branch: CircuitBranch) -> dict[str, dict[str, float]]:
-        return {"from": inputs_at(self._found, branch.start), "to": inputs_at(self._found, branch.end)}
+        start, end = self._found.curve.inputs(branch.start), self._found.curve.inputs(branch.end)
+        return {"from": inputs_at(self._found, start), "to": inputs_at(self._found, end)}
 
     def _there(self, curve: int) -> str:
         """Return the configurations on a curve, as text."""
@@ -145,18 +146,19 @@ class CircuitsResult(Result):
         return {
             "circuits": found.count, "status": self.outcome, "complete": found.complete, "samples": len(found.sampled),
             "spacing": spacing(found)[0], "lost": found.lost,
-            "curves": self._curves.report(), "at": inputs_at(found, found.curve.begin()), "configurations": listed,
+            "curves": self._curves.report(), "at": inputs_at(found, found.start.inputs), "configurations": listed,
         }  # fmt: skip
 
     def table(self) -> Table:
         """Return one row for each branch: curve, circuit, and the ends of the interval of every input."""
         found = self._found
-        rows = [(curve_label(found, k), s.number + 1, b) for k, s in enumerate(found.strands) for b in s.branches]
+        strands = enumerate(found.strands)
+        rows = [(curve_label(found, k), s.number + 1, self._ends(b)) for k, s in strands for b in s.branches]
         return Records(
             RowField("curve", [curve for curve, _, _ in rows], str),
             RowField("circuit", [circuit for _, circuit, _ in rows], int),
-            InputsField(self.mechanism, "from", [inputs_at(found, b.start) for _, _, b in rows], ".from"),
-            InputsField(self.mechanism, "to", [inputs_at(found, b.end) for _, _, b in rows], ".to"),
+            InputsField(self.mechanism, "from", [ends["from"] for _, _, ends in rows], ".from"),
+            InputsField(self.mechanism, "to", [ends["to"] for _, _, ends in rows], ".to"),
         ).table()
 
     def picture(self) -> Content | None:
@@ -179,7 +181,7 @@ class CircuitsResult(Result):
         for k, strand in enumerate(found.strands):
             branches = f"; {len(strand.branches)} branches" * (len(strand.branches) > 1)
             note = intervals(mechanism, span(found, strand), strand.circuit.turns) + branches
-            at = [at_inputs(mechanism, inputs_at(found, float(one.p[-1]))) for one in strand.limits]
+            at = [at_inputs(mechanism, inputs_at(found, found.curve.inputs(one.p))) for one in strand.limits]
             places = tuple(
                 SingularPlace(one.fraction, one.kind, f"{one.kind} at {text}", one.p)
                 for one, text in zip(strand.limits, at, strict=True)
@@ -188,9 +190,9 @@ class CircuitsResult(Result):
         return circuits_animation(mechanism, self.headline(), shown, "Circuit")
 
 
-def inputs_at(found: Circuits, q: float) -> dict[str, float]:
-    """Return the inputs at a parameter of the curve, in the file's units."""
-    values = in_file_units(found.curve.mechanism, found.curve.inputs(q))
+def inputs_at(found: Circuits, inputs: FloatArray) -> dict[str, float]:
+    """Return inputs (actuators,) in the file's units."""
+    values = in_file_units(found.curve.mechanism, inputs)
     return {name: value if abs(value) > ROUND else 0.0 for name, value in values.items()}
 
 
@@ -203,7 +205,7 @@ def curve_label(found: Circuits, index: int) -> str:
 
 def span(found: Circuits, strand: Strand) -> dict[str, list[float]]:
     """Return the smallest and the largest value of every input along a strand."""
-    return interval_of(*(inputs_at(found, q) for q in strand.interval))
+    return interval_of(*(inputs_at(found, end) for end in input_ends(strand.circuit, strand.interval)))
 
 
 def spacing(found: Circuits) -> tuple[float, str]:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from gimcli.assemblies import Configurations, all_configurations, drawn_configuration
 from gimcli.library.by_name import coordinates, places
-from gimcli.library.inputs import in_file_units, inputs_of, refuse_linked
+from gimcli.library.inputs import in_file_units, inputs_of
 from gimcli.library.machines import for_each_machine
 from gimcli.library.record import Records, RowField, VectorField
 from gimcli.library.trace_result import Placed
@@ -54,8 +54,7 @@ def configurations(
         StructureError: the mechanism is not fully driven, over-driven or contradictory.
     """
     Options.checked("auto", "spectral", tolerance, "auto")
-    refuse_linked(mechanism, "configurations")
-    values = inputs_of(mechanism, at, inputs)
+    values = inputs_of(mechanism, at, inputs, complete=False)
     with explained(mechanism), limited(WORK, seconds):
         found = all_configurations(mechanism, values, tolerance, progress("configurations"))
     own = mechanism.written
@@ -222,6 +221,9 @@ def verdict(found: Configurations) -> str:
 
 def _reason(found: Configurations) -> str:
     """Return why a list is proved complete, or why not."""
+    if found.searched == found.level > 1:
+        agree = "agree" if found.searched == 3 else "do not agree"
+        return f"two searches for the values of the inputs that follow the linkage {agree}"
     unknown = any(g.count is None for g in found.groups)
     if found.level == 1 and found.groups:
         return (

@@ -19,7 +19,7 @@ from gimcli.dynamics.equilibria_search import released_search
 from gimcli.errors import UsageError
 from gimcli.graphs.extras import Extras
 from gimcli.library.assembled import ListedPosition, listed_position
-from gimcli.library.inputs import Range, Seed, in_file_units, inputs_of, refuse_linked
+from gimcli.library.inputs import Range, Seed, in_file_units, inputs_of
 from gimcli.library.machines import for_each_machine, released_inputs, released_machines
 from gimcli.library.record import InputsField, NodesField, Records, RowField
 from gimcli.library.result import Result
@@ -90,7 +90,6 @@ def equilibrium(
         StructureError: the mechanism has no actuator, or is not fully driven, over-driven or contradictory.
         UnassembledError: the start position cannot be assembled.
     """
-    refuse_linked(mechanism, "equilibrium")
     if not math.isfinite(time):
         raise UsageError(f"time: expected a finite number, got {time}")
     allowed = Options.checked("auto", "spectral", tolerance, "off").tolerance

@@ -15,6 +15,7 @@ import numpy as np
 from gimcli.errors import StructureError, UsageError
 from gimcli.mechanism import MOST_TURNS, SPAN, FloatArray, Mechanism
 from gimcli.nearest import guess
+from gimcli.positions.inputs import driven
 from gimcli.positions.options import JIT, METHODS, STRATEGIES
 
 MOST_STEPS = 10_000_000
@@ -86,13 +87,15 @@ def refuse_given(verb: Callable[..., Any], given: Mapping[str, Any]) -> None:
 
 
 def inputs_of(
-    mechanism: Mechanism, at: Mapping[str, float | str] | None, by_name: Mapping[str, float | str]
-) -> FloatArray:
+    mechanism: Mechanism, at: Mapping[str, float | str] | None, by_name: Mapping[str, float | str],
+    complete: bool = True,
+) -> FloatArray:  # fmt: skip
     """Return the inputs (actuators,) in the normal frame: the start of every law, replaced by the given values.
 
+    complete: also those that follow the linkage, as it reaches these inputs from the drawing; else they do not count.
     Raises UsageError for an unknown name, and for a value that the input cannot have.
     """
-    values = mechanism.start_inputs
+    values = driven(mechanism).start_inputs
     names = [a.name for a in mechanism.actuators]
     if at is not None and not isinstance(at, Mapping):
         name = next(iter(names), "motor")
@@ -103,8 +106,8 @@ def inputs_of(
             raise UsageError(f"{text}: no actuator '{name}'; {guess(name, names, 'actuators')}")
         refuse_follower(mechanism, names.index(name), text)
         values[names.index(name)] = _value(mechanism, names.index(name), text, value)
-    if not mechanism.couplings:
-        return values
+    if not (mechanism.couplings and complete):
+        return mechanism.coupled(values)
     from gimcli.motion.linked_inputs import followed  # imported late: few mechanisms have coupled inputs
 
     return followed(mechanism, values)

@@ -5,9 +5,11 @@ from __future__ import annotations
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from gimcli.branching.singular_positions import Found, Survey, first_turn, survey
-from gimcli.branching.singularities import STATIONARY, BranchRates, rates
-from gimcli.library.inputs import in_file_units, interval_of, refuse_linked
+from gimcli.branching.singularities import STATIONARY, BranchRates, input_ends, rates
+from gimcli.library.inputs import in_file_units, interval_of
 from gimcli.library.machines import driven_machines, for_each_machine
 from gimcli.library.record import InputsField, NodesField, Records, RowField
 from gimcli.library.result import Result
@@ -54,7 +56,6 @@ def singularities(mechanism: Mechanism, *, progress: Phases = no_phases) -> Sing
         StructureError: the mechanism has no actuator, or is not fully driven or over-driven.
         UnassembledError: no assembled position to start from was found.
     """
-    refuse_linked(mechanism, "singularities")
     with explained(mechanism):
         return SingularitiesResult(mechanism, survey(mechanism, progress=progress("following branches")))
 
@@ -84,13 +85,13 @@ class SingularitiesResult(Result):
 
     def _inputs(self, one: Found) -> dict[str, float]:
         """Return the inputs at a singular position in the file's units."""
-        return in_file_units(
-            self.mechanism, self._found.curve.inputs(first_turn(self._found, float(one.what.p[-1]))), ZERO
-        )
+        p = np.append(one.what.p[:-1], first_turn(self._found, float(one.what.p[-1])))
+        return in_file_units(self.mechanism, self._found.curve.inputs(p), ZERO)
 
-    def _interval(self, reach: tuple[float, float]) -> dict[str, list[float]]:
-        """Return the smallest and the largest value of every input between two parameters of the curve."""
-        return interval_of(*(in_file_units(self.mechanism, self._found.curve.inputs(q), ZERO) for q in reach))
+    def _interval(self, number: int) -> dict[str, list[float]]:
+        """Return the smallest and the largest value of every input on a branch."""
+        ends = input_ends(self._found.branches.circuits[number], self._found.reach[number])
+        return interval_of(*(in_file_units(self.mechanism, end, ZERO) for end in ends))
 
     def _tangents(self, one: Found) -> list[BranchRates]:
         """Return the rates of inputs and members on each branch through a singular position."""
@@ -126,9 +127,12 @@ class SingularitiesResult(Result):
     def report(self) -> dict[str, Any]:
         """Return the report that --json prints."""
         circuits = [
-            {"branch": k, "closed": c.closed, "ended": c.ended, "turns": abs(c.turns), "interval": self._interval(r)}
-            for k, (c, r) in enumerate(zip(self._found.branches.circuits, self._found.reach, strict=True), 1)
-        ]
+            {
+                "branch": k + 1, "closed": c.closed, "ended": c.ended, "turns": abs(c.turns),
+                "interval": self._interval(k),
+            }
+            for k, c in enumerate(self._found.branches.circuits)
+        ]  # fmt: skip
         return {"circuits": circuits, "singularities": self._records.report(), "complete": self._found.complete}
 
     def table(self) -> Table:
@@ -163,11 +167,11 @@ class SingularitiesResult(Result):
         from gimcli.graphs.circuit_animation import ShownCircuit, circuits_animation
 
         circuits, shown = self._found.branches.circuits, []
-        for number, (circuit, reach) in enumerate(zip(circuits, self._found.reach, strict=True)):
+        for number, circuit in enumerate(circuits):
             own = [one for one in self._found.found if number in one.circuits]
             places = tuple(self._place(circuit, number, one) for one in own)
             name = f"branch {number + 1}" if len(circuits) > 1 else "circuit"
-            note = intervals(self.mechanism, self._interval(reach), circuit.turns)
+            note = intervals(self.mechanism, self._interval(number), circuit.turns)
             shown.append(ShownCircuit(name, circuit, note, places))
         return circuits_animation(self.mechanism, self.headline(), shown, "Branch")
 

@@ -1,103 +1,77 @@
 """Inputs that follow the linkage itself, such as the angle of a gear that a rocker turns, along a motion.
 
-The position and these inputs are followed together from the drawn position, to the start of the laws and along them,
-by Newton's method with steps that the curvature limits; the laws of the followers are then evaluated between these
-points at any time, with derivatives.
+Such an input is an unknown of the curve of positions. This curve is followed from the drawing to the start of the laws
+and along them, to a limit if there is one; a law of the input is then the curve at the parameter of each time.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
+from operator import attrgetter
 
 import numpy as np
 
+from gimcli.continuation import gauss_newton
+from gimcli.continuation.arclength import CurvePoint, between, correct, place, walk
+from gimcli.continuation.circuit import STEPS
+from gimcli.continuation.curve import PositionCurve
 from gimcli.errors import UnassembledError
-from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
-from gimcli.numerics.along import sign_changes
-from gimcli.numerics.follower import Follower
-from gimcli.positions.inputs import nearest_turns, straight_inputs
-from gimcli.structure.system import System, system_of
+from gimcli.mechanism import BoolArray, FloatArray, Mechanism
+from gimcli.numerics.along import bisected, hermite, sign_changes
+from gimcli.positions.inputs import InputLine, driven, line_through, nearest_turns
+from gimcli.structure.system import system_of
 
-
-@dataclass(frozen=True)
-class LinkedConstants:
-    """Constants of the method; lengths and angles are about 1."""
-
-    longest: float = 0.15  # greatest change of an unknown between two points
-    bend: float = 0.2  # greatest correction of an extrapolated point, relative to the step
-    first: float = 1e-2  # first step, relative to the whole motion
-    shortest: float = 1e-9  # least step: before a limit or a singular position
-    growth: float = 1.5  # factor from one step to the next
-    iterations: int = 12
-    exact: float = 1e-13  # residual of a solved position
-    orders: int = 3  # of derivatives
-
-
-LINKED = LinkedConstants()
 SAMPLES = 1025
 """Times between which a law that follows is searched for changes of its sense."""
 
+ORDERS = 3
+"""Of the derivatives of such a law."""
 
-class LinkedPath(Follower[FloatArray, FloatArray]):
-    """Unknowns x (n,) of a motion with inputs u(s) (actuators,) of drivers, from s = 0 to 1 or to a limit before."""
-
-    def __init__(self, system: System, start: FloatArray, u: Callable[[float], FloatArray]) -> None:
-        self.system, self.u = system, u
-        self.places, self.points = [0.0], [start]
-        self.step, self.shortest = LINKED.first, LINKED.shortest
-        while self.limit is not None and self.go():
-            self.step *= LINKED.growth
-
-    @property
-    def limit(self) -> float | None:
-        """The parameter at which the motion ends before 1."""
-        return None if self.places[-1] >= 1.0 else self.places[-1]
-
-    @property
-    def ahead(self) -> float:
-        """The parameter after a step."""
-        return min(1.0, self.places[-1] + self.step)
-
-    def predict(self) -> FloatArray:
-        """Return the point extrapolated from the last two."""
-        last = self.points[-1]
-        if len(self.points) == 1:
-            return last
-        gap = self.places[-1] - self.places[-2]
-        return last + (last - self.points[-2]) * (self.ahead - self.places[-1]) / gap
-
-    def correct(self, guess: FloatArray) -> FloatArray | None:
-        """Return the point near an extrapolated one; None if the step is too long."""
-        found, exact = settled(self.system, guess, self.u(self.ahead))
-        if not exact:
-            return None
-        change = float(np.max(np.abs(found - self.points[-1])))
-        bend = float(np.max(np.abs(found - guess)))
-        smooth = bend <= LINKED.bend * change or bend <= LINKED.bend * LINKED.first
-        return found if change <= LINKED.longest and smooth else None
-
-    def accept(self, there: FloatArray) -> bool:
-        """Add a point."""
-        self.places.append(self.ahead)
-        self.points.append(there)
-        return True
-
-    def at(self, places: FloatArray) -> FloatArray:
-        """Return the unknowns (rows, n) at parameters (rows,); beyond a limit those at the limit."""
-        return np.array([np.interp(places, self.places, row) for row in np.array(self.points).T]).T
+ROUND = 1e-12
+"""Distance beyond the ends of a curve, relative to the parameter, that is rounding."""
 
 
-def settled(system: System, x: FloatArray, u: FloatArray) -> tuple[FloatArray, bool]:
-    """Return solutions near guesses x (..., n), for inputs u (..., actuators) of drivers, and whether all are exact."""
-    for _ in range(LINKED.iterations):
-        residual = system.residual(x, u)
-        error = float(np.max(np.abs(residual), initial=0.0))
-        if not error > LINKED.exact:
-            return x, error <= LINKED.exact  # False for NaN
-        x = x - (np.linalg.pinv(system.jacobian(x, u)) @ residual[..., None])[..., 0]
-    return x, False
+class InputBranch:
+    """The part of a curve around a start on which its parameter is from `low` to `high`, or up to limits before."""
+
+    def __init__(self, curve: PositionCurve, start: FloatArray, low: float, high: float) -> None:
+        self.curve, along = curve, np.append(np.zeros(curve.system.n), 1.0)
+        behind, ahead = (_until(curve, place(curve, start, k * along), end) for k, end in ((-1.0, low), (1.0, high)))
+        every = [*(replace(at, tangent=-at.tangent) for at in reversed(behind[1:])), *ahead]
+        self.p, self.tangent = (np.array([getattr(at, name) for at in every]) for name in ("p", "tangent"))
+
+    def covers(self, q: FloatArray) -> BoolArray:
+        """Return (rows,) whether parameters are not beyond the ends."""
+        ends = self.p[[0, -1], -1]
+        room = ROUND * np.maximum(1.0, np.abs(ends))
+        return np.asarray((q >= ends[0] - room[0]) & (q <= ends[1] + room[1]))
+
+    def at(self, q: FloatArray) -> FloatArray:
+        """Return the unknowns (rows, n) at parameters (rows,); beyond the ends those there."""
+        p, tangent = self.p, self.tangent
+        if len(p) == 1:
+            return np.repeat(p[:, :-1], len(q), axis=0)
+        q = np.clip(q, p[0, -1], p[-1, -1])
+        k = np.clip(np.searchsorted(p[:, -1], q, side="right") - 1, 0, len(p) - 2)
+        h = np.linalg.norm(p[k + 1] - p[k], axis=1)[:, None]
+        ends = p[k], h * tangent[k], p[k + 1], h * tangent[k + 1]
+        one, low, other, high = (v[:, -1] for v in ends)
+        part = bisected(lambda t: hermite(one, low, other, high, t) >= q, np.zeros(len(q)), np.ones(len(q)))[1]
+        u = np.array([self.curve.given(value) for value in q.tolist()])
+        system, guess = self.curve.system, hermite(*ends, part[:, None])[:, :-1]
+        return gauss_newton.settle(lambda x, k: (system.residual(x, u[k]), system.jacobian(x, u[k])), guess)[0]
+
+
+def _until(curve: PositionCurve, start: CurvePoint, end: float) -> list[CurvePoint]:
+    """Return the points from a start to the parameter `end`, or to the limit before it."""
+    found = [start]
+    for there in walk(curve, start, STEPS) if (end - start.p[-1]) * start.rate > 0.0 else ():
+        limit = between(curve, found[-1], there, attrgetter("rate"), STEPS)
+        found.append(limit or there)
+        if limit or (end - there.p[-1]) * start.rate <= 0.0:
+            break
+    return found
 
 
 class LinkedMotion:
@@ -108,10 +82,27 @@ class LinkedMotion:
         self._last: tuple[bytes, FloatArray] | None = None
 
     @cached_property
-    def path(self) -> LinkedPath:
-        """The points along the laws; a motion that cannot begin has its limit at 0."""
-        start = moved_from_drawing(self.mechanism, self._drivers(np.zeros(1))[0, 0])
-        return LinkedPath(system_of(self.mechanism), start, lambda time: self._drivers(np.array([time]))[0, 0])
+    def curve(self) -> PositionCurve:
+        """The curve of the laws."""
+        return PositionCurve(self.mechanism)
+
+    @cached_property
+    def branch(self) -> InputBranch:
+        """The part of the curve that the laws use."""
+        q = self.curve.begin()
+        start = np.append(moved_from_drawing(self.mechanism, self.curve.given(q)), q)
+        return InputBranch(self.curve, start, *self.curve.laws)
+
+    @cached_property
+    def limit(self) -> float | None:
+        """The normalised time at which the motion ends before that of the laws."""
+
+        def beyond(time: FloatArray) -> BoolArray:
+            return ~self.branch.covers(self._parameter(time))
+
+        times = np.linspace(0.0, 1.0, SAMPLES)
+        k = np.flatnonzero(beyond(times))[:1]
+        return float(bisected(beyond, times[np.maximum(k - 1, 0)], times[k])[0][0]) if len(k) else None
 
     def values(self, time: FloatArray) -> FloatArray:
         """Return the followers and their derivatives by the normalised time (orders, followers, rows)."""
@@ -121,22 +112,20 @@ class LinkedMotion:
         return self._last[1]
 
     def _values(self, time: FloatArray) -> FloatArray:
-        path, system = self.path, system_of(self.mechanism)
-        end = path.places[-1]
+        end, system = 1.0 if self.limit is None else self.limit, self.curve.system
         inside = np.clip(time, 0.0, end)
-        x, rates = path.at(inside), self._drivers(inside, LINKED.orders)
-        x, _ = settled(system, x, rates[0])
-        found = np.moveaxis(system.following(system.derivatives(x, rates)), 1, 2)
+        laws = [actuator.law for actuator in self.curve.driven.actuators]
+        rates = np.array([[law(inside, order) for law in laws] for order in range(ORDERS + 1)])
+        x = self.branch.at(self._parameter(inside))
+        found = np.moveaxis(system.following(system.derivatives(x, np.moveaxis(rates, 1, 2))), 1, 2)
         found[1:, :, time > end] = 0.0
         return found
 
-    def _drivers(self, time: FloatArray, orders: int = 0) -> FloatArray:
-        """Return the inputs of the laws, those that follow linearly too, with derivatives (orders, rows, actuators)."""
-        mechanism = self.mechanism
-        laws = [[mechanism.actuators[k].law(time, order) for k in mechanism.drivers] for order in range(orders + 1)]
-        found = np.array([mechanism.following @ np.reshape(own, (-1, len(time))) for own in laws])
-        found[0] = mechanism.coupled(found[0])
-        return np.moveaxis(found, 1, 2)
+    def _parameter(self, time: FloatArray) -> FloatArray:
+        """Return the parameters of the curve at normalised times."""
+        if self.curve.line is None:
+            return time * self.curve.span
+        return self.curve.driven.actuators[self.curve.main].law(time)
 
 
 @dataclass(frozen=True)
@@ -153,8 +142,7 @@ class LinkedLaw:
 
     def stops(self) -> FloatArray:
         """Return the times at which the law reverses, and those at which a driver may."""
-        mechanism = self.motion.mechanism
-        found = [mechanism.actuators[k].law.stops() for k in mechanism.drivers]
+        found = [actuator.law.stops() for actuator in self.motion.curve.driven.actuators]
         return np.unique(np.concatenate([self._reversals, *found]))
 
     @cached_property
@@ -168,27 +156,22 @@ def moved_from_drawing(mechanism: Mechanism, inputs: FloatArray) -> FloatArray:
 
     Raises UnassembledError if it is not reached.
     """
-    system = system_of(mechanism)
-    start = nearest_turns(mechanism, mechanism.drawn_inputs, inputs)
-    first, exact = settled(system, system.coordinates(mechanism.drawn), mechanism.coupled(start))
-    if exact:
-        line = straight_inputs(start, inputs)
-        path = LinkedPath(system, first, lambda s: mechanism.coupled(line(np.array([s]))[:, 0]))
-        if path.limit is None:
-            return path.points[-1]
-    names = ", ".join(f"'{mechanism.actuators[k].name}'" for k in system.followers)
+    own = driven(mechanism)
+    begin = own.coupled(nearest_turns(mechanism, mechanism.drawn_inputs, inputs))
+    line = line_through(own, np.stack([begin, own.coupled(inputs)], axis=1))
+    line = line or InputLine(begin, np.zeros(len(begin)), own.drivers[0])
+    curve, (q, end) = PositionCurve(mechanism, line), (float(at[line.main]) for at in (begin, inputs))
+    across = np.append(np.zeros(curve.system.n), 1.0)
+    start = correct(curve, curve.point(mechanism.drawn, q), STEPS, across)
+    if start is not None:
+        branch = InputBranch(curve, start, min(q, end), max(q, end))
+        if branch.covers(np.array([end]))[0]:
+            return np.asarray(branch.at(np.array([end]))[0])
+    names = ", ".join(f"'{mechanism.actuators[k].name}'" for k in curve.system.followers)
     raise UnassembledError(
         f"{mechanism.name}: the linkage that turns {names} cannot reach these inputs from the drawing; use other"
         " inputs, or initial coordinates closer to an assembled position"
     )
-
-
-def linked_position(mechanism: Mechanism, inputs: FloatArray) -> tuple[FloatArray, ComplexArray]:
-    """Return all inputs (actuators,) and the positions (nodes,) for inputs of the drivers (actuators,)."""
-    system, x = system_of(mechanism), moved_from_drawing(mechanism, inputs)
-    found = mechanism.coupled(inputs)
-    found[system.followers] = system.following(x)
-    return found, system.nodes(x)
 
 
 def followed(mechanism: Mechanism, inputs: FloatArray) -> FloatArray:
@@ -196,15 +179,17 @@ def followed(mechanism: Mechanism, inputs: FloatArray) -> FloatArray:
 
     Raises UnassembledError if the linkage that turns a gear cannot reach them from the drawing.
     """
+    found = mechanism.coupled(inputs)
     if mechanism.complete is not None:
-        return linked_position(mechanism, inputs)[0]
-    return mechanism.coupled(inputs) if mechanism.couplings else inputs
+        system = system_of(mechanism)
+        found[system.followers] = system.following(moved_from_drawing(mechanism, inputs))
+    return found
 
 
 def linked_limit(mechanism: Mechanism) -> float | None:
     """Return the normalised time at which the motion of the linkage that turns gears ends before that of the laws."""
     laws = (mechanism.actuators[c.follower].law for c in mechanism.couplings if c.reads)
-    return next(law.motion.path.limit for law in laws if isinstance(law, LinkedLaw))
+    return next(law.motion.limit for law in laws if isinstance(law, LinkedLaw))
 
 
 def with_linked_laws(mechanism: Mechanism) -> Mechanism:

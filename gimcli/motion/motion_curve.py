@@ -175,7 +175,7 @@ class MotionCurve:
         curve = self.curve
         assert curve is not None
         z = curve.nodes(p)
-        found = self.assembler.assemble(curve.inputs(float(p[-1])), z, at)
+        found = self.assembler.assemble(curve.inputs(p), z, at)
         far = self.mechanism.apart(found.row.x + 1j * found.row.y, z)
         return found.row if found.status is Status.OK and np.all(far <= NEAR * self.mechanism.size) else None
 

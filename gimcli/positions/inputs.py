@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from gimcli.canonical import beside, first_greatest
+from gimcli.input_laws import ConstantLaw
 from gimcli.mechanism import FloatArray, Mechanism
 
 Inputs = Callable[[FloatArray], FloatArray]
@@ -67,6 +68,18 @@ def line_through(mechanism: Mechanism, values: FloatArray) -> InputLine | None:
     base = values[:, 0] - along * values[main, 0]
     base[main], along[main] = 0.0, 1.0
     return InputLine(base, along, main)
+
+
+def driven(mechanism: Mechanism) -> Mechanism:
+    """Return a mechanism whose inputs are functions of the drivers' only: what they read of the linkage counts as 0."""
+    linked = [coupling.follower for coupling in mechanism.couplings if coupling.reads]
+    if not linked:
+        return mechanism
+    actuators = list(mechanism.actuators)
+    for k in linked:
+        actuators[k] = replace(actuators[k], law=ConstantLaw())
+    couplings = tuple(replace(coupling, reads=()) for coupling in mechanism.couplings)
+    return replace(mechanism, actuators=tuple(actuators), couplings=couplings)
 
 
 def leading(mechanism: Mechanism) -> int | None:

@@ -206,7 +206,7 @@ def _followed(task: WorkspaceTask, circuit: Circuit, part: CriticalCurve) -> boo
 
 def _start(task: WorkspaceTask, curve: PositionCurve, here: FloatArray, curves: list[CriticalCurve]) -> StartAssemblies:
     """Count the assemblies at the inputs of a position `here` (n,), and those that are on none of the curves."""
-    begin = curve.inputs(curve.begin())
+    begin = curve.given(curve.begin())
     inputs = nearest_turns(task.mechanism, task.inputs(here), begin)
     inputs = np.where(np.abs(inputs - begin) <= SLACK, begin, inputs)
     with suppress(StructureError):  # too many

@@ -7,10 +7,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gimcli.continuation.gauss_newton import Equations, GaussNewtonConstants, settle
+from gimcli.continuation.gauss_newton import GaussNewtonConstants, settle
 from gimcli.mechanism import BoolArray, FloatArray, IntArray
 from gimcli.reach.critical_curves import Critical
 from gimcli.reach.task import WorkspaceTask
+from gimcli.structure.system import Equations
 
 
 @dataclass(frozen=True)

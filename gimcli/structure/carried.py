@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from gimcli.calculus.numbers import phase, scalar
-from gimcli.mechanism import FRAME, SPAN, ComplexArray, Mechanism, PairRow
+from gimcli.canonical import beside
+from gimcli.mechanism import FRAME, SPAN, ComplexArray, FloatArray, Mechanism, PairRow
 from gimcli.structure.steps import Vector
 
 
@@ -70,3 +71,17 @@ def measured(mechanism: Mechanism, gauge: PairRow, z: Any) -> Any:
         arm = z[gauge.nodes[1]] - z[gauge.node]
         return np.sqrt((arm * arm.conjugate()).real)
     return height(mechanism, gauge, z)
+
+
+def read_inputs(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray) -> FloatArray:
+    """Return inputs (actuators,) in which those that follow the linkage have the values that z (nodes,) gives.
+
+    Angles of the linkage are within half a turn of the drawn ones.
+    """
+    found = np.array(inputs)
+    for coupling in mechanism.couplings:
+        if coupling.reads:
+            read = [(measured(mechanism, row, z), row, ratio) for row, ratio in coupling.reads]
+            own = sum(ratio * (beside(value, row.drawn) if row.rotary else value) for value, row, ratio in read)
+            found[coupling.follower] = coupling.phase + own + sum(ratio * found[k] for k, ratio in coupling.terms)
+    return found

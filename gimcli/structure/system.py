@@ -9,12 +9,13 @@ Positions x (..., n), inputs u (..., actuators) and directions may have leading 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cached_property
 
 import numpy as np
 
 from gimcli.canonical import beside
-from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.structure.carried import measured
 from gimcli.structure.derived import derived
 from gimcli.structure.equations import continue_linked, linked_terms
@@ -29,6 +30,9 @@ SMALL = 1e-9
 
 NEAR = 100.0
 """Largest coordinate, in sizes of the mechanism, of the place where gradients give the scale of equations."""
+
+Equations = Callable[[FloatArray, IntArray], tuple[FloatArray, FloatArray]]
+"""Returns residuals (rows, m) and their derivatives (rows, m, n) at x (rows, n), for rows with numbers (rows,)."""
 
 
 class System:
@@ -46,7 +50,7 @@ class System:
         unknown = [*terms.moving, *(first + reading for reading in self._readings)]
         given = [-1 if k in self.followers else first + k for k in range(count)]  # -1: none
         self.free = [variable // 2 for variable in terms.moving[::2]]
-        self.n, self.m = len(unknown), len(terms.equations)
+        self.n, self.m, self.coordinated = len(unknown), len(terms.equations), len(terms.moving)
         self._terms, self._arrays = terms, TermArrays(terms.equations, first, [*unknown, *given, terms.variables - 1])
         self.scale = self._scale()
         self._arrays.scale(self.scale, ZERO, self.n)
@@ -67,7 +71,7 @@ class System:
 
     def following(self, x: FloatArray) -> FloatArray:
         """Return the inputs that follow the linkage (..., followers), or their rates, of x (..., n)."""
-        return x[..., 2 * len(self.free) :][..., : len(self.followers)]
+        return x[..., self.coordinated :][..., : len(self.followers)]
 
     def nodes(self, x: FloatArray) -> ComplexArray:
         """Return the positions (nodes,) of x (n,), or (nodes, rows) of x (n, rows)."""
@@ -77,8 +81,7 @@ class System:
 
     def placed(self, z: ComplexArray, x: FloatArray) -> ComplexArray:
         """Return positions z (nodes, ...) of the fixed nodes with those of x (n, ...), or the rates of all nodes."""
-        end = 2 * len(self.free)
-        z[self.free] = x[0:end:2] + 1j * x[1:end:2]
+        z[self.free] = x[0 : self.coordinated : 2] + 1j * x[1 : self.coordinated : 2]
         return self.mechanism.whole(z)
 
     def residual(self, x: FloatArray, u: FloatArray) -> FloatArray:
@@ -144,6 +147,13 @@ class System:
         half = np.bincount(pair, parts, self.m * (n + 1) ** 2).astype(float).reshape(self.m, n + 1, n + 1)
         whole = half + half.swapaxes(1, 2)  # of pairs of unknowns, after which 1 stands
         return Quadric(0.5 * whole[:, n, n], whole[:, :n, n].copy(), whole[:, :n, :n].copy())
+
+    def equations_at(self, u: FloatArray) -> Equations:
+        """Return a function of positions (rows, n) that returns residuals and Jacobians at inputs (actuators,)."""
+        if self.followers:
+            return lambda x, _: (self.residual(x, u), self.jacobian(x, u))
+        form = self.quadric(u)
+        return lambda x, _: (form.value(x), form.slope(x))
 
     def _direction(self, v: FloatArray) -> FloatArray:
         """Return a direction (..., columns) of v (..., n + actuators)."""

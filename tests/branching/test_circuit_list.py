@@ -108,7 +108,7 @@ def test_every_configuration_is_on_a_curve() -> None:
     for z, places in zip(found.start.z, found.places, strict=True):
         assert len(places) == 1
         strand = found.strands[places[0][0]]
-        low, high = (strand.branches[places[0][1]].start, strand.branches[places[0][1]].end)
+        low, high = strand.branches[places[0][1]].start[-1], strand.branches[places[0][1]].end[-1]
         turns = [q + 2.0 * math.pi * k for k in range(-3, 4)]
         assert any(min(low, high) <= value <= max(low, high) for value in turns)
         near = np.abs(found.curve.nodes(strand.circuit.p) - z[:, None]).max(axis=0)

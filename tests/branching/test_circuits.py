@@ -242,7 +242,7 @@ def test_the_rows_of_a_circuit_fulfil_all_constraints_of_every_model(path: Path)
     for k in range(1, len(circuit.places)):
         assert circuit.places[k].tangent @ circuit.places[k - 1].tangent > 0.9
     for one in singularities(circuit):
-        z, u = circuit.curve.nodes(one.p)[:, None], circuit.curve.inputs(float(one.p[-1]))[:, None]
+        z, u = circuit.curve.nodes(one.p)[:, None], circuit.curve.inputs(one.p)[:, None]
         assert residual(circuit.mechanism, z, u).total[0] < 1e-13
         if one.kind == LIMIT:  # an independent Jacobian, by central differences of the constraints as written
             system = circuit.curve.system
@@ -273,7 +273,7 @@ def test_two_inputs_follow_their_laws_together_through_a_limit() -> None:
     found = survey(mechanism)
     circuit = found.branches.circuits[0]
     assert circuit.closed
-    u = np.array([circuit.curve.inputs(q) for q in circuit.p[-1]])
+    u = circuit.curve.inputs(circuit.p).T
     begin, end = (np.array([float(a.law(np.array([t]))[0]) for a in mechanism.actuators]) for t in (0.0, 1.0))
     part = (u - begin) / (end - begin)
     assert np.ptp(part, axis=1).max() < 1e-12
@@ -320,7 +320,7 @@ def test_inputs_without_a_common_period_are_followed_for_some_turns(tmp_path: Pa
     (circuit,), (reach,) = found.branches.circuits, found.reach
     assert circuit.ended == Ended.LONG
     assert len(circuit.places) < 2000
-    turn, push = np.array([circuit.curve.inputs(q) for q in reach]).T
+    turn, push = np.array([circuit.curve.given(q) for q in reach]).T
     assert np.sort(turn) == pytest.approx([-8.0 * math.pi, 8.5 * math.pi], abs=1e-9)  # four turns beyond the law
     slope = 0.1 / (0.5 * math.pi)
     assert np.sort(push) * found.curve.mechanism.scale == pytest.approx(

@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 import gimcli
 from gimcli import GimError
 from gimcli.dynamics.small_motions import linearised
-from gimcli.motion.linked_inputs import linked_position
+from gimcli.motion.linked_inputs import followed
 
 FREE = {"pivot": "O", "arm": "A", "free": True}
 
@@ -213,7 +213,8 @@ def test_motion_of_a_pinion_on_the_rack_of_a_slider_crank():
 
 def test_stiffness_with_a_pinion_on_the_rack_of_a_slider_crank():
     m = gimcli.load(pinion_on_a_slider_crank())
-    inputs, z = linked_position(m, np.radians([60.0, 0.0]))
+    inputs, at = followed(m, np.radians([60.0, 0.0])), gimcli.solve(m, motor=60)
+    z = (np.array([at.xy[name] @ [1, 1j] for name in m.nodes]) - m.origin) / m.scale
     near, found = linearised(m, z, inputs, (0,)), gimcli.reduce(m, steps=6)
     assert np.isclose(near.mass[0, 0], found["J"][1], rtol=1e-10)
     assert np.isclose(near.effort[0], found["tau"][1], rtol=1e-9)

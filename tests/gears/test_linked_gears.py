@@ -113,9 +113,9 @@ def test_a_limit_of_the_linkage_is_the_limit_of_its_gears():
     assert abs(stops[0] - stops[1]) < 1e-6
 
 
-def test_a_gear_inside_a_loop():
-    """The geared five-bar whose apex traces a straight line, driven at the apex, turns its cranks alike."""
-    data = {
+def driven_apex():
+    """Return the geared five-bar whose apex traces a straight line, driven at the apex."""
+    return {
         "units": {"length": "m", "angle": "rad"},
         "nodes": {"O": [0, 0], "Q": [3, 0], "A": [1, 0], "B": [2, 0], "P": [1.5, np.sqrt(8.75)],
                   "G": [1.5, 0], "H": [1.5, 5]},
@@ -126,7 +126,11 @@ def test_a_gear_inside_a_loop():
         "gears": {"mesh": {"members": ["crank", "other"], "pivots": ["O", "Q"], "ratio": 1}},
         "trace": ["A", "B", "P"],
     }  # fmt: skip
-    t = gimcli.trace(gimcli.load(data), steps=20, derivatives=1)
+
+
+def test_a_gear_inside_a_loop():
+    """Its cranks turn alike."""
+    t = gimcli.trace(gimcli.load(driven_apex()), steps=20, derivatives=1)
     crank = np.angle(complex_of(t, "A"))
     assert set(t.status) == {"ok"}
     height = np.sin(crank) + np.sqrt(9.0 - (1.5 - np.cos(crank)) ** 2)

@@ -92,7 +92,7 @@ def test_all_commands_follow_the_platform(rams: str, tmp_path: Path) -> None:
     report = json.loads(done.stdout)
     assert (report["steps"], report["solved"]) == (360, 361)
     found = survey(load(path))
-    limits = [found.curve.inputs(first_turn(found, one.what.p[-1])) for one in found.found if one.what.kind == "limit"]
+    limits = [found.curve.given(first_turn(found, one.what.p[-1])) for one in found.found if one.what.kind == "limit"]
     assert min(np.abs(at * found.curve.mechanism.scale - 2.0).max() for at in limits) < 1e-10
     solved = CliRunner().invoke(app, ["solve", str(path), "--json"])
     assert solved.exit_code == 0, solved.output
