@@ -12,8 +12,8 @@ REACH = 0.25
 """Distance of an added guide node from its joint, relative to the size of the mechanism."""
 SHORTEST = 0.05
 """Least distance of two joints that define the direction of a slot, relative to the size: the file rounds places."""
-
-
+SAME = 1e-9
+"""Distance of two joints at one place, relative to the size of the mechanism."""
 ROUNDING = 1e-14
 """Coordinate, relative to the size of the mechanism, that is a rounding error of 0."""
 
@@ -32,12 +32,15 @@ class Assembling:
         draft.refuse(not self.places, f"no joints found: this is not a mechanism of {draft.program}")
         self.size = draft.size()
         self.reach = float(f"{REACH * self.size:.0e}")  # one digit: readable coordinates
+        self.tiny = SAME * self.size
+        self.near = max(draft.resolution, self.tiny)
         self.same = {name: name for name in self.places}
         self._merge()
         self.bodies = {name: list(dict.fromkeys(self.same[j] for j in own)) for name, own in draft.bodies.items()}
         self.ground = self.bodies[GROUND]
         self.fixed = {GROUND}
-        self._absorb()
+        while any([self._absorbed(name, own) for name, own in self.bodies.items() if name not in self.fixed]):
+            pass
         self.prismatic: dict[str, dict[str, Any]] = {}
         self.guides: dict[str, list[str]] = {}
         self.lines: dict[tuple[str, str, complex], list[str]] = {}
@@ -48,35 +51,32 @@ class Assembling:
 
     def _merge(self) -> None:
         """Let joints of one body that coincide be one node."""
-        near = max(self.draft.resolution, 1e-9 * self.size)
-        for own in (own for name, own in self.draft.bodies.items() if name != GROUND):
-            for a, b in combinations(own, 2):
-                first, second = self.same[a], self.same[b]
-                if first != second and abs(self.places[first] - self.places[second]) <= near:
-                    self.same.update({k: first for k, v in self.same.items() if v == second})
+        bodies = (own for name, own in self.draft.bodies.items() if name != GROUND)
+        for a, b in (pair for own in bodies for pair in combinations(own, 2)):
+            first, second = self.same[a], self.same[b]
+            if first != second and self._gap(first, second) <= self.near:
+                self.same.update({k: first for k, v in self.same.items() if v == second})
 
-    def _absorb(self) -> None:
-        """Add to the ground the bodies that share two nodes with it."""
-        found = True
-        while found:
-            found = False
-            for name, own in self.bodies.items():
-                if name not in self.fixed and self._apart(set(own) & set(self.ground)):
-                    self.ground += [node for node in own if node not in self.ground]
-                    self.fixed.add(name)
-                    found = True
+    def _absorbed(self, name: str, own: list[str]) -> bool:
+        """Add a body to the ground if it shares two nodes with it; return whether it does."""
+        shared = combinations(set(own) & set(self.ground), 2)
+        found = any(self._gap(a, b) > self.tiny for a, b in shared)
+        if found:
+            self.ground += [node for node in own if node not in self.ground]
+            self.fixed.add(name)
+        return found
 
-    def _apart(self, nodes: set[str]) -> bool:
-        return any(abs(self.places[a] - self.places[b]) > 1e-9 * self.size for a, b in combinations(nodes, 2))
+    def _gap(self, a: str, b: str) -> float:
+        return abs(self.places[a] - self.places[b])
 
     def _carrier(self, name: str) -> str:
         return GROUND if name in self.fixed else name
 
     def _add(self, carrier: str, name: str, place: complex) -> str:
         """Add a node to a carrier, unless it has one there; return its name."""
-        for there in self.bodies[carrier]:
-            if abs(self.places[there] - place) <= 1e-9 * self.size:
-                return there
+        there = [node for node in self.bodies[carrier] if abs(self.places[node] - place) <= self.tiny]
+        if there:
+            return there[0]
         own = free_name(name, self.places)
         digits = 12 - math.ceil(math.log10(self.size))
         self.places[own] = complex(round(place.real, digits), round(place.imag, digits))
@@ -94,7 +94,7 @@ class Assembling:
         node, carrier, body, named = self.same[slot.at], self._carrier(slot.carrier), slot.block, slot.guide
         held = bool(body) and self._carrier(body) == GROUND
         if carrier == GROUND and (held or (not body and node in self.ground)):
-            self.draft.left_out.append(f"{slot.name} is left out: it joins parts that are fixed to the ground")
+            self.draft.note(True, f"{slot.name} is left out: it joins parts that are fixed to the ground")
             return
         if held:
             node, body = self._add(carrier, f"{node}_slide", self.places[node]), carrier
@@ -107,45 +107,40 @@ class Assembling:
             nodes.append(self._second(node, body, slot.direction))
         if nodes:
             offset = self._offset(node, guide)
-            shifted = {"offset": offset} if abs(offset) > max(self.draft.resolution, 1e-9 * self.size) else {}
+            shifted = {"offset": offset} if abs(offset) > self.near else {}
             place = {"nodes": nodes} if len(nodes) > 1 else {"node": nodes[0]}
             self.prismatic[free_name(slot.name, self.prismatic)] = {**place, "guide": guide, **shifted}
         self.lines[line] = guide
-        self.guides[slot.name] = [nodes[0] if nodes else node, *(guide[::-1] if held else guide)]
+        self.guides[slot.name] = [*nodes, node][:1] + (guide[::-1] if held else guide)
 
     def _needed(self, body: str) -> bool:
         """Return whether the direction of a body of one joint matters: it carries a slot, a tracer or an input."""
-        draft = self.draft
-        return (
-            any(slot.carrier == body for slot in draft.slots)
-            or any(owner == body for owner, _ in draft.tracers.values())
-            or any(body in turn.bodies for turn in draft.turns)
-        )
+        carriers = [slot.carrier for slot in self.draft.slots] + [owner for owner, _ in self.draft.tracers.values()]
+        return body in carriers or any(body in turn.bodies for turn in self.draft.turns)
 
     def _guide(self, given: tuple[str, str] | None, node: str, carrier: str, direction: complex) -> list[str]:
         """Return two nodes of the carrier along the line of sliding; add them where there are none."""
         named = [self.same[name] for name in given or ()]
-        if named and abs(self.places[named[1]] - self.places[named[0]]) > 1e-9 * self.size:
+        if named and self._gap(*named) > self.tiny:
             return named
-        here = self.places[node]
-        on_line = [n for n in self.bodies[carrier] if n != node and self._along(self.places[n] - here, direction)]
+        on_line = [n for n in self._along(node, carrier, direction) if n != node]
         on_line.sort(key=lambda n: (self.places[n] / direction).real)
-        if on_line and abs(self.places[on_line[-1]] - self.places[on_line[0]]) > SHORTEST * self.size:
+        if on_line and self._gap(on_line[-1], on_line[0]) > SHORTEST * self.size:
             return [on_line[0], on_line[-1]]
-        reach = self.reach * direction
+        here, reach = self.places[node], self.reach * direction
         return [self._add(carrier, f"{node}_{end}", here + sign * reach) for end, sign in (("from", -1), ("to", 1))]
 
-    def _along(self, vector: complex, direction: complex) -> bool:
-        """Return whether a vector is parallel to a direction, within the resolution of the file."""
-        across = abs((vector / direction).imag)
-        return across <= max(self.draft.resolution, PARALLEL * self.size)
+    def _along(self, node: str, body: str, direction: complex) -> list[str]:
+        """Return the nodes of a body on a line through a node, within the resolution of the file."""
+        most = max(self.draft.resolution, PARALLEL * self.size)
+        here = self.places[node]
+        return [n for n in self.bodies[body] if abs(((self.places[n] - here) / direction).imag) <= most]
 
     def _second(self, node: str, body: str, direction: complex) -> str:
         """Return another node of a sliding body on the line of sliding; add one where there is none."""
-        here = self.places[node]
-        far = [n for n in self.bodies[body] if abs(self.places[n] - here) > SHORTEST * self.size]
-        others = [n for n in far if self._along(self.places[n] - here, direction)]
-        return others[0] if others else self._add(body, f"{node}_block", here + self.reach * direction)
+        others = [n for n in self._along(node, body, direction) if self._gap(n, node) > SHORTEST * self.size]
+        place = self.places[node] + self.reach * direction
+        return others[0] if others else self._add(body, f"{node}_block", place)
 
     def _offset(self, node: str, guide: list[str]) -> float:
         a, b = (self.places[n] for n in guide)
@@ -169,22 +164,21 @@ class Assembling:
 
     def _other(self, body: str, pivot: str, name: str) -> str:
         """Return the node of a body farthest from a pivot; a tracer becomes a node where there is none."""
-        nodes = [n for n in self.bodies.get(body, []) if self._apart({n, pivot})]
+        far = max(self.bodies.get(body) or [pivot], key=lambda n: self._gap(n, pivot))
+        if self._gap(far, pivot) > self.tiny:
+            return far
         places = [(own, z) for own, (owner, z) in self.draft.tracers.items() if owner == body]
-        points = [(own, z) for own, z in places if abs(z - self.places[pivot]) > 1e-9 * self.size]
-        self.draft.refuse(not nodes and not points, f"input {name}: the link that it turns has no second joint")
-        if nodes:
-            return max(nodes, key=lambda n: abs(self.places[n] - self.places[pivot]))
+        points = [(own, z) for own, z in places if abs(z - self.places[pivot]) > self.tiny]
+        self.draft.refuse(not points, f"input {name}: the link that it turns has no second joint")
         return self._add(body, *points[0])
 
     def _travel(self, name: str, keys: dict[str, Any]) -> dict[str, Any]:
         own = dict(keys)
         if "slot" not in own:
             a, b = (self.same[n] for n in own["nodes"])
-            return {**_with_range(own, abs(self.places[b] - self.places[a])), "nodes": [a, b]}
-        self.draft.refuse(
-            own["slot"] not in self.guides, f"input {name}: the link that it moves is fixed to the ground"
-        )
+            return {**_with_range(own, self._gap(a, b)), "nodes": [a, b]}
+        lost = own["slot"] not in self.guides
+        self.draft.refuse(lost, f"input {name}: the link that it moves is fixed to the ground")
         node, *guide = self.guides[own.pop("slot")]
         return {"type": "linear", "node": node, "guide": guide, **own}
 
@@ -195,14 +189,15 @@ class Assembling:
         draft = self.draft
         inputs = {free_name(t.name, draft.travels): self._turn(t) for t in draft.turns}
         inputs |= {name: self._travel(name, keys) for name, keys in draft.travels.items()}
-        members = {n: own for n, own in self.bodies.items() if n not in self.fixed and len(own) > 1}
-        draft.refuse(
-            not members and not self.prismatic, f"no moving links found: this is not a mechanism of {draft.program}"
-        )
+        self.members = members = {n: own for n, own in self.bodies.items() if n not in self.fixed and len(own) > 1}
+        nothing = not members and not self.prismatic
+        draft.refuse(nothing, f"no moving links found: this is not a mechanism of {draft.program}")
         driven = (n for own in inputs.values() for n in own.get("nodes", []))
         used = {*self.ground, *(n for own in members.values() for n in own), *self._slid(), *driven}
         mass = {"mass": draft.mass} if draft.masses and draft.mass != "kg" else {}
-        points = self._points(members)
+        points = {name: own for name, point in draft.tracers.items() if (own := self._point(name, *point))}
+        traced = dict.fromkeys(self.same.get(name, name) for name in draft.traced)  # those whose paths it draws
+        moving = used - {*self.ground} | {*points}
         data: dict[str, Any] = {
             "name": draft.name, "source": f"converted from {draft.program}", "units": {"length": draft.length, **mass},
             "nodes": {n: _pair(z) for n, z in self.places.items() if n in used},
@@ -211,10 +206,10 @@ class Assembling:
             "elements": {n: own for n, own in members.items() if len(own) > 2},
             "prismatic": self.prismatic, "actuators": inputs, "gears": self._gears([*members, *inputs]),
             "points": points,
-            "trace": self._traced(used - {*self.ground} | {*points}),
-            "duration": draft.duration, "masses": self._masses(members),
+            "trace": [name for name in traced if name in moving] or None,
+            "duration": draft.duration, "masses": self._masses(),
             "gravity": None if draft.gravity is None else _pair(draft.gravity),
-            "loads": {name: own for name, load in draft.loads.items() if (own := self._load(name, load, members))},
+            "loads": {name: own for name, load in draft.loads.items() if (own := self._load(name, load))},
         }  # fmt: skip
         return {key: _clean(value, self.size) for key, value in data.items() if value not in (None, "", {})}
 
@@ -227,54 +222,42 @@ class Assembling:
             }  # fmt: skip
         return found
 
-    def _traced(self, moving: set[str]) -> list[str] | None:
-        """Return the names to trace: those whose paths the program draws."""
-        names = [self.same.get(name, name) for name in self.draft.traced]
-        return [name for name in dict.fromkeys(names) if name in moving] or None
-
     def _slid(self) -> list[str]:
         return [n for p in self.prismatic.values() for n in [*p["guide"], *p.get("nodes", []), p.get("node", "")] if n]
 
-    def _points(self, members: dict[str, list[str]]) -> dict[str, Any]:
-        found = {}
-        for name, (body, place) in self.draft.tracers.items():
-            owner = self._carrier(body)
-            free = name not in self.places
-            if free and (owner in members or owner == GROUND):
-                found[name] = {"on": owner, "at": _pair(place)}
-            elif free:
-                self.draft.left_out.append(f"point {name} is left out: its link {body} has one joint and may turn")
-        return found
+    def _point(self, name: str, body: str, place: complex) -> dict[str, Any] | None:
+        owner, free = self._carrier(body), name not in self.places
+        if free and owner in (GROUND, *self.members):
+            return {"on": owner, "at": _pair(place)}
+        self.draft.note(free, f"point {name} is left out: its link {body} has one joint and may turn")
+        return None
 
-    def _masses(self, members: dict[str, list[str]]) -> dict[str, Any]:
+    def _masses(self) -> dict[str, Any]:
         found: dict[str, Any] = {}
-        for body, mass in self.draft.masses:
-            owner, own = self._carrier(body), dict(mass)
-            if owner in members:
-                if "centre" in own:
-                    first = self.places[members[owner][0]]
-                    own["centre"] = _pair((own["centre"] - first) / self._ray(members[owner]))
-                found[owner] = own
+        for body, own in self.draft.masses:
+            owner = self._carrier(body)
+            if owner in self.members:
+                first = self.places[self.members[owner][0]]
+                centre = {"centre": _pair((own["centre"] - first) / self._ray(owner))} if "centre" in own else {}
+                found[owner] = {**own, **centre}
             elif owner != GROUND and own["mass"]:  # a point mass
                 for node in self.bodies[owner][:1]:
                     found[node] = {"mass": found.get(node, {"mass": 0.0})["mass"] + own["mass"]}
         return found
 
-    def _load(self, name: str, load: dict[str, Any], members: dict[str, list[str]]) -> dict[str, Any] | None:
+    def _load(self, name: str, load: dict[str, Any]) -> dict[str, Any] | None:
         owner = self._carrier(load["on"])
         [key] = load.keys() & {"force", "follower"}
-        if owner in members:
-            turned = self._ray(members[owner]) if key == "follower" else 1.0
+        if owner in self.members:
+            turned = self._ray(owner) if key == "follower" else 1.0
             return {"on": owner, "at": _pair(load["at"]), key: _pair(load[key] / turned)}
-        if owner == GROUND:
-            self.draft.left_out.append(f"load {name} is left out: it acts on the ground")
-            return None
-        nodes = self.bodies[owner]
+        self.draft.note(owner == GROUND, f"load {name} is left out: it acts on the ground")
+        nodes = [] if owner == GROUND else self.bodies[owner]
         return {"on": nodes[0], "force": _pair(load[key])} if nodes else None
 
-    def _ray(self, nodes: list[str]) -> complex:
+    def _ray(self, member: str) -> complex:
         """Return the direction of the own x axis of a member: from its first node to its second."""
-        along = self.places[nodes[1]] - self.places[nodes[0]]
+        along = self.places[self.members[member][1]] - self.places[self.members[member][0]]
         return along / (abs(along) or 1.0)
 
 
