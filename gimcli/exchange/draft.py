@@ -21,8 +21,8 @@ GROUND = "ground"
 
 BARREL = 0.9
 """Part of the distance to the mount of its barrel by which the piston of a cylinder moves when it retracts."""
-MOST_PLACES = 3000
-"""Most joints of all links together."""
+MOST, MOST_PLACES = 500, 3000
+"""Most joints or links, and most joints of all links together."""
 STROKE = 0.1
 """Travel of a sliding input that has no ends, relative to the size of the mechanism."""
 PARALLEL = 1e-9
@@ -104,13 +104,22 @@ class Draft(Refusing):
         self.joints[own] = place
         for body in bodies:
             self.bodies[body].append(own)
+        self._refuse_many()
         return own
 
     def body(self, name: str, joints: Iterable[str]) -> str:
         """Add a rigid body with its joints; return its name, which is changed if another body has it."""
         own = free_name(name, self.bodies)
         self.bodies[own] = list(dict.fromkeys(joints))
+        self._refuse_many()
         return own
+
+    def _refuse_many(self) -> None:
+        places = sum(map(len, self.bodies.values()))
+        counts = {"joints": (len(self.joints) + len(self.tracers), MOST), "links": (len(self.bodies) - 1, MOST),
+                  "joints of links": (places, MOST_PLACES)}  # fmt: skip
+        for what, (count, most) in counts.items():
+            self.refuse(count > most, f"more than {most} {what} are too many for one mechanism")
 
     def common(self, *joints: str) -> list[str]:
         """Return the bodies that have all of some joints, the ground first."""
@@ -119,6 +128,7 @@ class Draft(Refusing):
     def point(self, name: str, body: str, place: complex) -> None:
         """Add a point of a body whose path counts; its name is changed if another point has it."""
         self.tracers[free_name(name, [*self.joints, *self.tracers])] = (body, place)
+        self._refuse_many()
 
     def slot(
         self, name: str, joint: str, carrier: str, direction: complex, *, body: str = "",
@@ -187,10 +197,6 @@ class Draft(Refusing):
     def note(self, holds: object, text: str) -> None:
         """Name something that is left out, if it holds."""
         self.left_out += [text] if holds else []
-
-    def refuse_many(self, places: int) -> None:
-        """Raise ModelError if all links together have too many joints."""
-        self.refuse(places > MOST_PLACES, f"more than {MOST_PLACES} joints of links are too many for one mechanism")
 
     def size(self) -> float:
         """Return the diagonal of the joints; 1 where they coincide."""

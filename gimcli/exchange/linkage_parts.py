@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Collection
 from typing import Any
 
-from gimcli.exchange.draft import MOST_PLACES
 from gimcli.exchange.records import FilePart, FileRecord, read
 from gimcli.exchange.repeated import RepeatedInput
 from gimcli.exchange.tags import Tag
@@ -93,10 +92,6 @@ class LinkageParts:
             if number in self.connectors and self.connectors[number].fastened is None:
                 self.connectors[number].fastened = link.id
         self.links.append(link)
-        link.refuse(
-            sum(len(x.connectors) for x in self.links) > MOST_PLACES,
-            f"more than {MOST_PLACES} connectors on links are too many for one mechanism",
-        )
 
     def _add_ratio(self, tag: Tag) -> None:
         ratio = self.read(RATIO, tag, self.ratios)

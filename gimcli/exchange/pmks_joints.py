@@ -14,7 +14,6 @@ from gimcli.exchange.draft import GROUND, STROKE, Draft, DrawnJoint
 from gimcli.exchange.records import all_of
 
 PROGRAM = "PMKS"
-MOST_JOINTS = 500
 GROUND_NAMES = ("0", "gnd", "grnd", "grond", "gound", "groud")
 NO_SPEED = "the speed of the input is zero in the file; the law is one revolution in 1 s"
 TYPES = ("R", "P", "RP", "G")
@@ -37,9 +36,6 @@ def draft_of_joints(
     that is a pin in a slot.
     """
     draft = Draft(PROGRAM, source, name=name, left_out=left_out)
-    many = f"{len(joints)} joints are too many for one mechanism; at most {MOST_JOINTS} are read"
-    draft.refuse(len(joints) > MOST_JOINTS, many)
-    draft.refuse_many(sum(len(joint.bodies) for joint in joints))
     if driver in range(len(joints)):
         joints = [replace(joint, driver=0 if k == driver else None) for k, joint in enumerate(joints)]
     all_of(_check, joints)

@@ -11,7 +11,7 @@ import re
 from urllib.parse import unquote
 
 from gimcli.errors import ModelError
-from gimcli.exchange.draft import BARREL, GROUND, STROKE, Draft, free_name
+from gimcli.exchange.draft import BARREL, GROUND, MOST, STROKE, Draft, free_name
 from gimcli.exchange.pmks_joints import NO_SPEED
 from gimcli.exchange.pmks_plus_codec import HEAD, PlusDocument, document_of, restored
 from gimcli.exchange.pmks_plus_links import PlusStructure, moving
@@ -73,7 +73,9 @@ class PlusDraft:
         self.document = document
         self.draft = Draft(PROGRAM, source, resolution=RESOLUTION)
         apply_entries(document, self.draft)
-        self.draft.refuse_many(sum(len(link.joints) + len(link.parts) for link in document.links))
+        lists = (document.joints, document.links, document.forces)
+        many = f"more than {MOST} joints, links or forces are too many for one mechanism"
+        self.draft.refuse(max(map(len, lists)) > MOST, many)
         self.structure = PlusStructure(document)
         self.sense = -1.0 if document.flags[CLOCKWISE] else 1.0
         self._units()

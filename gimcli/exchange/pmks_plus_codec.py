@@ -27,7 +27,6 @@ DIGEST_LENGTH, DIGEST_MARK = 6, "*"
 THOUSANDTHS = 1000
 LONGEST_NUMBER = 14
 """Most digits of a number: 64^14 is far beyond any length in thousandths."""
-MOST_RECORDS = 500
 MOST_CHARACTERS = 200_000
 
 
@@ -215,7 +214,6 @@ class _PlusText:
         """Return the records of a kind, up to an empty one."""
         self.damaged.refuse("" not in self.parts, f"the {kind.word}s are incomplete")
         found, self.parts = self.parts[: self.parts.index("")], self.parts[self.parts.index("") + 1 :]
-        self.damaged.refuse(len(found) > MOST_RECORDS, f"more than {MOST_RECORDS} {kind.word}s")
         return [self._link(text) if kind is LINK else self._record(kind, text, 1) for text in found]
 
     def _number(self, text: str, where: str) -> int:

@@ -17,7 +17,7 @@ from urllib.parse import unquote
 from gimcli.errors import ModelError
 from gimcli.exchange.draft import Draft
 from gimcli.exchange.pmks_plus import CLOCKWISE, NO_GRAVITY, PlusDraft
-from gimcli.exchange.pmks_plus_codec import FORCE, JOINT, LINK, MOST_RECORDS, PlusDocument
+from gimcli.exchange.pmks_plus_codec import FORCE, JOINT, LINK, PlusDocument
 from gimcli.exchange.records import FilePart, FileRecord, all_of, number_of
 
 ADDRESS = re.compile(r"https?://", re.IGNORECASE)
@@ -62,7 +62,6 @@ def read(text: str, source: str) -> Draft:
 def _records(key: str, text: str, record: Callable[[str, str, list[str]], FileRecord], source: str) -> list[FileRecord]:
     """Return the records of the lines of a section; raise ModelError with all lines that are none."""
     lines = [line.strip() for line in text.splitlines() if line.strip()]
-    FilePart(source).refuse(len(lines) > MOST_RECORDS, f"more than {MOST_RECORDS} lines in {key}=")
 
     def read_line(number: int) -> FileRecord:
         own, *fields = (field.strip() for field in lines[number].split(","))

@@ -14,10 +14,9 @@ import re
 from collections.abc import Iterator
 from urllib.parse import unquote
 
-from gimcli.exchange.draft import GROUND, Draft, DrawnJoint, free_name
+from gimcli.exchange.draft import GROUND, MOST, Draft, DrawnJoint, free_name
 from gimcli.exchange.drawn_linkage import DrawnLinkage, DrawnPose
 from gimcli.exchange.pmks_joints import (
-    MOST_JOINTS,
     PROGRAM,
     TYPES,
     draft_of_joints,
@@ -45,7 +44,7 @@ MECH = "mech"
 
 def recognises(text: str) -> bool:
     """Return whether a text is an address of PMKS, or a list of joints in most of its lines."""
-    lines = [line for line in text.splitlines()[:MOST_JOINTS] if line.strip()]
+    lines = [line for line in text.splitlines()[:MOST] if line.strip()]
     if any(_address(line) for line in lines):
         return True
     if HEAD.match(text.strip()):  # the text of a PMKS+ address

@@ -71,7 +71,6 @@ class _Mechanism:
         for link in file.links:
             for joint in link.joints:
                 self.on[self._known(joint, link)].append(link)
-        draft.refuse_many(sum(len(link.joints) for link in file.links))
         self.fixed = {ident for ident, joint in self.joints.items() if self._fixed(joint)}
 
     def convert(self) -> None:

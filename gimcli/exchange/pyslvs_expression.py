@@ -9,13 +9,12 @@ from __future__ import annotations
 import cmath
 import math
 import re
+from collections import Counter
 from typing import NamedTuple
 
 from gimcli.exchange.draft import DrawnJoint
 from gimcli.exchange.records import LARGEST, FilePart, number_of
 
-MOST_ITEMS = {"joints": 500, "links": 50}
-"""Most joints, and most links of one joint; ten times as many may be in the whole mechanism."""
 MOST_CHARACTERS = 300_000
 DEEPEST = 3
 TYPES = ("R", "P", "RP")
@@ -35,10 +34,7 @@ def joints_of(expression: str, source: str, line: int = 1) -> list[DrawnJoint]:
     whole = reading.tree(0)
     whole.place.refuse(whole.word != "M", f"expected 'M', got '{whole.word[:40]}'")
     reading.expect(not reading.sign, "the end after the mechanism")
-    joints = [_joint(tree) for tree in whole.listed("joints", "mechanism")]
-    count = len({link for joint in joints for link in joint.bodies})
-    start.refuse(count > 10 * MOST_ITEMS["links"], f"more than {count - 1} links are too many for one mechanism")
-    return joints
+    return [_joint(tree) for tree in whole.items]
 
 
 class _Tree(NamedTuple):
@@ -47,12 +43,6 @@ class _Tree(NamedTuple):
     word: str
     place: FilePart
     items: list[_Tree]
-
-    def listed(self, what: str, whole: str) -> list[_Tree]:
-        """Return the items, of which there may be some number."""
-        most = MOST_ITEMS[what]
-        self.place.refuse(len(self.items) > most, f"more than {most} {what} are too many for one {whole}")
-        return self.items
 
     def number(self) -> float:
         """Return the word as a finite number."""
@@ -109,9 +99,9 @@ def _joint(tree: _Tree) -> DrawnJoint:
     for key, form in needed.items():
         good = key in parts and len(parts[key].items) == {"P": 2, "A": 1}.get(key, len(parts[key].items))
         tree.place.refuse(not good, f"this joint has no {form}; add it")
-    links = [link.word for link in parts["L"].listed("links", "joint")]
-    for link in links:
-        tree.place.refuse(links.count(link) > 1, f"link {link[:40]} is named twice in one joint")
+    links = [link.word for link in parts["L"].items]
+    for link, count in Counter(links).items():
+        tree.place.refuse(count > 1, f"link {link[:40]} is named twice in one joint")
     angle = math.radians(parts["A"].items[0].number() % 360.0) if "A" in parts and parts["A"].items else 0.0
     place, direction = complex(*(x.number() for x in parts["P"].items)), cmath.rect(1.0, angle)
     return DrawnJoint(kind, tuple(links), place, direction, own=tree.place)

@@ -28,7 +28,7 @@ class RepeatedInput:
 
     speed: float
     manual: bool = False
-    stroke: float | None = None
+    stroke: float = math.inf
     passed: float = 0.0
     back: bool = False
     ahead: float = 0.0
@@ -42,9 +42,8 @@ class RepeatedInput:
 
     def until_reversal(self) -> float:
         """Return the time until it reverses [s]."""
-        if self.stroke is None or not self.speed or not self.stroke:
-            return math.inf
-        return (self.passed if self.back else self.stroke - self.passed) / abs(self.speed)
+        left = self.passed if self.back else self.stroke - self.passed
+        return left / abs(self.speed) if self.speed and self.stroke else math.inf
 
     def law(self, duration: float) -> dict[str, Any]:
         """Return the law from the drawn position over a duration without reversal."""
@@ -54,10 +53,9 @@ class RepeatedInput:
     def whole(self) -> dict[str, Any]:
         """Return the law over the whole range, which starts in the direction that the input first has."""
         sign = math.copysign(1.0, self.speed)
-        low = _tidy(self.ahead - sign * self.passed)
-        high = _tidy(self.ahead + sign * ((self.stroke or 0.0) - self.passed))
+        low, high = _tidy(self.ahead - sign * self.passed), _tidy(self.ahead + sign * (self.stroke - self.passed))
         first, last = (high, low) if self.back else (low, high)
-        return {"by": last} if not first else {"over": (first, last)}
+        return {"over": (first, last)} if first else {"by": last}
 
 
 @dataclass
@@ -75,28 +73,25 @@ class RepeatedMotion:
 
     def complete(self) -> None:
         """Complete the laws, and set the duration of the motion [s]; None if nothing moves."""
+        draft, program = self.draft, self.draft.program
         moving = {name: own for name, own in self.inputs.items() if not own.manual} or self.inputs
-        for name in (name for name in self.inputs if name not in moving):
+        by_hand = [name for name in self.inputs if name not in moving]
+        for name in by_hand:
             self.laws[name]["by"] = 0.0
-            self.draft.left_out.append(f"{name} is moved by hand in {self.draft.program}: here it is constant")
-        ranged = {name: own for name, own in moving.items() if own.until_reversal() < math.inf}
+        draft.left_out += [f"{name} is moved by hand in {program}: here it is constant" for name in by_hand]
+        ranged = [name for name, own in moving.items() if own.until_reversal() < math.inf]
+        first = min(ranged, key=lambda name: moving[name].until_reversal(), default="")
+        move = f"{', '.join(ranged)} {'moves' if len(ranged) == 1 else 'move'} out and back in {program}"
         if len(ranged) == len(moving) == 1:
-            [(name, own)] = ranged.items()
-            self.laws[name].update(own.whole())
-            self.draft.left_out.append(f"{name} moves out and back in {self.draft.program}: the law is one stroke")
-            self.draft.duration = _tidy((own.stroke or 0.0) / abs(own.speed))
+            own = moving[first]
+            self.laws[first].update(own.whole())
+            draft.note(True, f"{move}: the law is one stroke")
+            draft.duration = _tidy(own.stroke / abs(own.speed))
             return
-        self.draft.duration = self._until_reversal(ranged) if ranged else _common_period(list(moving.values()))
+        draft.note(ranged, f"{move}: the motion ends where {first} first reverses")
+        draft.duration = _tidy(moving[first].until_reversal()) if ranged else _common_period(list(moving.values()))
         for name, own in moving.items():
-            self.laws[name].update(own.law(self.draft.duration or 0.0))
-
-    def _until_reversal(self, ranged: dict[str, RepeatedInput]) -> float:
-        first = min(ranged, key=lambda name: ranged[name].until_reversal())
-        self.draft.left_out.append(
-            f"{', '.join(ranged)} {'moves' if len(ranged) == 1 else 'move'} out and back in {self.draft.program}: "
-            f"the motion ends where {first} first reverses"
-        )
-        return _tidy(ranged[first].until_reversal())
+            self.laws[name].update(own.law(draft.duration or 0.0))
 
 
 def _tidy(value: float) -> float:

@@ -94,3 +94,20 @@ def test_two_links_of_one_block_are_one_body_without_a_redundant_constraint():
         x = end.real - math.sqrt(5 - (end.imag - 1) ** 2)
         assert place["B"] == pytest.approx((x, 1))
         assert place["C"] == pytest.approx((x - 1, -2))
+
+
+def test_mechanisms_are_of_at_most_500_joints_and_links():
+    draft = Draft("test", "f")
+    names = [draft.joint(f"J{k}", k + 0j) for k in range(500)]
+    with pytest.raises(gimcli.ModelError, match="more than 500 joints are too many"):
+        draft.point("J500", GROUND, 0j)
+    draft = Draft("test", "f", joints=dict.fromkeys(names, 0j))
+    for k in range(6):
+        draft.body(f"b{k}", names)
+    with pytest.raises(gimcli.ModelError, match="more than 3000 joints of links are too many"):
+        draft.body("b6", names[:1])
+    draft = Draft("test", "f", joints=dict.fromkeys(names, 0j))
+    for k in range(500):
+        draft.body(f"b{k}", ())
+    with pytest.raises(gimcli.ModelError, match="more than 500 links are too many"):
+        draft.body("b500", ())

@@ -238,17 +238,6 @@ def edited(old, new, name="slider_crank"):
     return stamped(checked_body(payload(name), "a").replace(old, new, 1))
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        (edited("A,B,,", "A,B," * 1600 + ",", "bell_crank"), "too many for one mechanism"),
-    ],
-)
-def test_what_cannot_be_read_is_refused_by_name(text, message):
-    with pytest.raises(ModelError, match=message):
-        model_of(draft(text))
-
-
 def test_a_speed_of_zero_is_reported():
     found = draft(edited(".K,0.", ".0,0.", "four_bar"))
     assert found.turns[0].keys == {"law": {"by": 360}}

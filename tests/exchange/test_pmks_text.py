@@ -186,8 +186,8 @@ def test_all_names_of_the_ground_are_the_ground():
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("0 a R 0 0\n" * 501, "501 joints are too many"),
-        ("0 a R 0 0\n" + " ".join(f"l{k}" for k in range(3000)) + " R 1 1", "more than 3000 joints of links"),
+        ("0 a R 0 0\n" * 501, "more than 500 joints are too many"),
+        ("0 a R 0 0\n" + " ".join(f"l{k}" for k in range(3000)) + " R 1 1", "more than 500 links are too many"),
     ],
 )
 def test_faults_are_reported_with_their_lines(text, message):
