@@ -111,3 +111,22 @@ def test_mechanisms_are_of_at_most_500_joints_and_links():
         draft.body(f"b{k}", ())
     with pytest.raises(gimcli.ModelError, match="more than 500 links are too many"):
         draft.body("b500", ())
+
+
+def sliding(fixed: str) -> Draft:
+    """A link with a slot, of two further joints, over a block; `fixed` is the part on the ground."""
+    draft = Draft("Program", "f")
+    p, a, b, c = (draft.joint(name, place) for name, place in zip("PABC", (2 + 0j, 1j, 4 + 1j, 2 - 1j), strict=True))
+    draft.body("slotted", [a, b])
+    draft.body("block", [p, c])
+    draft.bodies[GROUND] += {"block": [p, c], "slotted": [a, b], "ground": [p]}[fixed]
+    draft.slot("slot", p, "slotted", 1 + 0j, body=GROUND if fixed == "ground" else "block")
+    return draft
+
+
+@pytest.mark.parametrize("fixed", ["block", "slotted", "ground"])
+def test_a_block_takes_two_freedoms_whatever_is_fixed(fixed):
+    """One link that slides along another one without turning: 3 - 2 freedoms; a block beside it turns about its pin."""
+    freedoms = "2" if fixed == "ground" else "1"
+    found = count(gimcli.load(model_of(sliding(fixed))))
+    assert found == {"Grübler's count": freedoms, "mobility": freedoms, "redundant constraints": "none"}
