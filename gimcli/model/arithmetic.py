@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from contextlib import suppress
 from graphlib import CycleError, TopologicalSorter
 from typing import Any, NamedTuple
 
 from gimcli.language.expression import CONSTANTS, FUNCTIONS, Expression, ExpressionError, PartKind
 from gimcli.language.reader import NAMED, SIGNED, WORD, ExpressionReader, KnownNames
+from gimcli.model.part import Part
+from gimcli.model.schema import Law, Model
 from gimcli.model.source import Where, part_of
 from gimcli.model.units import SPEEDS, speed
 from gimcli.nearest import near
@@ -19,6 +21,8 @@ MOST_PARAMETERS = 1000
 MOST_HINTS = 20
 """Most unknown names for which a similar one is searched: the search is slow."""
 PARAMETERS = "parameters"
+
+Evaluate = Callable[[Where, Expression, Mapping[str, Any]], Any]
 
 WORDS = (*FUNCTIONS, *CONSTANTS)
 """Words that are no parameters."""
@@ -133,6 +137,45 @@ def _formula(text: str, names: Mapping[str, Any]) -> Expression:
     if len(names) > MOST_PARAMETERS:
         raise ExpressionError(f"{len(names)} parameters are too many for formulas; at most {MOST_PARAMETERS} are read")
     return parsed(text, names)
+
+
+# -- other numbers in a model ----------------------------------------------------------------
+
+
+def with_numbers(model: Model, wanted: Mapping[Where, Any], evaluate: Evaluate) -> tuple[Model, dict[Where, Any]]:
+    """Return a model with other numbers or formulas at some paths, and all numbers that were replaced."""
+    formulas = {where: formula for where, formula in model.formulas.items() if where not in wanted}
+    new = {where: value for where, value in wanted.items() if isinstance(value, Expression)}
+    if new:
+        merged = {**formulas, **new}
+        formulas = {where: merged[where] for where in in_order(merged)}
+    numbers = {where: value for where, value in wanted.items() if where not in new}
+    values: dict[str, Any] = {**model.parameters, **{str(w[1]): v for w, v in numbers.items() if w[0] == PARAMETERS}}
+    changed = {str(where[1]) for where in wanted if where[0] == PARAMETERS}
+    for where, formula in formulas.items():
+        if where in new or not changed.isdisjoint(formula.names):
+            numbers[where] = evaluate(where, formula, values)
+            if where[0] == PARAMETERS:
+                values[str(where[1])] = numbers[where]
+                changed.add(str(where[1]))
+    for where, value in numbers.items():
+        model = _with(model, where, value)
+    model.formulas = formulas
+    return model, numbers
+
+
+def _with(part: Any, where: Where, value: Any) -> Any:
+    """Return a copy of a part with another value at a path; everything beside the path is shared."""
+    if not where:
+        return value
+    key, rest = where[0], where[1:]
+    if part is None:
+        part = Law()  # of an actuator: the only mapping that may be absent
+    if isinstance(part, Part):
+        return part.with_value(str(key), lambda old: _with(old, rest, value))
+    copy = part.copy()
+    copy[key] = _with(copy[key], rest, value)
+    return copy
 
 
 # -- one formula ----------------------------------------------------------------------------

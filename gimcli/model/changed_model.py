@@ -15,7 +15,7 @@ from pydantic_core import SchemaValidator, ValidationError
 from gimcli.errors import ModelError, UsageError
 from gimcli.language.expression import Expression, ExpressionError
 from gimcli.mechanism import Mechanism
-from gimcli.model.arithmetic import DependenceError, is_number, parsed, reason
+from gimcli.model.arithmetic import DependenceError, is_number, parsed, reason, with_numbers
 from gimcli.model.check import check
 from gimcli.model.compile import compile_model, in_assembly_of
 from gimcli.model.dimensions import Dimension, name_of
@@ -23,7 +23,6 @@ from gimcli.model.pairs import sized_nodes
 from gimcli.model.references import References
 from gimcli.model.schema import Model
 from gimcli.model.source import Fault, Source, Where
-from gimcli.model.substitution import with_numbers
 from gimcli.model.units import SPEEDS, speed
 from gimcli.model.wording import expected, value_schema
 
@@ -56,7 +55,7 @@ def changed(own: Any, mechanism: Mechanism, changes: Mapping[str, float | str]) 
 
 def _placed(source: _ChangedSource, model: Model) -> Model:
     """Return a model with new positions of its nodes without coordinates; raise ModelError if they do not exist."""
-    from gimcli.model.read_open_nodes import placed_anew
+    from gimcli.model.placing import placed_anew
 
     model, faults = placed_anew(source, model)
     for fault in faults:

@@ -101,7 +101,7 @@ def _checked_with_open_nodes(source: Source, model: Model, doubtful: set[Where])
     """Return the model with positions of its nodes without coordinates, after a check."""
     faults = list[PartFault]()
     if any(isinstance(part, OpenNode) for part in model.nodes.values()):
-        from gimcli.model.read_open_nodes import with_open_nodes  # imported late: few models have such nodes
+        from gimcli.model.placing import with_open_nodes  # imported late: few models have such nodes
 
         model, faults = with_open_nodes(source, model)
     check(References(source, model, sized_nodes(model), doubtful))

@@ -93,9 +93,8 @@ def _part(model: Model, moving: set[str], first: bool, loaded: bool) -> Model:
         "points": lambda _, point: point.on in members or (first and point.on == "ground"),
     })  # fmt: skip
     from gimcli.model.dimensions import dimensions_of  # imported late: few files have several machines
-    from gimcli.model.substitution import without_dynamics
 
-    model = without_dynamics(model) if not loaded else _kept(model, {
+    model = model.without_dynamics() if not loaded else _kept(model, {
         "masses": lambda name, _: belongs(_borne(whole, name)),
         "loads": lambda _, load: belongs(_borne(whole, load.on)),
         "springs": lambda _, spring: belongs(spring.named),

@@ -52,7 +52,7 @@ class Written:
             changes: values by the names of dimensions: numbers, or any objects with Python's operators.
             functions: the functions of formulas for these objects, by name.
         """
-        from gimcli.model.substitution import with_numbers
+        from gimcli.model.arithmetic import with_numbers
 
         wanted = {self.dimension(name).where: value for name, value in changes.items()}
         return with_numbers(self.model, wanted, lambda _, formula, values: formula.value(values, functions))[0]
@@ -78,7 +78,6 @@ class Written:
         forces.
         """
         from gimcli.calculus.recorded import Recording
-        from gimcli.model.substitution import without_dynamics
 
         recording = Recording()
         changes = {name: recording.variable(self.dimension(name).value) for name in names}
@@ -87,7 +86,7 @@ class Written:
             from gimcli.model.placing import placed_again
 
             model = placed_again(model, self.source.folder)
-        model = model if dynamics else without_dynamics(model)
+        model = model if dynamics else model.without_dynamics()
         return compile_model(model, self.source.folder, (mechanism.origin, mechanism.scale)), recording
 
     def place(self, where: Where) -> str:

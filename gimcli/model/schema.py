@@ -413,6 +413,15 @@ class Model(Part):
         order = list(keys)
         self._elements_first = {"links", "elements"} <= set(order) and order.index("elements") < order.index("links")
 
+    def without_dynamics(self) -> Model:
+        """Return a copy without the parts on which positions do not depend."""
+        model = self
+        for section in DYNAMIC:
+            model = model.with_value(section, lambda _: {})
+        return model.with_value(
+            "actuators", lambda old: {name: one.with_value("rotor", lambda _: None) for name, one in old.items()}
+        )
+
     @property
     def members(self) -> dict[str, Link | Element]:
         """All members by name, in the order of the file."""
