@@ -28,6 +28,8 @@ _NUMBER = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?$")
 _SPECIAL = re.compile(r"[-+]?\.(inf|Inf|INF)$|\.(nan|NaN|NAN)$")
 _WORDS = {"": None, "~": None, "null": None, "Null": None, "true": True, "True": True, "false": False, "False": False}
 MERGE = "<<"
+REFUSED = -1
+"""Stands for an invalid or repeated key in the paths of the parts below it, which are read and left out."""
 CONTROL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x84\x86-\x9f\ud800-\udfff\ufffe\uffff]")
 _LAYOUT = {ord(sign): " " for sign in "\t\n"}
 _INVISIBLE = re.compile("[\x00-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069]")
@@ -278,7 +280,9 @@ class _DataBuilder:
         """Return the data of an alias; its parts are counted as if it were written out."""
         anchor = self.anchors.get(event.anchor)
         if anchor is None:
-            self.source.fault_at(_spot(event), f"alias *{event.anchor} has no anchor; write &{event.anchor} before it")
+            if REFUSED not in where:
+                text = f"alias *{event.anchor} has no anchor; write &{event.anchor} before it"
+                self.source.fault_at(_spot(event), text)
             return None, 0
         self.count(event, len(where) + anchor.height, anchor.parts)
         self.source.aliases[where] = anchor.where
@@ -292,20 +296,19 @@ class _DataBuilder:
         found, height = dict[str | int, Any](), 0
         end = yaml.MappingEndEvent if named else yaml.SequenceEndEvent
         while not self.loader.check_event(end):
-            name = self.key(where, len(where) + 1) if named else len(found)
-            if name is None:
-                self.skip(len(where) + 1)
-                continue
-            found[name], below = self.part((*where, name))
+            name = self.key(where) if named else len(found)
+            part, below = self.part((*where, REFUSED if name is None else name))
             height = max(height, below)
+            if name is not None:
+                found[name] = part
         return found if named else [*found.values()], height + 1
 
-    def key(self, where: Where, depth: int) -> str | None:
+    def key(self, where: Where) -> str | None:
         """Return the next key and store its position; None for an invalid or repeated key."""
         event = self.loader.peek_event()
         spot = _spot(event)
         if not isinstance(event, yaml.ScalarEvent) or not event.value:
-            self.skip(depth)
+            self.part((*where, REFUSED))
             self.source.fault_at(spot, "a key must be a word, such as `name: ...`")
             return None
         self.loader.get_event()
@@ -326,16 +329,6 @@ class _DataBuilder:
         found = _INVISIBLE.search(text)
         if found:
             self.source.fault_at(_spot(event), f"contains the control character {ord(found[0]):#04x}; remove it")
-
-    def skip(self, depth: int) -> None:
-        """Skip the next part."""
-        level = 0
-        while True:
-            event = self.loader.get_event()
-            self.count(event, depth + level)
-            level += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
-            if level == 0:
-                return
 
 
 def _spot(event: Any) -> Spot:
