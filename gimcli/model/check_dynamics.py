@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from gimcli.model.check_inputs import check_nodes
-from gimcli.model.check_laws import check_values
+from gimcli.model.check_inputs import check_nodes, check_values
 from gimcli.model.pairs import used_nodes
 from gimcli.model.references import References
 from gimcli.model.schema import LARGEST, Actuator, Damper, Effort, Load, Mass, PairFriction, Rotor, Spring
