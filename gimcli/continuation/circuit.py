@@ -47,6 +47,7 @@ class CircuitConstants:
     ahead: float = 2.0  # number of steps within which a loss of rank is expected
     near: float = 0.25  # greatest step, relative to the distance from a singular position that is not on the curve
     landing: float = 1e-3  # step from a singular position to the next point
+    landings: tuple[float, ...] = tuple(1e-3 * 0.25**k for k in range(5))  # steps that are tried one after another
     approach: float = 4.0  # distance from a singular position, in landings, below which it is passed
     shortest_landing: float = 1e-6
     beside: float = 2e-5  # distance from a singular position within which rows are interpolated, not corrected
@@ -325,19 +326,14 @@ class CircuitWalker(ArclengthFollower):
         def over(at: CurvePoint) -> float:
             return float(curve.apart(at.p, start.p) @ normal)
 
-        step = float(np.linalg.norm(there.p - here.p))
-        edge = -CIRCUIT.closure
-        if not (over(here) < edge <= over(there) and np.linalg.norm(curve.apart(there.p, start.p)) < 3.0 * step):
-            return False
-        if there.tangent @ start.tangent < 0.5:
+        passed = over(here) < -CIRCUIT.closure <= over(there) and there.tangent @ start.tangent >= 0.5
+        if not (passed and np.linalg.norm(curve.apart(there.p, start.p)) < 3.0 * np.linalg.norm(there.p - here.p)):
             return False
         found = there if over(there) <= 0.0 else between(curve, here, there, over, STEPS)
         if found is None or not np.linalg.norm(curve.apart(found.p, start.p)) <= CIRCUIT.closure:
             return False
-        del self.places[index:]
-        for k in [k for k in self.crossings if k >= index]:
-            del self.crossings[k]
-        self.places.append(place(curve, found.p, here.tangent))
+        self.places[index:] = [place(curve, found.p, here.tangent)]
+        self.crossings = {k: met for k, met in self.crossings.items() if k < index}
         return True
 
     def _leaves(self, index: int) -> bool:
@@ -347,9 +343,7 @@ class CircuitWalker(ArclengthFollower):
             return False
         end, (here, there) = min(max(q, domain.low), domain.high), self.places[index - 1 : index + 1]
         found = between(self.curve, here, there, lambda at: float(at.p[-1]) - end, STEPS)
-        del self.places[index:]
-        if found is not None:
-            self.places.append(found)
+        self.places[index:] = [] if found is None else [found]
         return True
 
 
@@ -371,12 +365,8 @@ def _flattened(met: Crossing, along: FloatArray) -> FloatArray:
 
 def landed(curve: PositionCurve, met: Crossing, ahead: FloatArray) -> CurvePoint | None:
     """Return a point near a singular position on the branch along a tangent; None if none is found."""
-    size = CIRCUIT.landing
-    while size >= CIRCUIT.shortest_landing:
-        if (there := beside(curve, ahead, met.p + size * ahead, size, STEPS, ahead)) is not None:
-            return there
-        size *= 0.25
-    return None
+    tried = (beside(curve, ahead, met.p + size * ahead, size, STEPS, ahead) for size in CIRCUIT.landings)
+    return next((there for there in tried if there is not None), None)
 
 
 def follow_circuit(curve: PositionCurve, start: CurvePoint) -> Circuit:

@@ -81,7 +81,7 @@ class _CircuitSearch:
         sizes = [at.size for at in self.points]
         everywhere = max(abs(at.force) for at in self.points) <= BALANCE.nothing * max(sizes)
         if not everywhere:
-            self.roots = self._roots(self.points)
+            self.roots = curve_roots(self.curve, self.points)
             if self.curve.winds:
                 self._wind()
         self.potential = np.array([at.potential for at in self.points]) - self._work()
@@ -98,11 +98,6 @@ class _CircuitSearch:
 
     # -- rounds ---------------------------------------------------------------------------------------
 
-    def _roots(self, points: list[BalancePoint]) -> list[CurveRoot]:
-        """Return the roots between points that are not known."""
-        fresh = curve_roots(self.curve, points)
-        return [root for root in fresh if not any(self._same(root, other) for other in self.roots)]
-
     def _add_round(self, number: int) -> list[BalancePoint]:
         """Add the points and the roots of a round; return its points."""
         points = self.curve.resolved(number)
@@ -111,14 +106,10 @@ class _CircuitSearch:
             points[-1] = joined(points[-1], self.points[0])
         else:
             points[0] = joined(points[0], self.points[-1])
-        fresh, before, after = self._roots(points), points[:-1], points[1:]
+        fresh, before, after = curve_roots(self.curve, points, self.roots), points[:-1], points[1:]
         self.points = [*before, *self.points] if number < 0 else [*self.points, *after]
         self.roots = [*fresh, *self.roots] if number < 0 else [*self.roots, *fresh]
         return points
-
-    def _same(self, one: CurveRoot, other: CurveRoot) -> bool:
-        near = BALANCE.cluster if max(one.multiplicity, other.multiplicity) > 1 else 1e-9
-        return abs(one.at.mark - other.at.mark) <= 1.0 and float(np.linalg.norm(one.at.p - other.at.p)) <= near
 
     def _wind(self) -> None:
         """Examine further rounds, in both senses, until a torsion spring exceeds all other forces."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -42,15 +42,15 @@ class CurveRoot:
         return self.multiplicity > 1 or (self.at.slope > 0.0) == self.rises
 
 
-def curve_roots(curve: BalanceCurve, points: list[BalancePoint]) -> list[CurveRoot]:
-    """Return the roots between resolved points, in their order, each once; at the bound on work those found."""
+def curve_roots(curve: BalanceCurve, points: list[BalancePoint], known: Sequence[CurveRoot] = ()) -> list[CurveRoot]:
+    """Return the roots between resolved points that are not known, in their order; at the bound on work those found."""
     found: list[CurveRoot] = []
     for here, there in pairwise(points):
         if curve.ended(BALANCE.more):
             break
         for raw, sense in _isolated(curve, here, there, DIVISIONS):
             root = _examined(curve, raw, max(here.size, there.size, raw.size), sense)
-            if not any(_same(curve, root, known) for known in found):
+            if not any(_same(curve, root, other) for other in (*known, *found)):
                 found.append(root)
     return sorted(found, key=lambda root: root.at.mark)
 

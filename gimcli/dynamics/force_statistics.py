@@ -37,15 +37,44 @@ EXACT = 1e-6
 """Change of the time, relative to a step, below which an extreme is exact: its value to the square of it."""
 
 
-@dataclass
 class RowExtreme:
-    """The best row of a quantity, or a better time near it."""
+    """The best row of a quantity, or a better time near it: three times with the best value at the one in the middle.
 
-    quantity: int
-    sense: float  # 1.0: greatest, -1.0: least
-    value: float
-    time: float  # in steps
-    beside: tuple[float, float]  # values of the rows beside it; NaN: not known
+    sense: 1.0 of the greatest value, -1.0 of the least. Times are in steps; the values of the rows beside may be NaN.
+    """
+
+    def __init__(self, quantity: int, sense: float, value: float, row: float, beside: tuple[float, float]) -> None:
+        self.quantity, self.sense, self.value, self.time, self.row = quantity, sense, value, row, (row, value)
+        self.beside = beside
+        self.times = [row - 1.0, row, row + 1.0]
+        self.heights = [sense * v for v in (beside[0], value, beside[1])]
+
+    def next(self) -> float | None:
+        """Return the top of the parabola through the three values, within them; None if it is exact or unknown."""
+        (a, b, c), (fa, fb, fc) = self.times, self.heights
+        left, right = (b - a) * (fb - fc), (b - c) * (fb - fa)
+        if left == right:
+            return None
+        top = b - 0.5 * ((b - a) * left - (b - c) * right) / (left - right)
+        top = min(max(top, a + 0.01 * (b - a)), c - 0.01 * (c - b))
+        return top if abs(top - b) > EXACT else None  # NaN: a value is missing
+
+    def take(self, time: float, found: FloatArray) -> None:
+        """Use the value at a new time; a missing one ends the search."""
+        value, at = float(found), 2 if time > self.times[1] else 1
+        height = self.sense * value if math.isfinite(value) else math.nan
+        better = height > self.heights[1]
+        if better:
+            self.time, self.value = time, value
+        self.times.insert(at, time)
+        self.heights.insert(at, height)
+        drop = 0 if better == (at == 2) else 3
+        del self.times[drop], self.heights[drop]
+
+    def leave_pole(self) -> None:
+        """Return to the row if the values grow without bound between it and the rows beside it."""
+        if abs(self.value - self.row[1]) > POLE * max(map(abs, (self.row[1], *self.beside))):
+            self.time, self.value = self.row
 
 
 class ExtremeRows:
@@ -103,46 +132,10 @@ Evaluate = Callable[[FloatArray], FloatArray]
 
 def refined(extremes: list[RowExtreme], evaluate: Evaluate, constant: BoolArray) -> None:
     """Move extremes to better times between rows; those of the quantities that are `constant` stay."""
-    open_ones = [_Peak(one) for one in extremes if np.all(np.isfinite(one.beside)) and not constant[one.quantity]]
+    open_ones = [one for one in extremes if np.all(np.isfinite(one.beside)) and not constant[one.quantity]]
     search_together(open_ones, lambda times: evaluate(times).__getitem__, ROUNDS)
-    for peak in open_ones:
-        peak.leave_pole()
-
-
-class _Peak:
-    """Three times with the best value at the one in the middle."""
-
-    def __init__(self, own: RowExtreme) -> None:
-        self.own, self.row, self.quantity = own, (own.time, own.value), own.quantity
-        self.times = [own.time - 1.0, own.time, own.time + 1.0]
-        self.heights = [own.sense * v for v in (own.beside[0], own.value, own.beside[1])]
-
-    def next(self) -> float | None:
-        """Return the top of the parabola through the three values, within them; None if it is exact or unknown."""
-        (a, b, c), (fa, fb, fc) = self.times, self.heights
-        left, right = (b - a) * (fb - fc), (b - c) * (fb - fa)
-        if left == right:
-            return None
-        top = b - 0.5 * ((b - a) * left - (b - c) * right) / (left - right)
-        top = min(max(top, a + 0.01 * (b - a)), c - 0.01 * (c - b))
-        return top if abs(top - b) > EXACT else None  # NaN: a value is missing
-
-    def leave_pole(self) -> None:
-        """Return to the row if the values grow without bound between it and the rows beside it."""
-        if abs(self.own.value - self.row[1]) > POLE * max(map(abs, (self.row[1], *self.own.beside))):
-            self.own.time, self.own.value = self.row
-
-    def take(self, time: float, found: FloatArray) -> None:
-        """Use the value at a new time; a missing one ends the search."""
-        value, at = float(found), 2 if time > self.times[1] else 1
-        height = self.own.sense * value if math.isfinite(value) else math.nan
-        better = height > self.heights[1]
-        if better:
-            self.own.time, self.own.value = time, value
-        self.times.insert(at, time)
-        self.heights.insert(at, height)
-        drop = 0 if better == (at == 2) else 3
-        del self.times[drop], self.heights[drop]
+    for one in open_ones:
+        one.leave_pole()
 
 
 UNITS = ("N", "N m")

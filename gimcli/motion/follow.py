@@ -82,9 +82,9 @@ class FollowedPath:
         self.bridged.append(time)
         self.meetings.append(PassedMeeting(row.x + 1j * row.y, inputs, gap.met))
 
-    def end(self, row: int) -> None:
-        """Set the status of the rows from `row` on to LIMIT."""
-        self.codes[row:] = int(Status.LIMIT)
+    def end(self, row: int, limit: float) -> None:
+        """End the motion before a row, at the time of a limit."""
+        self.codes[row:], self.limit = int(Status.LIMIT), limit
 
 
 @dataclass(frozen=True)
@@ -218,8 +218,7 @@ class BranchFollower:
 
     def gap_at(self, time: float) -> Gap | None:
         """Return the arc that contains a time; None if there is none."""
-        found = [gap for gap in reversed(self.bridges) if gap.ends[0] < time < gap.ends[1]]
-        return found[0] if found else None
+        return next((gap for gap in reversed(self.bridges) if gap.ends[0] < time < gap.ends[1]), None)
 
     # -- the whole motion ------------------------------------------------------------------
 
@@ -235,8 +234,7 @@ class BranchFollower:
             i = self._beyond(path, i, self._set_out(float(times[i])))
         while i < n and path.limit is None:
             if self.limit_ahead is not None:
-                path.end(i)
-                path.limit = self.limit_ahead.centre
+                path.end(i, self.limit_ahead.centre)
                 break
             marches = self.run is jit.compiled and n - i >= self.constants.many
             good, doubtful = self._march(path, i) if marches else self._block(path, i)
@@ -340,12 +338,8 @@ class BranchFollower:
                 self.bridges, crossed = [*bridges, gap], True
         if crossed:
             return self._fill(path, i)
-        if isinstance(gap, float):
-            path.end(i)
-            path.limit = max(gap, self.log[-1].time)
-            return i
-        path.end(i)
-        path.limit = self.log[-1].time
+        last = self.log[-1].time
+        path.end(i, max(gap, last) if isinstance(gap, float) else last)
         return i
 
     def _block(self, path: FollowedPath, i: int) -> tuple[int, bool]:

@@ -97,14 +97,12 @@ class Leg:
 
     def time_at(self, s: float) -> float:
         """Return the first time of the leg at which it reaches a coordinate."""
-        ahead = np.linspace(self.first, self.last, 65)
-        over = np.flatnonzero(self.places(ahead) >= s)
-        if not len(over) or over[0] == 0:
-            return self.first if len(over) else self.last
         from gimcli.numerics.along import bisected
 
-        k = over[:1]
-        return float(bisected(lambda time: self.places(time) >= s, ahead[k - 1], ahead[k])[1][0])
+        begin, end = self.places(np.array([self.first, self.last])).tolist()
+        if not begin < s <= end:
+            return self.first if begin >= s else self.last
+        return bisected(lambda time: self.places(np.array([time]))[0] >= s, self.first, self.last)[1]
 
     def reflected(self, at: float, time: float | None = None) -> Leg:
         """Return the leg mirrored at a parameter at which the input reverses; if `time` is given, from then on."""

@@ -34,17 +34,13 @@ class PointRanges:
 
     def add(self, table: Table, good: BoolArray) -> None:
         """Add the next rows of a motion, of which those in `good` (rows,) are solved."""
-        every = bool(good.all())
+        places = np.array([[table[f"{name}.{letter}"] for letter in "xy"] for name in self.mechanism.traced])
+        values, every = places.reshape(*self.least.shape, len(table)), bool(good.all())
         least, greatest = (np.min, np.max) if every else (np.fmin.reduce, np.fmax.reduce)  # NaN: skipped
-        for number, name in enumerate(self.mechanism.traced):
-            for axis, letter in enumerate("xy"):
-                values = table[f"{name}.{letter}"]
-                self.least[number, axis] = least(values, initial=self.least[number, axis])
-                self.greatest[number, axis] = greatest(values, initial=self.greatest[number, axis])
-                if not self.rows:
-                    self.first[number, axis] = values[0]
-                self.last[number, axis] = values[-1]
-            self.solved[number] += len(values) if every else np.count_nonzero(np.isfinite(values))
+        self.least = np.minimum(self.least, least(values, axis=2, initial=math.inf))
+        self.greatest = np.maximum(self.greatest, greatest(values, axis=2, initial=-math.inf))
+        self.first, self.last = self.first if self.rows else values[..., 0], values[..., -1]
+        self.solved += len(table) if every else np.count_nonzero(np.isfinite(values[:, 1]), axis=1)
         self.rows += len(table)
 
     def report(self, motion: Motion) -> dict[str, dict[str, Any]]:

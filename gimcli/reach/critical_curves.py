@@ -342,21 +342,15 @@ def _sampled(curve: Critical, here: CriticalPoint, there: CriticalPoint) -> tupl
     return np.array([*at, 1.0]), [*found, there]
 
 
-def spacing(here: CriticalPoint, there: CriticalPoint) -> float:
-    """Return the length of the curve between two knots, accurate to fourth order."""
-    chord = float(np.linalg.norm(there.p - here.p))
-    bend = float(np.linalg.norm(there.tangent - here.tangent))
-    return chord * (1.0 + bend**2 / 24.0)
-
-
 def point_between(here: CriticalPoint, there: CriticalPoint, t: float) -> FloatArray:
     """Return the point at the parameter t in 0..1 of the cubic between two knots."""
     return hermite(*_ends(here, there), t)
 
 
 def _ends(here: CriticalPoint, there: CriticalPoint) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Return the ends of the cubic between two knots and its derivatives there by t."""
-    h = spacing(here, there)
+    """Return the ends of the cubic between two knots and its derivatives there by t: its length to fourth order."""
+    bend = np.linalg.norm(there.tangent - here.tangent)
+    h = np.linalg.norm(there.p - here.p) * (1.0 + bend**2 / 24.0)
     return here.p, h * here.tangent, there.p, h * there.tangent
 
 
