@@ -21,6 +21,7 @@ from gimcli.families.family import ONE, kernel_name, mode_of
 from gimcli.families.four_bar_type import four_bar_types
 from gimcli.families.position_state import design_number
 from gimcli.mechanism import FRAME, FloatArray, IntArray
+from gimcli.numerics.along import divided
 from gimcli.positions.dispatch import choose, plain
 from gimcli.positions.inputs import scales
 from gimcli.quantities.catalogue import catalogue
@@ -80,7 +81,7 @@ def _counted(motions: DesignMotions, member: int, parts: int) -> tuple[FloatArra
     exact = _direction(motions, member)
     angle = exact
     if parts > 1:
-        inputs = _divided(motions.solved.inputs, parts)
+        inputs = divided(motions.solved.inputs, np.full(exact.shape[1] - 1, parts))
         z = motions.family.solve(motions.solved.designs, inputs=inputs, **motions.options).z
         first, second = motions.mechanism.members[member].nodes[:2]
         angle = phase(z[:, second] - z[:, first])
@@ -108,13 +109,6 @@ def _interrupted(angle: FloatArray, exact: FloatArray, parts: int) -> IntArray:
     every = np.arange(angle.shape[1])
     inside = (every >= first[:, None]) & (every <= last[:, None])
     return np.flatnonzero(np.any(inside & ~np.isfinite(angle), axis=1))
-
-
-def _divided(inputs: FloatArray, parts: int) -> FloatArray:
-    """Return inputs (·, actuators, rows) with each step divided into equal parts; the given rows are kept exactly."""
-    share = np.arange(parts) / parts
-    steps = inputs[:, :, :-1, None] + np.diff(inputs, axis=2)[..., None] * share
-    return np.concatenate([steps.reshape(*inputs.shape[:2], -1), inputs[:, :, -1:]], axis=2)
 
 
 def filled(values: FloatArray) -> FloatArray:

@@ -25,6 +25,7 @@ from gimcli.mechanism import FRAME, BoolArray, ComplexArray, FloatArray, IntArra
 from gimcli.motion.assemble import Assembler
 from gimcli.motion.motion import trace
 from gimcli.motion.solve import moved, settled, start_position
+from gimcli.numerics.along import divided
 from gimcli.positions.block import NEW, RowBlock
 from gimcli.positions.dispatch import choose, plain
 from gimcli.positions.inputs import law_inputs, scales
@@ -228,16 +229,7 @@ class Family:
         own = np.append(0, np.cumsum(parts))
         if own[-1] + 1 == len(time) or not np.isfinite(step).all():
             return time, inputs, np.arange(len(time))
-        row = np.repeat(np.arange(len(parts)), parts)
-        share = (np.arange(own[-1]) - own[row]) / parts[row]
-
-        def filled(values: FloatArray) -> FloatArray:
-            before, after = values[..., row], values[..., row + 1]
-            return np.concatenate(
-                [np.where(share == 0.0, before, before + share * (after - before)), values[..., -1:]], axis=-1
-            )
-
-        return filled(time), np.ascontiguousarray(filled(inputs)), own
+        return divided(time, parts), np.ascontiguousarray(divided(inputs, parts)), own
 
     def _reversed(self, tables: FloatTables) -> BoolArray:
         """Return the designs (designs,) with a link whose length has not the sign of the nominal one.

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gimcli.mechanism import BoolArray, ComplexArray, FloatArray, IntArray, Mechanism
+from gimcli.numerics.along import divided
 from gimcli.status import Status
 from gimcli.structure.residual import allowed, residual
 
@@ -109,7 +110,7 @@ class SwitchingState:
         if not turns > 0.0:
             return None
         parts = max(8, math.ceil(turns * SWITCHING.steps_a_turn))
-        between = _straight(begin, inputs, parts)
+        between = divided(np.stack([begin, inputs], axis=1), np.array([parts]))
         unknown = np.full((len(sweeper.mechanism.nodes), parts + 1), complex(math.nan, math.nan))
         path = SwitchingState(sweeper, between, unknown).run()
         self.swept.work[0] += path.work.sum()
@@ -177,22 +178,14 @@ class SwitchingState:
                 return Status.OK  # a later row that failed is then treated in the same manner
             status = again
         for parts in SWITCHING.parts:
-            z = self._steps(self.inputs[:, row - 1], self.inputs[:, row], self.swept.z[:, row - 1], parts, row)
-            if z is None:
-                continue
-            found = self._checked(Status.OK, z, row)
-            if found is Status.OK:
-                return self._take(z)
-            status = found
+            inputs = divided(self.inputs[:, row - 1 : row + 1], np.array([parts]))
+            z, work, stop, failed = self.sweeper.follow(inputs, self.swept.z[:, row - 1], math.inf)
+            self.swept.work[row] += work.sum()
+            if failed is Status.OK and stop == parts + 1:
+                status = self._checked(Status.OK, z[:, -1], row)
+                if status is Status.OK:
+                    return self._take(z[:, -1])
         return status
-
-    def _steps(
-        self, begin: FloatArray, end: FloatArray, start: ComplexArray, parts: int, row: int
-    ) -> ComplexArray | None:
-        """Follow inputs from a solved position in some parts; None if it fails. The sweeps are added to `row`."""
-        z, work, stop, status = self.sweeper.follow(_straight(begin, end, parts), start, math.inf)
-        self.swept.work[row] += work.sum()
-        return z[:, -1] if status is Status.OK and stop == parts + 1 else None
 
     def _checked(self, status: Status, z: ComplexArray, row: int) -> Status:
         if status is not Status.OK:
@@ -202,10 +195,3 @@ class SwitchingState:
             self.sweeper.options.tolerance,
         )  # fmt: skip
         return Status.JUMPED if wrong[0] else Status.OK
-
-
-def _straight(begin: FloatArray, end: FloatArray, parts: int) -> FloatArray:
-    """Return inputs (actuators, parts + 1) that change linearly from `begin` to `end`."""
-    inputs = begin[:, None] + (end - begin)[:, None] * (np.arange(parts + 1) / parts)
-    inputs[:, -1] = end
-    return np.asarray(inputs)

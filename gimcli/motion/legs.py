@@ -18,6 +18,7 @@ from itertools import pairwise
 import numpy as np
 
 from gimcli.mechanism import FloatArray, IntArray, Mechanism
+from gimcli.numerics.along import bisected, divided
 from gimcli.positions.inputs import InputLine, input_line, law_inputs, law_times, line_through, pace, scales
 from gimcli.structure.derived import derived
 
@@ -97,8 +98,6 @@ class Leg:
 
     def time_at(self, s: float) -> float:
         """Return the first time of the leg at which it reaches a coordinate."""
-        from gimcli.numerics.along import bisected
-
         begin, end = self.places(np.array([self.first, self.last])).tolist()
         if not begin < s <= end:
             return self.first if begin >= s else self.last
@@ -138,15 +137,8 @@ def dense(start: float, places: FloatArray, turn: float, least: int = 1) -> tupl
     Every step, from `start` on, has at least `least` parts, none longer than 1 / STEPS_A_TURN of a turn.
     """
     ends = np.concatenate([[min(start, places[0])], places])
-    steps = np.diff(ends)
-    parts = np.maximum(np.ceil(steps * (STEPS_A_TURN / turn) - ROUND), least).astype(np.int64)
-    if parts.max() <= 1:
-        return places, np.arange(len(places))
-    own = np.cumsum(parts) - 1
-    number = np.arange(own[-1] + 1) - np.repeat(own - parts, parts)
-    grid = np.repeat(ends[:-1], parts) + number * np.repeat(steps / parts, parts)
-    grid[own] = places
-    return grid, own
+    parts = np.maximum(np.ceil(np.diff(ends) * (STEPS_A_TURN / turn) - ROUND), least).astype(np.int64)
+    return divided(ends, parts)[1:], np.cumsum(parts) - 1
 
 
 @derived

@@ -14,6 +14,7 @@ import numpy as np
 
 from gimcli.canonical import phase
 from gimcli.mechanism import FRAME, BoolArray, ComplexArray, FloatArray, IntArray, Mechanism
+from gimcli.numerics.along import divided
 from gimcli.positions.inputs import law_inputs, scales
 
 if TYPE_CHECKING:
@@ -108,7 +109,7 @@ class LawAngles:
         self._piece, self._dense, self._ends = motion, None, {}
         self._done += 1
         if _is_whole(motion):
-            self._dense = self._solved(_between(motion.time, _parts(self.mechanism, motion.inputs)), motion)
+            self._dense = self._solved(divided(motion.time, _parts(self.mechanism, motion.inputs)), motion)
         else:
             self._continue(motion if self._before is None else motion.joined([self._before, motion]))
 
@@ -116,7 +117,7 @@ class LawAngles:
         """Solve the rows between those of the next piece, if they are needed; `ends` has the row before, too."""
         if self._denser is not None or np.any(_parts(self.mechanism, ends.inputs) > 1):
             if self._denser is None:
-                self._denser = self._again(between=lambda times: _between(times, self._law_parts(times)))
+                self._denser = self._again(between=lambda times: divided(times, self._law_parts(times)))
                 for _ in range(self._done - 1):
                     next(self._denser)
             self._dense = next(self._denser)
@@ -142,7 +143,7 @@ class LawAngles:
         """Return a whole motion with more rows where a member turns far from one row to the next."""
         while True:
             wide = _wide(self.mechanism, direction(self.mechanism, member, dense.z))
-            times = _between(dense.time, np.where(wide, 4, 1))
+            times = divided(dense.time, np.where(wide, 4, 1))
             if not wide.any() or len(times) > DENSEST + self.steps:
                 return dense
             dense = self._solved(times, dense)
@@ -169,10 +170,3 @@ def _parts(mechanism: Mechanism, inputs: FloatArray) -> IntArray:
     """Return for each step (rows - 1,) the number of parts in which no input changes by more than COUNTED."""
     change = np.max(np.abs(np.diff(inputs)) / scales(mechanism)[:, None], axis=0, initial=0.0)
     return np.asarray(np.maximum(np.ceil(change / COUNTED * (1.0 - 1e-12)), 1), dtype=np.int64)
-
-
-def _between(times: FloatArray, parts: IntArray) -> FloatArray:
-    """Return times with each step divided into `parts` (rows - 1,) equal parts; the given times are kept exactly."""
-    starts = np.repeat(times[:-1], parts)
-    number = np.arange(len(starts)) - np.repeat(np.cumsum(parts) - parts, parts)
-    return np.append(starts + number * np.repeat(np.diff(times) / parts, parts), times[-1:])
