@@ -26,6 +26,7 @@ from gimcli.library.trace import MotionTraceResult, trace
 from gimcli.mechanism import FRAME, FloatArray, IntArray, Mechanism
 from gimcli.model.edited_text import written_with
 from gimcli.model.read import read_text
+from gimcli.numerics.along import divided
 from gimcli.quantities.kinds import quantities_of
 from gimcli.quantities.quantity import Item
 
@@ -102,10 +103,9 @@ def _rows(mechanism: Mechanism, limits: FitRange, inputs: FloatArray) -> tuple[F
     stops = np.unique(np.concatenate(([0.0, span], along)))
     stops = stops[np.concatenate(([True], np.diff(stops) > TOGETHER))]
     counts = np.maximum(1, np.ceil(np.diff(stops) / span * ROWS).astype(int))
-    parts = [np.linspace(a, b, n, endpoint=False) for a, b, n in zip(stops, stops[1:], counts, strict=False)]
     places = np.concatenate(([0], np.cumsum(counts)))
     nearest = np.argmin(np.abs(stops[:, None] - along), axis=0)
-    return begin + sense * np.append(np.concatenate(parts), stops[-1]), places[nearest]
+    return begin + sense * divided(stops, counts), places[nearest]
 
 
 def column_of(found: MotionTraceResult, one: Item) -> FloatArray:
