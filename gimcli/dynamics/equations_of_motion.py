@@ -111,6 +111,11 @@ class Equations:
             result.append(value / duration**order)
         return np.array(result)
 
+    def event(self, kind: str, time: float, actuator: int = -1, pair: str = "") -> Event:
+        """Return an event at the reducer's last state."""
+        inputs, speeds = map(self.reducer.inputs, (self.reducer.at.v, self.reducer.room.velocity))
+        return Event(kind, time, inputs.copy(), speeds.copy(), actuator, pair)
+
     def velocity(self, time: float, y: FloatArray) -> FloatArray:
         """Return the velocities of all variables at a state; zeros if there is no position."""
         moved = self.move(time, y)
@@ -232,12 +237,9 @@ class StickEvents:
         path = solver.dense_output()
         for k in changed:
             time, begun = self._located(solver, path, k, bool(standing[k])), self.begun[k]
-            if begun is None:
-                self.begun[k] = self._event(STICKS, time, k)
-                continue
-            if time - begun.time > self.dwell:
+            if begun is not None and time - begun.time > self.dwell:
                 self.events += [begun, self._event(SLIDES, time, k)]
-            self.begun[k] = None
+            self.begun[k] = self._event(STICKS, time, k) if begun is None else None
 
     def all(self, end: float) -> list[Event]:
         """Return the events up to the end of the simulation."""
@@ -255,9 +257,7 @@ class StickEvents:
         return float(time)
 
     def _event(self, kind: str, time: float, k: int) -> Event:
-        reducer = self.equations.reducer
-        inputs, speeds = reducer.inputs(reducer.at.v).copy(), reducer.inputs(reducer.room.velocity).copy()
-        return Event(kind, time, inputs, speeds, pair=self.friction.names[k])
+        return self.equations.event(kind, time, pair=self.friction.names[k])
 
 
 Begin = Callable[[float, FloatArray, float], Any]
@@ -280,16 +280,9 @@ class EventSearch:
 
     def events(self, solver: Any, path: Callable[[], Any]) -> list[Event]:
         """Return the events of a solver's last step in order of time; `path` returns the states over the step."""
-        crossed = self.crossed(solver)
-        if not crossed:
-            return []
-        between = path()
-        return sorted((self._refined(solver, between, k) for k in crossed), key=lambda event: event.time)
-
-    def crossed(self, solver: Any) -> list[int]:
-        """Return the numbers of the signals that change their sign over a solver's last step."""
         after = self._signals(solver.t, solver.y)
-        return [k for k, (a, b) in enumerate(zip(self.before, after, strict=True)) if a * b < 0.0]
+        crossed = [k for k, (a, b) in enumerate(zip(self.before, after, strict=True)) if a * b < 0.0]
+        return sorted((self._refined(solver, path(), k) for k in crossed), key=lambda event: event.time)
 
     def _signals(self, time: float, y: FloatArray) -> list[float]:
         """Return the signals of a state: values that change their sign at an event."""
@@ -316,9 +309,7 @@ class EventSearch:
         if self.lands and kind == STANDSTILL and time > solver.t_old:
             time, y = self._landed(solver, path, time, signal)
         self.equations.move(time, y)
-        reducer = self.equations.reducer
-        state = reducer.state()
-        return Event(kind, time, reducer.inputs(state.v), reducer.inputs(state.velocity), actuator)
+        return self.equations.event(kind, time, actuator)
 
     def _landed(self, solver: Any, path: Any, time: float, signal: int) -> tuple[float, FloatArray]:
         """Return time and state of an event by integration to its estimated time and a Newton step from there."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -276,15 +277,12 @@ class Integration:
 
     def _pass(self, solver: Any) -> bool:
         """Store the rows and events of the last step; return whether the requested end is reached."""
-        paths: list[Any] = []
 
+        @cache
         def path() -> Any:
             """Return the interpolation of the step, made on first use."""
-            if not paths:
-                paths.append(solver.dense_output())
-                if not np.all(np.isfinite(paths[0](0.5 * (solver.t_old + solver.t)))):
-                    paths[0] = self._again(solver)
-            return paths[0]
+            found = solver.dense_output()
+            return found if np.all(np.isfinite(found(0.5 * (solver.t_old + solver.t)))) else self._again(solver)
 
         stop = math.inf
         for event in self.search.events(solver, path):
