@@ -15,7 +15,7 @@ chapter 2.
 from __future__ import annotations
 
 import cmath
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, permutations
 
@@ -24,10 +24,12 @@ import numpy as np
 from gimcli.comparison.bodies import BodyCoordinates, BodyPair, Stop
 from gimcli.kernels import bodies as pairs, coordinates as kernels
 from gimcli.kernels.points import DISTANCE, LINE, RIGID
-from gimcli.mechanism import FRAME, HEIGHT, SPAN, ComplexArray, FloatArray, Mechanism, PairRow
+from gimcli.mechanism import ANGLE, CLOSURE, FRAME, SPAN, ComplexArray, FloatArray, Mechanism
 from gimcli.positions.newton import Run
-from gimcli.structure.kinematic_nodes import free_nodes, kinematic_nodes
-from gimcli.structure.steps import NONE
+from gimcli.structure.equations import constraints
+from gimcli.structure.kinematic_nodes import carry, free_nodes, kinematic_nodes
+from gimcli.structure.steps import NONE, Constraint, Vector
+from gimcli.structure.terms import coordinates
 
 PARALLEL = 1e-12
 """A linear actuator drives a sliding pair if the sine of the angle between their directions is below this."""
@@ -209,25 +211,16 @@ class JointCoordinates(BodyCoordinates):
         return np.array(q, dtype=float)
 
 
-Row = tuple[tuple[int, ...], tuple[float, ...]]
-"""The integers and floats of an equation in the kernel."""
-
-
 class NaturalCoordinates:
     """A mechanism in natural coordinates: two unknowns per moving point."""
 
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism = mechanism
-        self.points = kinematic_nodes(mechanism)
         self.free = list(free_nodes(mechanism))
-        self.base = [self._base(k) for k in range(len(mechanism.members))]
-        rows = [
-            *self._members(),
-            *(self._row(row, NONE) for row in mechanism.pairs),
-            *(self._row(actuator, k) for k, actuator in enumerate(mechanism.actuators)),
-        ]
-        self.heads = np.array([head for head, _ in rows], dtype=np.int64).reshape(-1, 8)
-        self.factors = np.array([factor for _, factor in rows], dtype=float).reshape(-1, 3)
+        points = [self._ordered(k, nodes) for k, nodes in enumerate(kinematic_nodes(mechanism))]
+        rows = list(constraints(mechanism, points))
+        self.heads = np.array([_head(row) for row in rows], dtype=np.int64).reshape(-1, 8)
+        self.factors = np.array([_factors(row) for row in rows], dtype=float).reshape(-1, 3)
         self.columns = np.full(len(mechanism.nodes), NONE, dtype=np.int64)
         self.columns[self.free] = 2 * np.arange(len(self.free))
         self.unknowns = 2 * len(self.free)
@@ -235,7 +228,7 @@ class NaturalCoordinates:
 
     def start(self, z: ComplexArray) -> FloatArray:
         """Return the unknowns at a position z (nodes,)."""
-        return np.stack([z[self.free].real, z[self.free].imag], axis=1).ravel()
+        return coordinates(z[self.free])
 
     def follow(
         self, inputs: FloatArray, start: ComplexArray, stop: Stop, run: Run
@@ -251,57 +244,23 @@ class NaturalCoordinates:
             kernels.room(self.equations, self.unknowns), weights, stop.tolerance, stop.iterations, x, y, iterations,
             good,
         )  # fmt: skip
-        return self._carried((x + 1j * y).T), iterations, good
+        return carry(self.mechanism, (x + 1j * y).T), iterations, good
 
-    def _carried(self, z: ComplexArray) -> ComplexArray:
-        """Compute the nodes that are in no equation: they are linear in the points of their member."""
-        for member, nodes, (u, v) in zip(self.mechanism.members[1:], self.points[1:], self.base[1:], strict=True):
-            for node in set(member.nodes) - set(nodes):
-                z[node] = z[u] + (member.reach(u, node) / member.reach(u, v)) * (z[v] - z[u])
-        return z
-
-    def _base(self, index: int) -> tuple[int, int]:
-        """Return the two points of a member that are farthest apart; (NONE, NONE) if it has fewer than two."""
+    def _ordered(self, index: int, nodes: Sequence[int]) -> list[int]:
+        """Return nodes of a member, the two that are farthest apart first."""
         member = self.mechanism.members[index]
-        pairs = combinations(self.points[index], 2)
-        return max(pairs, key=lambda p: abs(member.reach(*p)), default=(NONE, NONE))
+        base = max(combinations(nodes, 2), key=lambda pair: abs(member.reach(*pair)), default=())
+        return [*base, *(node for node in nodes if node not in base)]
 
-    def _members(self) -> list[Row]:
-        rows: list[Row] = []
-        for index, member in enumerate(self.mechanism.members[1:], start=1):
-            u, v = self.base[index]
-            reach = member.reach(u, v)
-            rows.append(((DISTANCE, v, u, NONE, NONE, NONE, NONE, 1), (0.0, 0.0, abs(reach))))
-            for node in set(self.points[index]) - {u, v}:
-                w = member.reach(u, node) / reach
-                rows.append(((RIGID, node, u, u, v, NONE, NONE, 1), (w.real, w.imag, 0.0)))
-        return rows
 
-    def _row(self, row: PairRow, actuator: int) -> Row:
-        """Return the equation of a row of a pair, or of an actuator given by its number."""
-        if row.kind == SPAN:
-            p, q = row.nodes
-            return (DISTANCE, q, p, NONE, NONE, actuator, NONE, 1), (0.0, 0.0, 0.0)
-        return self._line(row, actuator) if row.kind == HEIGHT else self._angle(row, actuator)
+def _head(c: Constraint) -> tuple[int, ...]:
+    """Return the integers of an equation in the kernel; an angle is a line too."""
+    vector = c.vector or Vector(0.0j)
+    kind = {SPAN: DISTANCE, CLOSURE: RIGID}.get(c.kind, LINE)
+    return kind, c.p, c.q, vector.u, vector.v, c.value.actuator, vector.actuator, vector.turn
 
-    def _line(self, row: PairRow, actuator: int) -> Row:
-        """Return normal . (node - point) = value, with the line in the frame of a member."""
-        member = self.mechanism.members[row.guide]
-        if row.guide == FRAME:
-            u, v, anchor, w = NONE, NONE, member.nodes[0], row.normal
-        else:
-            u, v = self.base[row.guide]
-            anchor, w = u, row.normal / member.reach(u, v)
-        height = row.height(member.local(anchor))
-        return (LINE, row.node, anchor, u, v, actuator, NONE, 1), (w.real, w.imag, height)
 
-    def _angle(self, row: PairRow, actuator: int) -> Row:
-        """Return the equation: the component of the arm normal to the driven ray is zero."""
-        arm, reference = (self.mechanism.members[k] for k in row.members)
-        p, q = self.base[row.members[0]]
-        across = 1j * row.reference / row.arm * arm.reach(p, q)
-        across /= abs(across)
-        u, v = (NONE, NONE) if row.guide == FRAME else self.base[row.guide]
-        if u != NONE:
-            across /= reference.reach(u, v)
-        return (LINE, q, p, u, v, NONE, actuator, 1), (across.real, across.imag, 0.0)
+def _factors(c: Constraint) -> tuple[float, ...]:
+    """Return the floats of an equation in the kernel."""
+    z = (c.vector or Vector(0.0j)).z * (1j if c.kind == ANGLE else 1.0)
+    return z.real, z.imag, c.value.constant

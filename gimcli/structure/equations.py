@@ -17,9 +17,8 @@ from dataclasses import replace
 from itertools import product
 
 from gimcli.mechanism import ANGLE, CLOSURE, FRAME, HEIGHT, SPAN, Coupling, FloatArray, Mechanism
-from gimcli.structure.carried import carried_direction
 from gimcli.structure.derived import derived
-from gimcli.structure.kinematic_nodes import moving_nodes
+from gimcli.structure.kinematic_nodes import base_first, moving_nodes
 from gimcli.structure.pair_rows import constraint_of, pair_rows
 from gimcli.structure.steps import NONE, Constraint, Value, Vector
 from gimcli.structure.terms import COSINE, ONE, SINE, SQUARE, VALUE, Term, Terms
@@ -44,21 +43,22 @@ def make_terms(mechanism: Mechanism) -> Terms:
         places[k] = {one: complex(z)}
     for k in free:
         places[k] = {2 * k: 1.0, 2 * k + 1: 1j}
-    equations = tuple(written(constraints(mechanism), places, one))
+    equations = tuple(written(constraints(mechanism, base_first(mechanism)), places, one))
     return Terms(mechanism, equations, tuple(2 * k + c for k in free for c in (0, 1)))
 
 
-def constraints(mechanism: Mechanism) -> Iterator[Constraint]:
-    """Yield the constraints of members, pairs and actuators as written in the file."""
-    for index, member in enumerate(mechanism.members[FRAME + 1 :], start=1):
-        u, v, span = member.ends
-        yield Constraint(member.name, SPAN, v, u, Value(abs(span)))
-        for node in member.nodes:
-            if node not in (u, v) and node not in member.carried:
-                arm = carried_direction(mechanism, index, member.reach(u, node))
-                yield Constraint(member.name, CLOSURE, node, u, Value(0.0), arm)
+def constraints(mechanism: Mechanism, nodes: Sequence[Sequence[int]]) -> Iterator[Constraint]:
+    """Yield the constraints of members, pairs and actuators as written in the file.
+
+    nodes: of each member, those that have coordinates; the first two of them determine its direction.
+    """
+    for member, (u, v, *others) in zip(mechanism.members[FRAME + 1 :], nodes[FRAME + 1 :], strict=True):
+        reach = member.reach(u, v)
+        yield Constraint(member.name, SPAN, v, u, Value(abs(reach)))
+        for node in others:
+            yield Constraint(member.name, CLOSURE, node, u, Value(0.0), Vector(member.reach(u, node) / reach, u, v))
     for row in pair_rows(mechanism):
-        yield constraint_of(mechanism, row, row.value)
+        yield constraint_of(mechanism, row, row.value, nodes)
 
 
 def with_gauges(mechanism: Mechanism) -> Mechanism:

@@ -49,6 +49,13 @@ def moving_nodes(mechanism: Mechanism) -> tuple[int, ...]:
     return tuple(sorted(tied - set(mechanism.members[FRAME].nodes) - set(mechanism.carried)))
 
 
+def base_first(mechanism: Mechanism) -> list[list[int]]:
+    """Return, for every member, its nodes that are not carried remote ones, those of its base first."""
+    ends = [member.ends[:2] if len(member.nodes) > 1 else () for member in mechanism.members]
+    own = zip(ends, mechanism.members, strict=True)
+    return [[*two, *(n for n in m.nodes if n not in two and n not in m.carried)] for two, m in own]
+
+
 def carry(mechanism: Mechanism, z: ComplexArray) -> ComplexArray:
     """Return positions z with the carried nodes computed from two kinematic nodes of their member.
 

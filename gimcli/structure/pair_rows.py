@@ -33,12 +33,12 @@ def _imposed(row: PairRow, actuator: int, implied: bool) -> ImposedRow:
 
 
 def constraint_of(
-    mechanism: Mechanism, row: PairRow, value: Value, nodes: Sequence[Sequence[int]] | None = None, pivot: int = NONE
+    mechanism: Mechanism, row: PairRow, value: Value, nodes: Sequence[Sequence[int]], pivot: int = NONE
 ) -> Constraint:
     """Return the constraint between nodes that gives a quantity a value.
 
-    nodes: of each member, those whose first two determine its direction; by default its ends. pivot: the first node
-    instead, if the member has it.
+    nodes: of each member, those whose first two determine its direction. pivot: the first node instead, if the member
+    has it.
     """
     if row.kind == SPAN:
         first, second = row.nodes
@@ -47,9 +47,8 @@ def constraint_of(
     def base(index: int) -> tuple[int, int, complex]:
         """Return two nodes of a member and the vector between them."""
         member = mechanism.members[index]
-        own = member.ends[:2] if nodes is None else nodes[index]
-        u = pivot if pivot in member.nodes else own[0]
-        v = next(n for n in own if n != u)
+        u = pivot if pivot in member.nodes else nodes[index][0]
+        v = next(n for n in nodes[index] if n != u)
         return u, v, member.reach(u, v)
 
     def direction(index: int, factor: complex) -> Vector:
