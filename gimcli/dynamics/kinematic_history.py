@@ -120,9 +120,3 @@ def reading(mechanism: Mechanism, gauge: Input, course: Course) -> tuple[FloatAr
 def travel_along(slide: PairRow, name: str) -> Input:
     """Return a gauge that measures the travel of a node along its guide."""
     return Input(name, HEIGHT, slide.nodes, slide.members, slide.point, slide.along)
-
-
-def read_at(mechanism: Mechanism, gauge: Input, z: ComplexArray, near: float) -> float:
-    """Return the value of a gauge at a position (nodes,); angles are within half a turn of `near`."""
-    value = float(measured(mechanism, gauge, z))
-    return float(beside(value, near)) if gauge.rotary else value

@@ -13,7 +13,6 @@ from functools import cached_property
 import numpy as np
 
 from gimcli.dynamic_data import TIME, Release
-from gimcli.dynamics.kinematic_history import read_at
 from gimcli.dynamics.load_arrays import acting, moving_loads, with_force_gauges
 from gimcli.dynamics.physical import require_masses
 from gimcli.dynamics.simulation_types import SIMULATION
@@ -25,7 +24,8 @@ from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.positions.dispatch import plain
 from gimcli.positions.newton import Run
 from gimcli.structure.coordinate_partitioning import Choice, free_choice, input_choice, make_chart
-from gimcli.structure.equations import continue_linked, coupled_terms, with_gauges, with_linked_gauges
+from gimcli.structure.equations import coupled_terms, variables_at, with_gauges, with_linked_gauges
+from gimcli.structure.terms import places
 
 
 class ReducedEquations:
@@ -44,16 +44,7 @@ class ReducedEquations:
 
     def variables(self, z: ComplexArray, inputs: FloatArray, gauges: FloatArray | None = None) -> FloatArray:
         """Return the variables at a position; angles are near those of the gauges given, or the initial ones."""
-        terms, own, near = self.terms, self.input_variables, self.mechanism.near(z)
-        v = np.zeros(terms.variables)
-        v[0 : own.start : 2], v[1 : own.start : 2], v[own], v[-1] = near.real, near.imag, inputs, 1.0
-        read = terms.mechanism.actuators[len(inputs) :]
-        angles = [gauge.drawn for gauge in read]
-        if gauges is not None:
-            angles[: len(gauges)] = gauges.tolist()
-        v[own.stop : -1] = [read_at(terms.mechanism, g, near, last) for g, last in zip(read, angles, strict=True)]
-        continue_linked(terms, v)
-        return v
+        return variables_at(self.terms, self.mechanism.near(z), inputs, gauges)
 
     def choose(self, choice: Choice) -> None:
         """Set independent variables: make the chart, scratch arrays and results."""
@@ -81,8 +72,7 @@ class ReducedEquations:
 
     def nodes(self, v: FloatArray) -> ComplexArray:
         """Return x + iy of the nodes from variables (..., variables)."""
-        first = self.terms.first_reading
-        return self.mechanism.whole(v[..., 0:first:2] + 1j * v[..., 1:first:2], -1)
+        return self.mechanism.whole(places(v[..., : self.terms.first_reading]), -1)
 
     def inputs(self, v: FloatArray) -> FloatArray:
         """Return the values of the actuators from variables (..., variables)."""

@@ -16,12 +16,16 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import product
 
-from gimcli.mechanism import ANGLE, CLOSURE, FRAME, HEIGHT, SPAN, Coupling, FloatArray, Mechanism
+import numpy as np
+
+from gimcli.canonical import beside
+from gimcli.mechanism import ANGLE, CLOSURE, FRAME, HEIGHT, SPAN, ComplexArray, Coupling, FloatArray, Mechanism
+from gimcli.structure.carried import measured
 from gimcli.structure.derived import derived
 from gimcli.structure.kinematic_nodes import base_first, moving_nodes
 from gimcli.structure.pair_rows import constraint_of, pair_rows
 from gimcli.structure.steps import NONE, Constraint, Value, Vector
-from gimcli.structure.terms import COSINE, ONE, SINE, SQUARE, VALUE, Term, Terms
+from gimcli.structure.terms import COSINE, ONE, SINE, SQUARE, VALUE, Term, Terms, coordinates
 
 ZERO = 1e-15
 """A coefficient below this fraction of the greatest in its equation is a rounding error of 0."""
@@ -42,7 +46,7 @@ def make_terms(mechanism: Mechanism) -> Terms:
     for k, z in zip(frame.nodes, frame.shape, strict=True):
         places[k] = {one: complex(z)}
     for k in free:
-        places[k] = {2 * k: 1.0, 2 * k + 1: 1j}
+        places[k] = moving_place(k)
     equations = tuple(written(constraints(mechanism, base_first(mechanism)), places, one))
     return Terms(mechanism, equations, tuple(2 * k + c for k in free for c in (0, 1)))
 
@@ -59,6 +63,11 @@ def constraints(mechanism: Mechanism, nodes: Sequence[Sequence[int]]) -> Iterato
             yield Constraint(member.name, CLOSURE, node, u, Value(0.0), Vector(member.reach(u, node) / reach, u, v))
     for row in pair_rows(mechanism):
         yield constraint_of(mechanism, row, row.value, nodes)
+
+
+def moving_place(node: int) -> Linear:
+    """Return the place of a node with two coordinates."""
+    return {2 * node: 1.0 + 0.0j, 2 * node + 1: 1j}
 
 
 def with_gauges(mechanism: Mechanism) -> Mechanism:
@@ -105,15 +114,31 @@ def followed(mechanism: Mechanism, coupling: Coupling) -> list[tuple[int, float]
     return [*coupling.terms, *((mechanism.actuators.index(row), ratio) for row, ratio in coupling.reads)]
 
 
-def continue_linked(terms: Terms, v: FloatArray) -> None:
-    """Add full turns to the angles of the linkage that inputs follow, so that they agree with these inputs."""
+def variables_at(
+    terms: Terms, z: ComplexArray, inputs: FloatArray, gauges: FloatArray | None = None
+) -> FloatArray:  # fmt: skip
+    """Return the variables at positions z (nodes,) and inputs (actuators,).
+
+    What the gauges read is measured; angles are near those of the gauges given, or the initial ones. Those of the
+    linkage that inputs follow agree with these inputs: full turns are added.
+    """
     mechanism, first = terms.mechanism, terms.first_reading
+    v, end = np.ones(terms.variables), first + len(inputs)
+    v[:first], v[first:end] = coordinates(z), inputs
+    read = mechanism.actuators[len(inputs) :]
+    near = [gauge.drawn for gauge in read]
+    if gauges is not None:
+        near[: len(gauges)] = gauges.tolist()
+    for k, (gauge, angle) in enumerate(zip(read, near, strict=True), start=end):
+        value = float(measured(mechanism, gauge, z))
+        v[k] = beside(value, angle) if gauge.rotary else value
     for coupling in mechanism.couplings:
         for row, ratio in coupling.reads:
             if row.rotary:
                 rest = v[first + coupling.follower] - coupling.phase
                 rest -= sum(factor * v[first + k] for k, factor in followed(mechanism, coupling))
                 v[first + mechanism.actuators.index(row)] += 2.0 * math.pi * round(rest / ratio / (2.0 * math.pi))
+    return v
 
 
 def written(constraints: Iterable[Constraint], places: Sequence[Linear], one: int) -> Iterator[tuple[Term, ...]]:

@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from gimcli.mechanism import ANGLE, SPAN, ComplexArray, FloatArray
-from gimcli.structure.equations import written
+from gimcli.structure.equations import moving_place, written
 from gimcli.structure.steps import Constraint, Value
 from gimcli.structure.terms import TermArrays, coordinates
 
@@ -25,8 +25,7 @@ class Readings:
 
     def __init__(self, rows: Sequence[Constraint], nodes: int) -> None:
         self.count, self._first = len(rows), 2 * nodes
-        places = [{2 * k: 1.0 + 0.0j, 2 * k + 1: 1j} for k in range(nodes)]
-        one = self._first + len(rows)
+        one, places = self._first + len(rows), list(map(moving_place, range(nodes)))
         equations = tuple(written(map(_with_reading, rows, range(len(rows))), places, one))
         self._arrays = TermArrays(equations, self._first, range(one + 1))
         self._spans, self.angles = (np.array([row.kind == kind for row in rows], dtype=bool) for kind in (SPAN, ANGLE))

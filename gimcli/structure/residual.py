@@ -29,6 +29,7 @@ from gimcli.mechanism import (
     Member,
     PairRow,
 )
+from gimcli.structure.carried import carried_direction
 from gimcli.structure.derived import derived
 from gimcli.structure.rotation import ties
 from gimcli.structure.steps import NONE, Value, Vector
@@ -69,8 +70,8 @@ def _checks(mechanism: Mechanism) -> Iterator[Check]:
         if row.kind != ANGLE:
             yield _of_row(mechanism, row, NONE)
     for tie in ties(mechanism):  # heights are also satisfied if the body is rotated by 180 deg
-        target = direction(mechanism, tie.guide).times(tie.turn)
-        yield Check(tie.pair, ANGLE, first=direction(mechanism, tie.body), second=target)
+        target = carried_direction(mechanism, tie.guide, 1.0).times(tie.turn)
+        yield Check(tie.pair, ANGLE, first=carried_direction(mechanism, tie.body, 1.0), second=target)
     for number, actuator in enumerate(mechanism.actuators):
         yield _of_row(mechanism, actuator, number)
 
@@ -94,7 +95,7 @@ def _of_row(mechanism: Mechanism, row: PairRow, actuator: int) -> Check:
         return Check(row.name, SPAN, second, first, value=Value(0.0, actuator))
     if row.kind == HEIGHT:
         return _height(mechanism, row, actuator)
-    arm, reference = (direction(mechanism, k) for k in row.members)
+    arm, reference = (carried_direction(mechanism, k, 1.0) for k in row.members)
     return Check(row.name, ANGLE, first=arm.times(row.arm), second=reference.driven(row.reference, actuator, 1))
 
 
@@ -104,17 +105,8 @@ def _height(mechanism: Mechanism, row: PairRow, actuator: int) -> Check:
     origin = NONE if row.guide == FRAME else guide.nodes[0]
     offset = row.point if row.guide == FRAME else row.point - scalar(guide.shape[0])
     height = (offset * row.normal.conjugate()).real
-    vector = direction(mechanism, row.guide).times(row.normal)
+    vector = carried_direction(mechanism, row.guide, 1.0).times(row.normal)
     return Check(row.name, HEIGHT, row.node, origin, vector, value=Value(height, actuator))
-
-
-def direction(mechanism: Mechanism, index: int) -> Vector:
-    """Return e^(i phi) of a member as a vector from its first node to the node farthest from it."""
-    if index == FRAME:
-        return Vector(1.0 + 0.0j)
-    member = mechanism.members[index]
-    far = member.base
-    return Vector(scalar(1.0 / (member.shape[far] - member.shape[0])), member.nodes[0], member.nodes[far])
 
 
 @dataclass(frozen=True)

@@ -14,13 +14,11 @@ from functools import cached_property
 
 import numpy as np
 
-from gimcli.canonical import beside
 from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
-from gimcli.structure.carried import measured
 from gimcli.structure.derived import derived
-from gimcli.structure.equations import continue_linked, linked_terms
+from gimcli.structure.equations import linked_terms, variables_at
 from gimcli.structure.quadric import Quadric
-from gimcli.structure.terms import TermArrays
+from gimcli.structure.terms import TermArrays, places
 
 ZERO = 1e-13
 """A coefficient below this is a rounding error of 0; gradients have lengths of about 1."""
@@ -46,28 +44,19 @@ class System:
         self.followers = [coupling.follower for coupling in mechanism.couplings if coupling.reads]
         terms = linked_terms(mechanism.nearby)
         first, count = terms.first_reading, len(mechanism.actuators)
-        self._readings = [*self.followers, *range(count, terms.readings)]
-        unknown = [*terms.moving, *(first + reading for reading in self._readings)]
+        unknown = [*terms.moving, *(first + k for k in (*self.followers, *range(count, terms.readings)))]
         given = [-1 if k in self.followers else first + k for k in range(count)]  # -1: none
-        self.free = [variable // 2 for variable in terms.moving[::2]]
+        self.free = [variable // terms.dimension for variable in terms.moving[:: terms.dimension]]
         self.n, self.m, self.coordinated = len(unknown), len(terms.equations), len(terms.moving)
+        self._unknown = unknown
         self._terms, self._arrays = terms, TermArrays(terms.equations, first, [*unknown, *given, terms.variables - 1])
         self.scale = self._scale()
         self._arrays.scale(self.scale, ZERO, self.n)
 
     def coordinates(self, z: ComplexArray, inputs: FloatArray | None = None) -> FloatArray:
         """Return the unknowns x (n,) of positions z (nodes,) at inputs (actuators,), by default those as drawn."""
-        near = self.mechanism.near(z)
-        x = np.ascontiguousarray(near[self.free]).view(float).copy()
-        if not self.followers:
-            return x
-        terms, first = self._terms, self._terms.first_reading
-        v, read = np.zeros(terms.variables), terms.mechanism.actuators
-        found = [(measured(terms.mechanism, row, near), row) for row in read]
-        v[first:-1] = [beside(value, row.drawn) if row.rotary else value for value, row in found]
-        v[first : first + len(self.mechanism.actuators)] = self.mechanism.drawn_inputs if inputs is None else inputs
-        continue_linked(terms, v)
-        return np.append(x, v[first:][self._readings])
+        values = self.mechanism.drawn_inputs if inputs is None else inputs
+        return variables_at(self._terms, self.mechanism.near(z), values)[self._unknown]
 
     def following(self, x: FloatArray) -> FloatArray:
         """Return the inputs that follow the linkage (..., followers), or their rates, of x (..., n)."""
@@ -81,7 +70,7 @@ class System:
 
     def placed(self, z: ComplexArray, x: FloatArray) -> ComplexArray:
         """Return positions z (nodes, ...) of the fixed nodes with those of x (n, ...), or the rates of all nodes."""
-        z[self.free] = x[0 : self.coordinated : 2] + 1j * x[1 : self.coordinated : 2]
+        z[self.free] = places(x[: self.coordinated].T).T
         return self.mechanism.whole(z)
 
     def residual(self, x: FloatArray, u: FloatArray) -> FloatArray:

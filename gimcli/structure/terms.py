@@ -1,8 +1,8 @@
 """The equations of a mechanism as sums of terms c f(u) a b, with their derivatives, at one position or at many.
 
-a and b are variables: x and y of all nodes (alternating), then the reading u of every actuator and gauge, then 1. A
-reading is the value of the quantity that an actuator drives or a gauge measures. f is 1, or a function of one reading:
-u, u^2, cos u or sin u. Values of the variables (..., variables) may have leading axes.
+a and b are variables: the coordinates of all nodes, those of a node side by side, then the reading u of every actuator
+and gauge, then 1. A reading is the value of the quantity that an actuator drives or a gauge measures. f is 1, or a
+function of one reading: u, u^2, cos u or sin u. Values of the variables (..., variables) may have leading axes.
 """
 
 from __future__ import annotations
@@ -38,11 +38,12 @@ class Terms:
     mechanism: Mechanism
     equations: tuple[tuple[Term, ...], ...]
     moving: tuple[int, ...]  # unknown variables: coordinates of the moving nodes
+    dimension: int = 2  # number of coordinates of a node
 
     @property
     def first_reading(self) -> int:
         """Number of the variable that is the first actuator's reading."""
-        return 2 * len(self.mechanism.nodes)
+        return self.dimension * len(self.mechanism.nodes)
 
     @property
     def readings(self) -> int:
@@ -80,7 +81,7 @@ def coordinates(z: ComplexArray) -> FloatArray:
 
 def places(x: FloatArray) -> ComplexArray:
     """Return the places (..., nodes) in the plane of coordinates (..., 2 nodes)."""
-    return np.ascontiguousarray(x).view(complex)
+    return np.asarray(x[..., 0::2] + 1j * x[..., 1::2])
 
 
 class TermArrays:
