@@ -24,6 +24,16 @@ def test_coupled_mechanisms_have_one_freedom(data):
     assert not any(report[key] for key in ("redundant", "undriven", "overdriven"))
 
 
+@pytest.mark.parametrize("wheel", ["crank", "other"])
+def test_a_far_node_that_a_wheel_only_carries_does_not_change_the_mobility(wheel):
+    data = with_gears(five_bar(-1.0, 60.0), {"mesh": {"members": ["crank", "other"], "pivots": ["O", "Q"], "ratio": 1}})
+    nodes = data["links"].pop(wheel)["nodes"]
+    data = {**data, "nodes": {**data["nodes"], "X": [30, 40]}, "elements": {wheel: [*nodes, "X"]}}
+    report = gimcli.mobility(gimcli.load(data)).report()
+    assert report["mobility"] == 1
+    assert not any(report[key] for key in ("redundant", "undriven", "overdriven"))
+
+
 def test_a_second_planet_is_redundant():
     data = {**PLANETARY, "nodes": {**PLANETARY["nodes"], "R": [-35, 0], "U": [-35, 5]}}
     data["links"] = {**PLANETARY["links"], "arm_2": ["O", "R"], "planet_2": ["R", "U"]}
