@@ -185,12 +185,15 @@ def cylinder() -> Strokes:
     return Stroke(ROD, share=(0.0, 1.0)), bar(CYLINDER, (0.14, 0.6), 0.0, 8.0), piston
 
 
+NECK, ARROWHEAD = 0.6, np.array([0.0, -1.0 + 0.32j, -1.0 - 0.32j])
+"""End of the line behind the tip, and outline of an arrowhead of size 1 along x."""
+
+
 def arrow_lines(path: NDArray[Any], size: float) -> tuple[ComplexArray, ComplexArray]:
     """Return a polyline that ends inside its arrowhead of a size, and the outline of the arrowhead."""
     along = path[-1] - path[-2]
     along = along / abs(along) if along else 1.0 + 0.0j
-    tip = path[-1] + along * size * np.array([0.0, -1.0 + 0.32j, -1.0 - 0.32j])
-    return np.append(path[:-1], path[-1] - 0.6 * along * size), tip
+    return np.append(path[:-1], path[-1] - NECK * along * size), path[-1] + along * size * ARROWHEAD
 
 
 def arrow(path: NDArray[Any], pen: Pen = ARROW, fill: Fill = HEAD, size: float = 6.0) -> Strokes:

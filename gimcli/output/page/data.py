@@ -21,8 +21,9 @@ from gimcli.output.animation import Animation, Clip, Moment, Section
 from gimcli.output.mechanism_symbols import light_symbols, point_marks, strong_symbols
 from gimcli.output.scene import Scene
 from gimcli.output.style import LONGEST_VECTOR, Mark, Pen
-from gimcli.output.symbols import Seat, Stroke, Symbol, mark_strokes
+from gimcli.output.symbols import ARROWHEAD, NECK, Seat, Stroke, Symbol, mark_strokes
 from gimcli.output.value_window import value_window
+from gimcli.output.vectors import HEAD, HEADS, PENS, SHORT
 from gimcli.status import Status
 from gimcli.table import Column, Table, labelled, per_second
 
@@ -48,6 +49,13 @@ def page_data(animation: Animation) -> dict[str, Any]:
         "unit": {"length": length, "angle": mechanism.angle_unit},
         "rateUnits": [per_second(mechanism.length_unit, order) for order in (1, 2)],
         "longest": LONGEST_VECTOR,
+        "arrows": {
+            "neck": NECK, "head": [[z.real, z.imag] for z in ARROWHEAD.tolist()], "short": SHORT, "greatest": HEAD,
+            "pens": [
+                {"width": pen.width, "dash": list(pen.dash), "edge": head.width}
+                for pen, head in zip(PENS, HEADS, strict=True)
+            ],
+        },
         "origin": [origin.real, origin.imag],
         "box": [left - origin.real, right - origin.real, bottom - origin.imag, top - origin.imag],
         **_scene(scene, origin, far),

@@ -67,43 +67,29 @@ function unit([x, y], [tx, ty]) {
   return size > 0 ? [(tx - x) / size, (ty - y) / size] : [1, 0];
 }
 
-function arrowHead(c, tip, along, size, colour, face = colour) {
-  const back = plus(tip, along, -size * camera.pt), aside = left(along), half = 0.32 * size * camera.pt;
-  area(c, [tip, plus(back, aside, half), plus(back, aside, -half)], face, colour, face === colour ? 0.3 : 0.9);
-}
-
-// A polyline with an arrowhead at its end.
-function arrow(c, path, width = 1.1, colour = theme.ink, size = 6, dash = [], face = colour) {
-  const tip = path[path.length - 1], along = unit(path[path.length - 2], tip);
-  line(c, [...path.slice(0, -1), plus(tip, along, -0.6 * size * camera.pt)], width, colour, dash);
-  arrowHead(c, tip, along, size, colour, face);
-}
-
 // Many straight arrows [start, tip, size of the head or 0], drawn with two paths: that is faster than one by one.
-function arrows(c, vectors, width, colour, dash, face) {
+// The form is that of pictures: `neck` is the end of a line behind its tip, `head` the outline of a head of size 1.
+function arrows(c, vectors, { neck, head }, { width, dash, edge }, colour, face) {
   const heads = [];
   c.beginPath();
   for (const [start, tip, size] of vectors) {
-    const along = unit(start, tip), end = plus(tip, along, -0.6 * size * camera.pt);
+    const along = unit(start, tip), end = plus(tip, along, -neck * size * camera.pt);
     c.moveTo(...start);
     c.lineTo(...end);
-    if (size) heads.push([tip, along, size]);
+    if (size) heads.push([tip, along, left(along), size * camera.pt]);
   }
   c.lineWidth = width * camera.pt;
   c.strokeStyle = colour;
-  c.setLineDash(dash);
+  c.setLineDash(dash.map(part => part * width * camera.pt));
   c.stroke();
   c.beginPath();
-  for (const [tip, along, size] of heads) {
-    const back = plus(tip, along, -size * camera.pt), aside = left(along), half = 0.32 * size * camera.pt;
-    c.moveTo(...tip);
-    c.lineTo(...plus(back, aside, half));
-    c.lineTo(...plus(back, aside, -half));
+  for (const [tip, along, aside, size] of heads) {
+    head.forEach(([x, y], k) => c[k ? "lineTo" : "moveTo"](...plus(plus(tip, along, x * size), aside, y * size)));
     c.closePath();
   }
   c.fillStyle = face;
   c.fill();
-  c.lineWidth = (face === colour ? 0.3 : 0.9) * camera.pt;
+  c.lineWidth = edge * camera.pt;
   c.setLineDash([]);
   c.stroke();
 }

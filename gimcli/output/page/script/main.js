@@ -47,6 +47,7 @@ class App {
     clip.moving = movingAnchors(scene);
     clip.usual = clip.rates.map((_, order) => usual(scene, clip, order));
     clip.rateUnits = this.data.rateUnits;
+    clip.arrows = this.data.arrows;
     clip.longest = this.data.longest * boxSize(this.data.box);
     clip.box = this.data.box;
     clip.ground = floats(raw.design ? raw.design.ground : this.data.ground);

@@ -29,17 +29,16 @@ function drawVectors(c, scene, clip, row, order, pose, place) {
   const long = clip.usual[order], start = 2 * scene.nodes.length * row;
   if (!(long > 0)) return;
   const scale = (clip.longest * camera.whole) / long; // as long as in pictures where the whole drawing is shown
-  const colour = order ? theme.second : theme.first, dash = order ? [5, 3] : [], face = order ? theme.paper : colour;
+  const colour = order ? theme.second : theme.first, face = order ? theme.paper : colour, { short, greatest } = clip.arrows;
   const vectors = [];
   for (const anchor of clip.moving) {
     const [vx, vy] = anchorRate(scene, clip.xy, clip.rates[order], start, anchor);
     const length = scale * Math.hypot(vx, vy), at = pose.place(anchor);
     if (!(length > 1)) continue;
     const tip = [at[0] + scale * vx, at[1] - scale * vy];
-    vectors.push([at, tip, length < 5 * camera.pt ? 0 : Math.min(7, length / camera.pt)]);
+    vectors.push([at, tip, length < short * camera.pt ? 0 : Math.min(greatest, length / camera.pt)]);
   }
-  arrows(c, vectors, 1.4, colour, dash, face);
-  const value = roundBelow(long), y = camera.height - 14 - 20 * place;
-  arrow(c, [[14, y], [14 + scale * value, y]], 1.4, colour, 6, dash, face);
-  text(c, `${KINDS[order]} ${shown(value)} ${raised(clip.rateUnits[order])}`, 22 + scale * value, y);
+  const value = roundBelow(long), y = camera.height - 14 - 20 * place, end = 14 + scale * value;
+  arrows(c, [...vectors, [[14, y], [end, y], greatest]], clip.arrows, clip.arrows.pens[order], colour, face);
+  text(c, `${KINDS[order]} ${shown(value)} ${raised(clip.rateUnits[order])}`, end + 8, y);
 }
