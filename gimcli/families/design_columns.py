@@ -15,11 +15,11 @@ import numpy as np
 
 from gimcli.calculus.dual import Dual
 from gimcli.canonical import TURN, phase
-from gimcli.families.column_names import SOLVED, TYPE, ColumnNames
 from gimcli.families.design_motions import DesignMotions
 from gimcli.families.family import ONE, kernel_name, mode_of
 from gimcli.families.four_bar_type import four_bar_types
 from gimcli.families.position_state import design_number
+from gimcli.families.quantity_text import SOLVED, TYPE, ColumnNames
 from gimcli.mechanism import FRAME, FloatArray, IntArray
 from gimcli.numerics.along import divided
 from gimcli.positions.dispatch import choose, plain

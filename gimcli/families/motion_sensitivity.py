@@ -14,10 +14,9 @@ import numpy as np
 from gimcli.calculus.dual import Dual, first_of
 from gimcli.canonical import TURN
 from gimcli.errors import UsageError
-from gimcli.families.column_names import TYPE, ColumnNames
 from gimcli.families.design_sensitivity import QuantitySlopes
 from gimcli.families.position_state import position_items
-from gimcli.families.quantity_text import KeptQuantity, quantity
+from gimcli.families.quantity_text import TYPE, ColumnNames, KeptQuantity, quantity
 from gimcli.language.arrays import ARRAYS
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.quantities.quantity import Item

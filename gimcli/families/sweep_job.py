@@ -12,14 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gimcli.errors import UsageError
-from gimcli.families.column_names import REACHABLE, TYPE, ColumnNames
 from gimcli.families.design_columns import ColumnsAtRow, DesignColumns
 from gimcli.families.design_motions import DesignMotions
 from gimcli.families.design_table import DesignTable
 from gimcli.families.designs import Designs
 from gimcli.families.family import Family
 from gimcli.families.four_bar_type import LETTERS
-from gimcli.families.quantity_text import KeptQuantity, quantity
+from gimcli.families.quantity_text import REACHABLE, TYPE, ColumnNames, KeptQuantity, quantity
 from gimcli.mechanism import FRAME, FloatArray, IntArray, Mechanism
 from gimcli.progress import Notify
 from gimcli.status import Status

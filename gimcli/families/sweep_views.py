@@ -24,8 +24,7 @@ from gimcli.output.drawing import motion_picture
 from gimcli.output.graph import Axis, Curve, CurveGraph
 from gimcli.output.panels import panel
 from gimcli.output.picture import WIDEST, Picture, Sheet
-from gimcli.quantities.graphs import abscissa
-from gimcli.quantities.motion_table import motion_table
+from gimcli.quantities.motion_table import abscissa, motion_table
 from gimcli.rounding import number
 from gimcli.status import Status
 from gimcli.table import Table

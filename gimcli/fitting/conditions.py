@@ -10,11 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gimcli.calculus.dual import first_of
-from gimcli.families.column_names import REACHABLE, TYPE, ColumnNames
 from gimcli.families.design_columns import DesignColumns
 from gimcli.families.design_motions import DesignMotions
 from gimcli.families.family import Family
-from gimcli.families.quantity_text import quantity
+from gimcli.families.quantity_text import REACHABLE, TYPE, ColumnNames, quantity
 from gimcli.language.arrays import strict
 from gimcli.language.expression import Expression
 from gimcli.mechanism import FloatArray

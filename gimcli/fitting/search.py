@@ -1,4 +1,4 @@
-"""Global search: many starts, of which the better ones are refined further, stage by stage.
+"""Global searches: many starts, of which the better ones are refined further, stage by stage; and for the least goal.
 
 A search may end early: after some seconds, or at Ctrl-C; the best designs are then those found so far.
 """
@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Any
@@ -15,6 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gimcli.fitting.conditions import STEPS, DesignQuantities
+from gimcli.fitting.constrained import constrained_goal
 from gimcli.fitting.least_squares import FitProblem, Trials, joined, refined
 from gimcli.fitting.starts import linear_dimensions, moves, random_designs, starts
 from gimcli.mechanism import FloatArray
@@ -123,3 +125,56 @@ def _in_stages(problem: FitProblem, at: Trials) -> Trials:
     for steps, share in CONSTANTS.stages:
         at = refined(problem, at, steps).best(max(CONSTANTS.least, int(share * len(at))))
     return at
+
+
+@dataclass(frozen=True)
+class GoalSearchConstants:
+    """Constants of the search."""
+
+    batch: int = 1000  # random designs in one call
+    steps: int = 72  # of the motions of random designs
+    improved: int = 12  # best random designs that are improved
+    alike: float = 1e-4  # relative difference of the goals of one minimum
+
+
+GOAL_CONSTANTS = GoalSearchConstants()
+
+
+@dataclass(frozen=True, eq=False)
+class GoalSearchResult:
+    """The best designs of a search, sorted by their goals."""
+
+    designs: FloatArray  # (designs, dimensions) file's units
+    goals: FloatArray  # (designs,)
+    drawn: int  # random designs
+    started: int  # of these, designs that move over the whole law and satisfy the conditions
+
+    def same(self, goal: float) -> int:
+        """Return the number of designs with a goal."""
+        return int(np.sum(np.abs(self.goals - goal) <= GOAL_CONSTANTS.alike * abs(goal)))
+
+
+def goal_search(
+    quantities: DesignQuantities, lower: FloatArray, upper: FloatArray, count: int, seed: int,
+    progress: Callable[[int, int], None], stop: Callable[[], bool],
+) -> GoalSearchResult:  # fmt: skip
+    """Return the designs with the least goals that were found; the same seed gives the same result."""
+    generator, dimensions = np.random.default_rng(seed), len(lower)
+    best, least, drawn, started = np.empty((0, dimensions)), np.empty(0), 0, 0
+    while drawn < count and not (drawn and stop()):
+        size = min(GOAL_CONSTANTS.batch, count - drawn)
+        designs = random_designs(lower, upper, size, generator)
+        goals = quantities.admitted_goals(designs, GOAL_CONSTANTS.steps)
+        drawn, started = drawn + size, started + int(np.isfinite(goals).sum())
+        best, least = _least(np.concatenate((best, designs)), np.concatenate((least, goals)), GOAL_CONSTANTS.improved)
+        progress(drawn, count)
+    improved = [constrained_goal(quantities, design, lower, upper) for design in best if not stop()]
+    every = np.concatenate((best, np.reshape(improved, (-1, dimensions))))
+    goals = quantities.admitted_goals(every, STEPS) if len(every) else least
+    return GoalSearchResult(*_least(every, goals, len(every)), drawn, started)
+
+
+def _least(designs: FloatArray, goals: FloatArray, count: int) -> tuple[FloatArray, FloatArray]:
+    """Return the designs with the least goals, and these; designs without a goal are left out."""
+    order = np.argsort(goals, kind="stable")[: min(count, int(np.isfinite(goals).sum()))]
+    return designs[order], goals[order]

@@ -12,9 +12,8 @@ from gimcli.mechanism import IntArray, Mechanism
 from gimcli.motion.motion import Motion
 from gimcli.progress import Notify
 from gimcli.quantities.coordinates import MemberTurning, PointVector, RowValue
-from gimcli.quantities.motion_table import motion_table, usual
+from gimcli.quantities.motion_table import Record, motion_table, usual
 from gimcli.quantities.quantity import Quantity
-from gimcli.quantities.record import Record
 from gimcli.quantities.state import ApartError, MotionState, Needs
 from gimcli.rates.member_angles import Angles, in_rows
 from gimcli.table import Column, Table
@@ -138,7 +137,7 @@ class Extras:
         if not self.plans:
             return []
         from gimcli.graphs.plots import drawn
-        from gimcli.quantities.graphs import abscissa
+        from gimcli.quantities.motion_table import abscissa
 
         columns, across = self.kept, abscissa(motion)
         return [drawn(plan, columns, across, events) for plan in self.plans]

@@ -15,7 +15,7 @@ from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.motion.motion import Motion
 from gimcli.motion.summary import occurrences
 from gimcli.output.animation import Animation, Clip, Graph, Moment, shown_rows
-from gimcli.quantities.graphs import abscissa
+from gimcli.quantities.motion_table import abscissa
 from gimcli.rates.member_angles import Angles, in_rows
 from gimcli.rounding import at_inputs, number, titled
 from gimcli.status import Status

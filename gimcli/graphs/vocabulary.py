@@ -25,8 +25,8 @@ from gimcli.nearest import guess
 from gimcli.output.graph import EQUAL, ORDINARY, POLAR
 from gimcli.quantities.catalogue import LISTED, catalogue
 from gimcli.quantities.forces import no_forces
-from gimcli.quantities.graphs import MEMBER_QUANTITIES, POINT_QUANTITIES
 from gimcli.quantities.kinds import KINDS
+from gimcli.quantities.motion_table import MEMBER_QUANTITIES, POINT_QUANTITIES
 from gimcli.quantities.quantity import Item
 
 TEXTS = ("status", "friction.state")

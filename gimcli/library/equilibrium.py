@@ -296,7 +296,7 @@ class EquilibriumResult(Result):
 
     def picture(self) -> Content | None:
         """Return potential and effort over the input, and the mechanism in each equilibrium."""
-        from gimcli.output.numbered_positions import equilibrium_picture
+        from gimcli.output.circuits import equilibrium_picture
 
         return equilibrium_picture(self.mechanism, self._found, self.headline())
 

@@ -16,10 +16,9 @@ from gimcli.errors import ModelError, StructureError, UsageError
 from gimcli.families.family import Family
 from gimcli.fitting.conditions import DesignQuantities
 from gimcli.fitting.constrained import under_conditions
-from gimcli.fitting.goal_search import goal_search
 from gimcli.fitting.least_squares import FitProblem, Trials, undetermined
 from gimcli.fitting.motion_quantity import LawQuantity, MotionQuantity, varied_ends
-from gimcli.fitting.search import CONSTANTS, SearchResult, SearchStop, search
+from gimcli.fitting.search import CONSTANTS, SearchResult, SearchStop, goal_search, search
 from gimcli.fitting.starts import periodic_dimensions
 from gimcli.fitting.targets import FREE, TURN
 from gimcli.library.fit_result import FitCounts, FitResult, GoalResult

@@ -28,7 +28,7 @@ from gimcli.motion.summary import events, reachable
 from gimcli.positions.inputs import law_inputs
 from gimcli.positions.options import Options
 from gimcli.progress import Notify, Phases, no_phases
-from gimcli.quantities.graphs import input_or_time, motion_events
+from gimcli.quantities.motion_table import input_or_time, motion_events
 from gimcli.quantities.state import MotionState, State
 from gimcli.rates.member_angles import LawAngles
 from gimcli.rounding import greatest, input_value, number

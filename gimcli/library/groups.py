@@ -17,8 +17,8 @@ from gimcli.structure.mobility import assembled, require_driven
 from gimcli.structure.plan import make_plan
 
 if TYPE_CHECKING:
-    from gimcli.output.groups import Box, BoxJoint
     from gimcli.output.picture import Content
+    from gimcli.output.structure import Box, BoxJoint
 
 NAMED = 4
 """Largest number of links that the legend names."""
@@ -74,8 +74,8 @@ class GroupsResult(Result):
 
     def picture(self) -> Content:
         """Return the mechanism coloured by groups, and the groups as boxes, each below those that it is joined to."""
-        from gimcli.output.groups import coloured_picture, formation_picture
         from gimcli.output.picture import Sheet
+        from gimcli.output.structure import coloured_picture, formation_picture
 
         mechanism, boxes = self.mechanism, self._boxes()
         found = assembled(mechanism)
@@ -85,7 +85,7 @@ class GroupsResult(Result):
 
     def _boxes(self) -> list[Box]:
         """Return the frame and the groups, with their names for the legend and their lines in the diagram."""
-        from gimcli.output.groups import Box
+        from gimcli.output.structure import Box
 
         found, boxes = self._found, [Box(0, (f"0: {self._found.links[FRAME]}",), 0)]
         for k, (group, layer, formula) in enumerate(
@@ -101,7 +101,7 @@ class GroupsResult(Result):
 
     def _joints(self) -> list[BoxJoint]:
         """Return the pairs between the boxes."""
-        from gimcli.output.groups import BoxJoint
+        from gimcli.output.structure import BoxJoint
 
         found, joints = self._found, list[BoxJoint]()
         box_of = {link: k for k, group in enumerate(found.groups, start=1) for link in group.links} | {FRAME: 0}

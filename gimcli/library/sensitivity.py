@@ -10,7 +10,6 @@ import numpy as np
 
 from gimcli.canonical import principal
 from gimcli.errors import UsageError
-from gimcli.families.column_names import ColumnNames
 from gimcli.families.design_columns import DesignColumns
 from gimcli.families.design_motions import DesignMotions
 from gimcli.families.design_sensitivity import DesignSensitivity, QuantitySlopes, moves_nodes
@@ -18,6 +17,7 @@ from gimcli.families.designs import Designs
 from gimcli.families.family import Family
 from gimcli.families.motion_sensitivity import MotionNumber, motion_number
 from gimcli.families.position_state import PositionState, position_items
+from gimcli.families.quantity_text import ColumnNames
 from gimcli.families.tolerances import DEVIATIONS, SampledSpread, drawn, sampled_spread
 from gimcli.library.inputs import MOST_STEPS, Jit, OneOf, Range, Seed, Steps, inputs_of, refuse_linked
 from gimcli.library.machines import accepted, driven_machines, for_each_machine, names_of

@@ -106,7 +106,7 @@ class SequenceResult(Result):
 
     def picture(self) -> Content:
         """Return the position with numbered moves, coloured by group, and the table of the moves."""
-        from gimcli.output.sequence import DrawnMove, MoveGroup, sequence_sheet
+        from gimcli.output.structure import DrawnMove, MoveGroup, sequence_sheet
 
         mechanism, groups, first = self.mechanism, list[MoveGroup](), 1
         for group in (group for group in self._found if group.steps):

@@ -142,7 +142,7 @@ class SingularitiesResult(Result):
     def picture(self) -> Content:
         """Return the numbered positions and the curves of the traced points."""
         from gimcli.branching.resampling import along
-        from gimcli.output.numbered_positions import singular_picture
+        from gimcli.output.circuits import singular_picture
         from gimcli.output.pose import Shown
         from gimcli.structure.carried import carried_point
 

@@ -13,11 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gimcli.errors import UsageError
-from gimcli.families.design_table import design_table, listed_designs
+from gimcli.families.design_table import POINTS, design_table, listed_designs
 from gimcli.families.family import ONE, kernel_name, mode_of
 from gimcli.families.grid import contents_hash, model_hash
 from gimcli.families.quantity_text import texts_of
-from gimcli.families.sampling import POINTS
 from gimcli.families.sweep_job import SweepJob, chunk_size, default_keep
 from gimcli.families.sweep_run import SweepRun
 from gimcli.families.sweep_tables import SweepTables

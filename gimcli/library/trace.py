@@ -294,7 +294,7 @@ class MotionTraceResult(TraceResult):
 
     def graphs(self) -> list[CurveGraph]:
         """Return the graphs of `plot` as data."""
-        from gimcli.quantities.graphs import motion_events
+        from gimcli.quantities.motion_table import motion_events
 
         return self._found.extras.graphs(self._motion, motion_events(self._motion))
 

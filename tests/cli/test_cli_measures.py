@@ -21,8 +21,8 @@ from gimcli.output.graph import graph_of
 from gimcli.output.panels import panel
 from gimcli.output.vectors import PENS, Arrows, Field
 from gimcli.positions.options import Options
-from gimcli.quantities.graphs import abscissa
 from gimcli.quantities.kinds import KINDS
+from gimcli.quantities.motion_table import abscissa
 from gimcli.rates.derivatives import instant, law_time
 from gimcli.table import Column, Table
 

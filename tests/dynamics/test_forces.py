@@ -23,7 +23,7 @@ from gimcli.kernels.jit import compiled
 from gimcli.motion.motion import trace
 from gimcli.motion.solve import solve
 from gimcli.positions.options import Options
-from gimcli.quantities.graphs import input_or_time
+from gimcli.quantities.motion_table import input_or_time
 from gimcli.rates.derivatives import rates
 from gimcli.structure.steps import NONE
 

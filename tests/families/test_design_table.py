@@ -7,8 +7,7 @@ import pytest
 from scipy.stats import kstest, norm, qmc
 
 from gimcli import UsageError
-from gimcli.families.design_table import design_table
-from gimcli.families.sampling import permuted
+from gimcli.families.design_table import design_table, permuted
 from gimcli.families.variation import varied
 
 

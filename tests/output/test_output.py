@@ -22,7 +22,7 @@ from gimcli.output.curves import drawn_runs, thinned
 from gimcli.output.drawing import history_picture, motion_picture, position_picture
 from gimcli.output.pose import MOST_KEYS
 from gimcli.output.scene import FLAT, Scene
-from gimcli.output.sequence import DrawnMove, MoveGroup, sequence_picture
+from gimcli.output.structure import DrawnMove, MoveGroup, sequence_picture
 from gimcli.output.style import HATCH, curve_pen
 from gimcli.structure.convex_hull import convex_hull
 from gimcli.table import Column, Table

@@ -18,7 +18,7 @@ from gimcli.quantities import area as sweeping_area
 from gimcli.quantities.area import swept_area, union_area
 from gimcli.quantities.centre import instant_centre
 from gimcli.quantities.kinds import KINDS, quantities_of
-from gimcli.quantities.record import Record
+from gimcli.quantities.motion_table import Record
 from gimcli.quantities.state import MotionState
 from gimcli.rates.path_derivatives import PathDerivatives, input_path
 from gimcli.status import Status
