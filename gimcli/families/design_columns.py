@@ -21,9 +21,8 @@ from gimcli.families.four_bar_type import four_bar_types
 from gimcli.families.position_state import design_number
 from gimcli.families.quantity_text import SOLVED, TYPE, ColumnNames
 from gimcli.mechanism import FRAME, FloatArray, IntArray
-from gimcli.numerics.along import divided
 from gimcli.positions.dispatch import choose, plain
-from gimcli.positions.inputs import scales
+from gimcli.positions.inputs import divided, scales
 from gimcli.quantities.catalogue import catalogue
 from gimcli.quantities.forces import ForceQuantity
 from gimcli.quantities.quantity import Item

@@ -25,10 +25,9 @@ from gimcli.mechanism import FRAME, BoolArray, ComplexArray, FloatArray, IntArra
 from gimcli.motion.assemble import Assembler
 from gimcli.motion.motion import trace
 from gimcli.motion.solve import moved, settled, start_position
-from gimcli.numerics.along import divided
 from gimcli.positions.block import NEW, RowBlock
 from gimcli.positions.dispatch import choose, plain
-from gimcli.positions.inputs import law_inputs, scales
+from gimcli.positions.inputs import divided, law_inputs, scales
 from gimcli.positions.newton import Accuracy, NewtonConstants
 from gimcli.positions.options import Options
 from gimcli.positions.program import plan_program

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gimcli.mechanism import BoolArray, ComplexArray, FloatArray, IntArray, Mechanism
-from gimcli.numerics.along import divided
+from gimcli.positions.inputs import divided, nearest_turns, pace
 from gimcli.status import Status
 from gimcli.structure.residual import allowed, residual
 
@@ -102,8 +102,6 @@ class SwitchingState:
         return self._take(first.z) if status is Status.OK else status
 
     def _from_drawn(self, inputs: FloatArray) -> ComplexArray | None:
-        from gimcli.positions.inputs import nearest_turns, pace
-
         sweeper = self.sweeper
         begin = nearest_turns(sweeper.mechanism, sweeper.mechanism.drawn_inputs, inputs)
         turns = pace(sweeper.mechanism, np.stack([begin, inputs], axis=1))

@@ -26,7 +26,7 @@ from gimcli.library.trace import MotionTraceResult, trace
 from gimcli.mechanism import FRAME, FloatArray, IntArray, Mechanism
 from gimcli.model.edited_text import written_with
 from gimcli.model.read import read_text
-from gimcli.numerics.along import divided
+from gimcli.positions.inputs import divided
 from gimcli.quantities.kinds import quantities_of
 from gimcli.quantities.quantity import Item
 

@@ -18,8 +18,7 @@ from itertools import pairwise
 import numpy as np
 
 from gimcli.mechanism import FloatArray, IntArray, Mechanism
-from gimcli.numerics.along import bisected, divided
-from gimcli.positions.inputs import InputLine, input_line, law_inputs, law_times, line_through, pace, scales
+from gimcli.positions.inputs import InputLine, divided, input_line, law_inputs, law_times, line_through, pace, scales
 from gimcli.structure.derived import derived
 
 DWELL = 8.0 * float(np.finfo(float).eps)
@@ -98,6 +97,8 @@ class Leg:
 
     def time_at(self, s: float) -> float:
         """Return the first time of the leg at which it reaches a coordinate."""
+        from gimcli.numerics.along import bisected
+
         begin, end = self.places(np.array([self.first, self.last])).tolist()
         if not begin < s <= end:
             return self.first if begin >= s else self.last

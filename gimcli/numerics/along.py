@@ -37,13 +37,6 @@ def lagrange(nodes: Sequence[float], time: float) -> list[float]:
     return [math.prod((time - b) / (a - b) for b in nodes if b != a) for a in nodes]
 
 
-def divided(values: FloatArray, parts: NDArray[np.int64]) -> FloatArray:
-    """Return values (..., rows) with each step divided into `parts` (rows - 1,); the given values stay exact."""
-    row = np.repeat(np.arange(len(parts)), parts)
-    share = (np.arange(len(row)) - (np.cumsum(parts) - parts)[row]) / parts[row]
-    return np.concatenate([values[..., row] + share * np.diff(values)[..., row], values[..., -1:]], axis=-1)
-
-
 HALVINGS = 60
 """Most bisections: more than the binary digits of a number."""
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from gimcli.canonical import beside, first_greatest
 from gimcli.input_laws import ConstantLaw
-from gimcli.mechanism import FloatArray, Mechanism
+from gimcli.mechanism import FloatArray, IntArray, Mechanism
 
 Inputs = Callable[[FloatArray], FloatArray]
 """Returns inputs (actuators, rows) at times (rows,); also valid slightly beyond the ends of the motion."""
@@ -173,3 +173,10 @@ def turns_until_repeated(mechanism: Mechanism) -> int | None:
                 return None
             turns = int(np.lcm(turns, found.denominator))
     return turns
+
+
+def divided(values: FloatArray, parts: IntArray) -> FloatArray:
+    """Return values (..., rows) with each step divided into `parts` (rows - 1,); the given values stay exact."""
+    row = np.repeat(np.arange(len(parts)), parts)
+    share = (np.arange(len(row)) - (np.cumsum(parts) - parts)[row]) / parts[row]
+    return np.concatenate([values[..., row] + share * np.diff(values)[..., row], values[..., -1:]], axis=-1)

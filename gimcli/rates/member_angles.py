@@ -14,8 +14,7 @@ import numpy as np
 
 from gimcli.canonical import phase
 from gimcli.mechanism import FRAME, BoolArray, ComplexArray, FloatArray, IntArray, Mechanism
-from gimcli.numerics.along import divided
-from gimcli.positions.inputs import law_inputs, scales
+from gimcli.positions.inputs import divided, law_inputs, scales
 
 if TYPE_CHECKING:
     from gimcli.motion.motion import Motion
