@@ -116,34 +116,51 @@ class LoopType:
 
 def loop_type(mechanism: Mechanism, chain: KinematicChain, loop: LinkLoop, z: ComplexArray, first: int) -> LoopType:
     """Return the type of a loop at a position z (nodes,); `first` is the input link, if it is next to the frame."""
-    if loop.kinds == "RRRR":
-        return _four_bar(mechanism, chain, loop if loop.links[1] == first else loop.backwards, z)
-    if loop.kinds in ("RRRP", "PRRR"):
-        return _slider_crank(mechanism, chain, loop if loop.kinds == "RRRP" else loop.backwards, z)
-    if loop.kinds in ("RRPR", "RPRR"):
-        return _inverted(mechanism, chain, loop if loop.kinds == "RRPR" else loop.backwards, z)
-    for own in (loop, loop.backwards):
+    frame = chain.links[FRAME] if mechanism.floating else "frame"
+    ahead = loop.links[1] == first or loop.kinds != "RRRR"
+    for own in (loop, loop.backwards) if ahead else (loop.backwards, loop):
+        names = [frame if link == FRAME else chain.links[link] for link in own.links]
+        if own.kinds in TYPES:
+            return TYPES[own.kinds](mechanism, own, names, z)
         if own.kinds in SLIDERS:
-            name, kind = SLIDERS[own.kinds]
-            return LoopType(own, name, kind, {})
+            return LoopType(own, *SLIDERS[own.kinds], {})
     return LoopType(loop, f"loop {loop.kinds}", "", {})
 
 
-def _four_bar(mechanism: Mechanism, chain: KinematicChain, loop: LinkLoop, z: ComplexArray) -> LoopType:
-    a, b, c, d = (joint.node for joint in loop.joints)
-    ends = (d, a), (a, b), (b, c), (c, d)
-    frame, first, coupler, second = (_length(mechanism, link, *e, z) for link, e in zip(loop.links, ends, strict=True))
-    lengths = frame, first, coupler, second
-    found = FourBar(lengths, crossed=cross(*(complex(z[node]) for node in (d, a, b, c))))
-    names = _names(mechanism, chain, loop)
+def _four_bar(mechanism: Mechanism, loop: LinkLoop, names: list[str], z: ComplexArray) -> LoopType:
+    frame, first, coupler, second = lengths = _lengths(mechanism, loop, z)
+    a, b, c, d = (complex(z[joint.node]) for joint in loop.joints)
+    found = FourBar((frame, first, coupler, second), crossed=cross(d, a, b, c))
     return LoopType(loop, "four-bar linkage", found.kind, dict(zip(names, lengths, strict=True)), found)
 
 
-def _length(mechanism: Mechanism, link: int, a: int, b: int, z: ComplexArray) -> float:
-    """Return the distance of two nodes of a link: of a member its own, which the position may not satisfy."""
-    if link < len(mechanism.members) and {a, b} <= set(mechanism.members[link].nodes):
-        return abs(mechanism.members[link].reach(a, b))
-    return float(abs(z[b] - z[a]))
+def _slider_crank(mechanism: Mechanism, loop: LinkLoop, names: list[str], z: ComplexArray) -> LoopType:
+    _, crank, rod, _ = _lengths(mechanism, loop, z)
+    found = SliderCrank(crank, rod, _offset(mechanism, loop, loop.joints[3], z))
+    return LoopType(loop, found.name, found.kind, {names[1]: crank, names[2]: rod, "offset": found.offset})
+
+
+def _inverted(mechanism: Mechanism, loop: LinkLoop, names: list[str], z: ComplexArray) -> LoopType:
+    frame, crank, _, _ = _lengths(mechanism, loop, z)
+    found = InvertedSliderCrank(frame, crank, _offset(mechanism, loop, loop.joints[2], z))
+    sizes = {names[0]: frame, names[1]: crank, "offset": found.offset}
+    # the stroke of a linear actuator, not its dimensions, limits the motion
+    kind = found.kind if loop.joints[2].slides else "a linear actuator swings the crank"
+    return LoopType(loop, "inverted slider-crank", kind, sizes)
+
+
+TYPES = {"RRRR": _four_bar, "RRRP": _slider_crank, "RRPR": _inverted}
+"""Types that depend on dimensions, by the kinds of the joints."""
+
+
+def _lengths(mechanism: Mechanism, loop: LinkLoop, z: ComplexArray) -> list[float]:
+    """Return the distance of the nodes of each link's two joints: of a member its own, else at the position."""
+    lengths = []
+    for link, first, second in zip(loop.links, (loop.joints[-1], *loop.joints), loop.joints, strict=False):
+        a, b = first.node, second.node
+        own = link < len(mechanism.members) and {a, b} <= set(mechanism.members[link].nodes)
+        lengths.append(abs(mechanism.members[link].reach(a, b)) if own else float(abs(z[b] - z[a])))
+    return lengths
 
 
 def cross(d: complex, a: complex, b: complex, c: complex) -> bool:
@@ -157,42 +174,14 @@ def cross(d: complex, a: complex, b: complex, c: complex) -> bool:
     return links or bars
 
 
-def _slider_crank(mechanism: Mechanism, chain: KinematicChain, loop: LinkLoop, z: ComplexArray) -> LoopType:
-    pivot, pin, end = (joint.node for joint in loop.joints[:3])
-    crank_length, rod_length = (
-        _length(mechanism, link, *ends, z)
-        for link, ends in zip(loop.links[1:3], ((pivot, pin), (pin, end)), strict=True)
-    )
-    offset = abs(_height(mechanism, loop.joints[3], complex(z[pivot]), complex(z[end]), z))
-    found = SliderCrank(crank_length, rod_length, offset)
-    crank, rod = _names(mechanism, chain, loop)[1:3]
-    return LoopType(loop, found.name, found.kind, {crank: found.crank, rod: found.rod, "offset": found.offset})
-
-
-def _inverted(mechanism: Mechanism, chain: KinematicChain, loop: LinkLoop, z: ComplexArray) -> LoopType:
-    pivot, pin, hinge = (loop.joints[k].node for k in (0, 1, 3))
-    offset = abs(_height(mechanism, loop.joints[2], complex(z[hinge]), complex(z[pin]), z))
-    base, arm = (_length(mechanism, loop.links[k], pivot, end, z) for k, end in ((0, hinge), (1, pin)))
-    found = InvertedSliderCrank(base, arm, offset)
-    frame, crank = _names(mechanism, chain, loop)[:2]
-    sizes = {frame: found.frame, crank: found.crank, "offset": found.offset}
-    if not loop.joints[2].slides:  # its stroke, not its dimensions, limits the motion
-        return LoopType(loop, "inverted slider-crank", "a linear actuator swings the crank", sizes)
-    return LoopType(loop, "inverted slider-crank", found.kind, sizes)
-
-
-def _height(mechanism: Mechanism, pair: Joint, a: complex, b: complex, z: ComplexArray) -> float:
-    """Return the distance of b from the line through a along a prismatic pair."""
+def _offset(mechanism: Mechanism, loop: LinkLoop, pair: Joint, z: ComplexArray) -> float:
+    """Return the distance of the revolute joints beside a prismatic pair across its direction."""
     if pair.slides:
         row = mechanism.slides[pair.slides[0]]
         along = complex(row.along * pose(mechanism, row.guide, z[:, None])[1][0])
     else:
         run = complex(z[pair.nodes[1]] - z[pair.node])
         along = run / abs(run)
-    return (along.conjugate() * (b - a)).imag
-
-
-def _names(mechanism: Mechanism, chain: KinematicChain, loop: LinkLoop) -> list[str]:
-    """Return the names of the links of a loop; the frame's is "frame" unless it is a member of the file."""
-    frame = chain.links[FRAME] if mechanism.floating else "frame"
-    return [frame if link == FRAME else chain.links[link] for link in loop.links]
+    place = loop.joints.index(pair)
+    before, after = loop.joints[place - 1].node, loop.joints[(place + 1) % len(loop.joints)].node
+    return abs((along.conjugate() * complex(z[after] - z[before])).imag)
