@@ -9,12 +9,12 @@ highest contour (a link with n pairs, or a closed loop of n links, has class n).
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from itertools import permutations
+from itertools import accumulate, permutations
 
 from gimcli.errors import StructureError
 from gimcli.mechanism import FRAME, Mechanism
 from gimcli.structure.dulmage_mendelsohn import split
-from gimcli.structure.joints import CYLINDER, PRISMATIC, REVOLUTE, TRAVEL, TURNLESS, Joint, joints
+from gimcli.structure.joints import CYLINDER, PRISMATIC, REVOLUTE, TRAVEL, TURN, TURNLESS, Joint, joints
 from gimcli.structure.kinematic_chain import Links
 from gimcli.structure.steps import NONE
 
@@ -33,7 +33,7 @@ class LowerPairs:
 
     links: tuple[str, ...]
     pairs: tuple[Joint, ...]  # of two links each
-    turns: tuple[tuple[int, tuple[int, ...]], ...]  # actuator or NONE, and the two links of every angle
+    turns: tuple[Joint, ...]  # fixed angles and inputs that are angles
     rams: dict[int, int]  # {link: actuator} of the links whose length is an input
     pins: frozenset[int]  # links that are only pins
 
@@ -57,9 +57,8 @@ def lower_pairs(mechanism: Mechanism) -> LowerPairs:
             hub = links.add(joint.name)
             pins |= {hub}
         pairs += [replace(joint, bodies=(hub, link)) for link in joint.bodies if link != hub]
-    turns = [(NONE, joint.bodies) for joint in joints(mechanism) if joint.kind == TURNLESS]
-    turns += [(k, actuator.members) for k, actuator in enumerate(mechanism.actuators) if actuator.rotary]
-    return LowerPairs(tuple(links.names), tuple(pairs), tuple(turns), rams, pins)
+    turns = tuple(joint for joint in joints(mechanism) if joint.kind in (TURNLESS, TURN))
+    return LowerPairs(tuple(links.names), tuple(pairs), turns, rams, pins)
 
 
 @dataclass(frozen=True)
@@ -153,35 +152,29 @@ def formation(mechanism: Mechanism) -> Formation:
 
 def _rows(parts: LowerPairs) -> dict[int, list[int]]:
     """Return the numbers of the freedoms of every moving link: x, y and an angle (a pin has no angle)."""
-    ends: dict[int, list[int]] = {}
-    count = 0
-    for link in range(1, len(parts.links)):
-        freedoms = 2 if link in parts.pins else 3
-        ends[link] = list(range(count, count + freedoms))
-        count += freedoms
-    return ends
+    sizes = [2 if link in parts.pins else 3 for link in range(1, len(parts.links))]
+    starts = accumulate(sizes, initial=0)
+    return {link: list(range(k, k + size)) for link, (k, size) in enumerate(zip(starts, sizes, strict=False), start=1)}
+
+
+BOUND: dict[str, tuple[tuple[int, ...], ...]] = {
+    REVOLUTE: ((0, 2), (1, 2)), PRISMATIC: ((0, 1, 2), (2,)), TURNLESS: ((2,),), TURN: (),
+}  # fmt: skip
+"""Freedoms of both links (0 and 1 are x and y, 2 is the angle) in each constraint of a joint."""
+
+DRIVEN = {PRISMATIC: (0, 1, 2), TURN: (2,)}
+"""Those in the constraint of an input."""
 
 
 def _constraints(parts: LowerPairs, ends: dict[int, list[int]]) -> tuple[list[list[int]], dict[int, int]]:
     """Return the freedoms in each constraint, and {constraint: actuator} of those that are inputs."""
-    columns: list[list[int]] = []
-    drivers: dict[int, int] = {}
-
-    def bound(axes: tuple[int, ...], *links: int) -> list[int]:
-        return [ends[k][axis] for k in links if k != FRAME for axis in axes if axis < len(ends[k])]
-
-    for pair in parts.pairs:
-        if pair.kind == REVOLUTE:
-            columns += [bound((0, 2), *pair.bodies), bound((1, 2), *pair.bodies)]
-        else:
-            columns += [bound((0, 1, 2), *pair.bodies), bound((2,), *pair.bodies)]
-            if pair.actuator != NONE:
-                drivers[len(columns)] = pair.actuator
-                columns.append(bound((0, 1, 2), *pair.bodies))
-    for actuator, bodies in parts.turns:
-        if actuator != NONE:
-            drivers[len(columns)] = actuator
-        columns.append(bound((2,), *bodies))
+    columns, drivers = list[list[int]](), dict[int, int]()
+    for joint in (*parts.pairs, *parts.turns):
+        own, held = [ends[k] for k in joint.bodies if k != FRAME], BOUND[joint.kind]
+        if joint.actuator != NONE:
+            drivers[len(columns) + len(held)] = joint.actuator
+            held = (*held, DRIVEN[joint.kind])
+        columns += [[link[axis] for link in own for axis in axes if axis < len(link)] for axes in held]
     return columns, drivers
 
 

@@ -23,8 +23,11 @@ GOOD_CROSSING = 0.2
 
 
 class Directions:
-    """The members whose directions are known: by rotation classes, as vectors."""
+    """The nodes that are placed, and the members whose directions are known: by rotation classes, as vectors."""
 
+    mechanism: Mechanism
+    kinematic: tuple[tuple[int, ...], ...]
+    placed: set[int]
     rotation: Rotation
     direction: dict[int, Vector]  # e^(i phi) of a rotation class
 
@@ -36,6 +39,24 @@ class Directions:
         """Return e^(i phi) of a member as a vector; None while its direction is unknown."""
         known = self.direction.get(self.rotation.of[member])
         return known.times(self.rotation.phase[member]) if known is not None else None
+
+    def anchor(self, member: int) -> int | None:
+        """Return a placed node of a member; None if it has none."""
+        return next((n for n in self.kinematic[member] if n in self.placed), None)
+
+    def span(self, member: int) -> tuple[int, int, complex] | None:
+        """Return the first two placed nodes of a member and the vector between them in its own frame; None without."""
+        u, v, *_ = (*(n for n in self.kinematic[member] if n in self.placed), NONE, NONE)
+        return None if v == NONE else (u, v, self.mechanism.members[member].reach(u, v))
+
+    def turned_by(self, row: ImposedRow) -> Iterator[tuple[int, int, Vector, tuple[complex, int, int]]]:
+        """Yield the member that an angle turns, the other, its direction, and factor, actuator, sense of the turn."""
+        (arm, reference), number = row.members, row.value.actuator
+        ratio = row.reference / row.arm
+        for free, known, factor, sense in ((arm, reference, ratio, 1), (reference, arm, 1.0 / ratio, -1)):
+            source = None if self.is_turned(free) else self.source(known)
+            if source is not None:
+                yield free, known, source, (factor, number, sense)
 
 
 class Layout(Directions):
@@ -109,20 +130,6 @@ class Layout(Directions):
                 if self.is_turned(member):
                     self.near.update(n for n in self.kinematic[member] if n in self.missing)
 
-    # -- members -------------------------------------------------------------------
-
-    def anchor(self, member: int) -> int | None:
-        """Return a placed node of a member; None if it has none."""
-        return next((n for n in self.mechanism.members[member].nodes if n in self.placed), None)
-
-    def local(self, member: int, node: int) -> complex:
-        """Return the coordinates of a node in a member's own frame."""
-        return self.mechanism.members[member].local(node)
-
-    def reach(self, member: int, a: int, b: int) -> complex:
-        """Return the vector from node a to node b in a member's own frame."""
-        return self.mechanism.members[member].reach(a, b)
-
     # -- steps ----------------------------------------------------------------------
 
     def place(self, node: int, anchor: int, vector: Vector) -> None:
@@ -160,34 +167,21 @@ class Layout(Directions):
         changed = False
         members, self.turnable = sorted(self.turnable), set()
         for index in members:
-            if index != FRAME and not self.is_turned(index):
-                pair = [n for n in self.mechanism.members[index].nodes if n in self.placed][:2]
-                if len(pair) == 2:
-                    u, v = pair
-                    self.orient(index, Vector(1.0 / (self.reach(index, u, v)), u, v))
-                    changed = True
+            span = None if index == FRAME or self.is_turned(index) else self.span(index)
+            if span is not None:
+                self.orient(index, Vector(1.0 / span[2], *span[:2]))
+                changed = True
         for row in self.drives.copy():
-            changed |= self._drive(row)
+            for free, _, known, turn in self.turned_by(row):
+                self.drives.remove(row)
+                vector = known.driven(*turn)
+                if vector is None:  # a vector has one actuator only: store the direction in a register
+                    register = self.register()
+                    self.steps.append(Orient(register, known))
+                    vector = Vector(turn[0], register=register, actuator=turn[1], turn=turn[2])
+                self.orient(free, vector)
+                changed = True
         return changed
-
-    def _drive(self, row: ImposedRow) -> bool:
-        (arm, reference), number = row.members, row.value.actuator
-        ratio = row.reference / row.arm
-        known, free, factor, turn = self.source(reference), arm, ratio, 1
-        if known is None:
-            known, free, factor, turn = self.source(arm), reference, 1.0 / ratio, -1
-        if known is None:
-            return False
-        self.drives.remove(row)
-        if self.is_turned(free):
-            return False
-        vector = known.driven(factor, number, turn)
-        if vector is None:  # a vector has one actuator only: store the direction in a register
-            register = self.register()
-            self.steps.append(Orient(register, known))
-            vector = Vector(factor, register=register, actuator=number, turn=turn)
-        self.orient(free, vector)
-        return True
 
     def _carry_nodes(self) -> bool:
         changed = False
@@ -199,7 +193,7 @@ class Layout(Directions):
             if index == FRAME or source is None or anchor is None:
                 continue
             for node in [n for n in self.kinematic[index] if n not in self.placed]:
-                reach = self.reach(index, anchor, node)
+                reach = self.mechanism.members[index].reach(anchor, node)
                 self.place(node, anchor, source.times(reach))
                 changed = True
             later = {k for k in self.carriable if k > index}
@@ -231,7 +225,7 @@ class Layout(Directions):
         a = self.anchor(slide.guide)
         if a is None:
             return None
-        e = slide.height(self.local(slide.guide, a))
+        e = slide.height(self.mechanism.members[slide.guide].local(a))
         if slide.node in self.placed:
             return a, slide.node, e
         group = self.rotation.of[slide.guide]
@@ -239,7 +233,7 @@ class Layout(Directions):
             b = self.anchor(body)
             if self.rotation.of[body] == group and b is not None:
                 turn = self.rotation.phase[body] / self.rotation.phase[slide.guide]
-                reach = self.reach(body, b, slide.node) * turn
+                reach = self.mechanism.members[body].reach(b, slide.node) * turn
                 return a, b, e - (slide.normal.conjugate() * reach).real
         return None
 
@@ -275,7 +269,7 @@ class Layout(Directions):
                 continue
             for other in self.kinematic[body]:  # a translating member shifts the loci of its other nodes
                 if other != node:
-                    yield from self.own_loci(other, source.times(self.reach(body, other, node)))
+                    yield from self.own_loci(other, source.times(self.mechanism.members[body].reach(other, node)))
             yield from self._carried_lines(node, body, source)
 
     def own_loci(self, node: int, offset: Vector | None) -> Iterator[Locus]:
@@ -284,7 +278,7 @@ class Layout(Directions):
         for body in self.members[node]:
             centre = self.anchor(body)
             if centre is not None and not self.is_turned(body):
-                radius = abs(self.reach(body, centre, node))
+                radius = abs(self.mechanism.members[body].reach(centre, node))
                 yield Circle(mechanism.members[body].name, centre, Value(radius), offset)
         for row in self.rows_at.get(node, []):
             locus = self._line(row, offset) if row.kind == HEIGHT else self._span(row, node, offset)
@@ -299,14 +293,14 @@ class Layout(Directions):
         source, anchor = self.source(row.guide), self.anchor(row.guide)
         if source is None or anchor is None:
             return None
-        height = row.height(self.local(row.guide, anchor))
+        height = row.height(self.mechanism.members[row.guide].local(anchor))
         return Line(row.name, anchor, source.times(row.normal), row.value.plus(height), offset)
 
     def _carried_lines(self, node: int, body: int, source: Vector) -> Iterator[Line]:
         """Yield the loci of a node of a translating member from placed nodes that slide on its lines."""
         for row in self.rows_on.get(body, []):
             if row.node in self.placed:
-                height = row.height(self.local(body, node))
+                height = row.height(self.mechanism.members[body].local(node))
                 value = Value(-height, row.value.actuator, -row.value.gain)
                 yield Line(row.name, row.node, source.times(row.normal), value)
 

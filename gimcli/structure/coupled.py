@@ -157,7 +157,7 @@ class Builder(Directions):
         self.bodies = [b for b in bodies if b >= 0]
         self.points = [-1 - b for b in bodies if b < 0]
         self.placed = set(layout.placed)
-        self.rotation, self.direction = layout.rotation, dict(layout.direction)
+        self.kinematic, self.rotation, self.direction = layout.kinematic, layout.rotation, dict(layout.direction)
         self.base: list[int] = []
         self.places: list[Place] = []
         self.equations: list[Constraint] = []
@@ -176,7 +176,7 @@ class Builder(Directions):
         return Coupled(tuple(self.base), tuple(self.places), tuple(self.equations), tuple(self.bodies))
 
     def _wanted(self) -> list[int]:
-        nodes = [n for b in self.bodies for n in self.layout.kinematic[b]] + self.points
+        nodes = [n for b in self.bodies for n in self.kinematic[b]] + self.points
         return [n for n in dict.fromkeys(nodes) if n not in self.placed]
 
     def _gain(self, node: int) -> tuple[int, int]:
@@ -186,11 +186,8 @@ class Builder(Directions):
         trial.placed, trial.direction, trial.done = self.placed | {node}, dict(self.direction), set(self.done)
         before = len(trial.placed)
         trial._carry()
-        begun = sum(any(n in self.placed for n in self._nodes(b)) for b in self.layout.members[node])
+        begun = sum(any(n in self.placed for n in self.kinematic[b]) for b in self.layout.members[node])
         return len(trial.placed) - before, begun
-
-    def _nodes(self, body: int) -> tuple[int, ...]:
-        return self.layout.kinematic[body]
 
     def _carry(self) -> None:
         """Carry directions and nodes along the members, and add the closure equations of loops."""
@@ -206,11 +203,10 @@ class Builder(Directions):
     def _turn(self, body: int) -> bool:
         if self.is_turned(body):
             return False
-        pair = [n for n in self._nodes(body) if n in self.placed][:2]
-        if len(pair) < 2:
+        span = self.span(body)
+        if span is None:
             return False
-        u, v = pair
-        reach = self.layout.reach(body, u, v)
+        u, v, reach = span
         self.direction[self.rotation.of[body]] = Vector(1.0 / (reach * self.rotation.phase[body]), u, v)
         self.equations.append(Constraint(self.mechanism.members[body].name, SPAN, u, v, Value(abs(reach))))
         return True
@@ -219,16 +215,15 @@ class Builder(Directions):
         """Carry the nodes of a member of known direction; each node that is already placed closes a loop."""
         if body in self.done:
             return False
-        source = self.source(body)
-        anchor = next((n for n in self._nodes(body) if n in self.placed), None)
+        source, anchor = self.source(body), self.anchor(body)
         if source is None or anchor is None:
             return False
         self.done.add(body)
         name = self.mechanism.members[body].name
-        for node in self._nodes(body):
+        for node in self.kinematic[body]:
             if node == anchor:
                 continue
-            vector = source.times(self.layout.reach(body, anchor, node))
+            vector = source.times(self.mechanism.members[body].reach(anchor, node))
             if node not in self.placed:
                 self.places.append(Place(node, anchor, vector))
                 self.placed.add(node)
@@ -239,26 +234,18 @@ class Builder(Directions):
     def _drives(self) -> bool:
         changed = False
         for row in self.angles:
-            (arm, reference), number = row.members, row.value.actuator
-            ratio = row.reference / row.arm
-            for known, free, factor, turn in ((reference, arm, ratio, 1), (arm, reference, 1 / ratio, -1)):
-                source = None if self.is_turned(free) or free not in self.bodies else self.source(known)
-                if source is None:
-                    continue
-                vector = source.driven(factor, number, turn) or self._by_nodes(known, factor, number, turn)
+            for free, known, source, turn in self.turned_by(row):
+                vector = (source.driven(*turn) or self._by_nodes(known, *turn)) if free in self.bodies else None
                 if vector is not None:
                     self.direction[self.rotation.of[free]] = vector.times(1.0 / self.rotation.phase[free])
-                    self.used.add(number)
+                    self.used.add(turn[1])
                     changed = True
         return changed
 
     def _by_nodes(self, body: int, factor: complex, number: int, turn: int) -> Vector | None:
         """Return a driven direction from two placed nodes of the body, whose vector has another actuator already."""
-        pair = [n for n in self._nodes(body) if n in self.placed][:2]
-        if len(pair) < 2:
-            return None
-        reach = self.layout.reach(body, *pair)
-        return Vector(factor / reach, pair[0], pair[1], actuator=number, turn=turn)
+        span = self.span(body)
+        return None if span is None else Vector(factor / span[2], span[0], span[1], actuator=number, turn=turn)
 
     def _pairs(self) -> None:
         """Add the equations of slides and linear actuators, and of driven angles that carry no direction."""
@@ -283,18 +270,16 @@ class Builder(Directions):
             return
         source = self.source(reference)
         normal = source.driven(1j * row.reference, number, 1) if source else None
-        pair = [n for n in self._nodes(arm) if n in self.placed][:2]
-        if normal is None or len(pair) < 2:
+        span = self.span(arm)
+        if normal is None or span is None:
             return
-        reach = self.layout.reach(arm, pair[1], pair[0]) / row.arm
-        normal = normal.times(reach / abs(reach))
-        self.equations.append(Constraint(row.name, HEIGHT, pair[0], pair[1], Value(0.0), normal))
+        u, v, reach = span[0], span[1], -span[2] / row.arm
+        self.equations.append(Constraint(row.name, HEIGHT, u, v, Value(0.0), normal.times(reach / abs(reach))))
 
     def _line(self, row: ImposedRow) -> None:
-        source = self.source(row.guide)
-        anchor = next((n for n in self.mechanism.members[row.guide].nodes if n in self.placed), None)
+        source, anchor = self.source(row.guide), self.anchor(row.guide)
         if source is None or anchor is None:
             return  # the guide is placed by a later group
-        height = row.height(self.layout.local(row.guide, anchor))
+        height = row.height(self.mechanism.members[row.guide].local(anchor))
         vector = source.times(row.normal)
         self.equations.append(Constraint(row.name, HEIGHT, row.node, anchor, row.value.plus(height), vector))

@@ -9,15 +9,21 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from gimcli.connected import grouped
-from gimcli.mechanism import HEIGHT, SPAN, Input, Mechanism, PairRow
+from gimcli.mechanism import ANGLE, HEIGHT, SPAN, Input, Mechanism, PairRow
 from gimcli.structure.derived import derived
 from gimcli.structure.kinematic_nodes import loose_nodes
 from gimcli.structure.rotation import PARALLEL, members_of
 from gimcli.structure.steps import NONE
 
-REVOLUTE, PRISMATIC, SLOT, TURNLESS, CYLINDER, TRAVEL = "R", "P", "PR", "PP", "RPR", "PPR"
-"""Kinds: revolute pair; prismatic pair; pin in a slot; two members without relative rotation; distance of two nodes
-that is an input; travel of a node that is an input and no pair guides. The last two leave all freedoms of the plane."""
+REVOLUTE, PRISMATIC, SLOT, TURNLESS = "R", "P", "PR", "PP"
+"""Kinds: revolute pair; prismatic pair; pin in a slot; two members without relative rotation."""
+
+CYLINDER, TRAVEL, TURN = "RPR", "PPR", "RPP"
+"""Kinds of inputs that drive no sliding pair, with all freedoms of the plane: distance of two nodes; travel of a node
+on a line; angle of two members."""
+
+INPUTS = {SPAN: CYLINDER, HEIGHT: TRAVEL, ANGLE: TURN}
+"""Kinds of inputs by the kinds of their rows."""
 
 
 @dataclass(frozen=True)
@@ -51,17 +57,15 @@ def bodies_at(mechanism: Mechanism) -> tuple[tuple[int, ...], ...]:
 
 @derived
 def joints(mechanism: Mechanism) -> tuple[Joint, ...]:
-    """Return revolute pairs by node, sliding pairs in the order of the file, fixed angles, and other linear inputs."""
-    bodies = bodies_at(mechanism)
-    revolute = [Joint(REVOLUTE, mechanism.nodes[n], at, (n,)) for n, at in enumerate(bodies) if len(at) > 1]
-    sliding = sliding_pairs(mechanism)
+    """Return revolute pairs by node, sliding pairs in the order of the file, fixed angles, and the other inputs."""
+    at, sliding = bodies_at(mechanism), sliding_pairs(mechanism)
+    revolute = [Joint(REVOLUTE, mechanism.nodes[n], own, (n,)) for n, own in enumerate(at) if len(own) > 1]
     turnless = [Joint(TURNLESS, row.name, row.members) for row in mechanism.pairs if row.rotary]
     driven = {pair.actuator for pair in sliding}
-    linear = [(k, a) for k, a in enumerate(mechanism.actuators) if not a.rotary and k not in driven]
     inputs = [
-        Joint(CYLINDER if a.kind == SPAN else TRAVEL, a.name, (*a.members, *(bodies[n][0] for n in a.nodes)), a.nodes,
+        Joint(INPUTS[a.kind], a.name, a.members if a.rotary else (*a.members, *(at[n][0] for n in a.nodes)), a.nodes,
               actuator=k)
-        for k, a in linear
+        for k, a in enumerate(mechanism.actuators) if k not in driven
     ]  # fmt: skip
     return (*revolute, *sliding, *turnless, *inputs)
 

@@ -55,7 +55,7 @@ def _carried(layout: Layout) -> None:
         source, anchor = layout.source(index), layout.anchor(index)
         for node in member.nodes:
             if node not in layout.placed and source is not None and anchor is not None:
-                vector = source.times(layout.reach(index, anchor, node))
+                vector = source.times(member.reach(anchor, node))
                 layout.place(node, anchor, vector)
 
 
