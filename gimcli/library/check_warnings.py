@@ -55,7 +55,7 @@ def _remarks(mechanism: Mechanism, moves: bool) -> list[tuple[Where, str]]:
     from gimcli.model.remarks import missing_duration, remarks
 
     model = mechanism.written.model
-    return [(one.where, one.text) for one in [*remarks(model), *(missing_duration(model) if moves else [])]]
+    return [*remarks(model), *(missing_duration(model) if moves else [])]
 
 
 def _rigid(mechanism: Mechanism) -> Iterator[tuple[Where, str]]:

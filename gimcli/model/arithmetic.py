@@ -7,7 +7,7 @@ import re
 from collections.abc import Callable, Collection, Iterable, Mapping
 from contextlib import suppress
 from graphlib import CycleError, TopologicalSorter
-from typing import Any, NamedTuple
+from typing import Any
 
 from gimcli.language.expression import CONSTANTS, FUNCTIONS, Expression, ExpressionError, PartKind
 from gimcli.language.reader import NAMED, SIGNED, WORD, ExpressionReader, KnownNames
@@ -30,42 +30,41 @@ WORDS = (*FUNCTIONS, *CONSTANTS)
 _UNIT = re.compile(r"[-+]?[\d.]+\s*([^\W\d]+)$")
 
 
-class Evaluated(NamedTuple):
-    """Plain data with numbers in place of formulas, and the formulas by path; `refused` are texts without a value."""
+def evaluated(
+    data: dict[str, Any], texts: Iterable[Where]
+) -> tuple[dict[str, Any], dict[Where, Expression], dict[Where, str]]:
+    """Evaluate the texts at some paths of the data, which is not changed.
 
-    data: dict[str, Any]
-    formulas: dict[Where, Expression]
-    refused: dict[Where, str]  # the reason; empty if a parameter in the formula is refused itself
-
-
-def evaluated(data: dict[str, Any], texts: Iterable[Where]) -> Evaluated:
-    """Evaluate the texts at some paths of the data, which is not changed."""
+    Returns:
+        Plain data with numbers in place of formulas, the formulas by path, and the texts without a value with the
+        reason; this is empty if a parameter in the formula is refused itself.
+    """
     data = copied(data)
     names = data[PARAMETERS] if isinstance(data.get(PARAMETERS), dict) else {}
-    result = Evaluated(data, {}, {})
+    formulas, refused = dict[Where, Expression](), dict[Where, str]()
     for where in texts:
         try:
             if (rate := _speed(data, where)) is None:
-                result.formulas[where] = _formula(part_of(data, where), names)
+                formulas[where] = _formula(part_of(data, where), names)
             else:
                 part_of(data, where[:-1])[where[-1]] = rate
         except ValueError as error:
-            result.refused[where] = reason(error, names if len(result.refused) < MOST_HINTS else ())
+            refused[where] = reason(error, names if len(refused) < MOST_HINTS else ())
     values = {name: float(v) for name, v in names.items() if type(v) in (int, float) and math.isfinite(v)}
-    for where in _ordered(result):
-        formula = result.formulas[where]
+    for where in _ordered(formulas, refused):
+        formula = formulas[where]
         if not formula.names <= set(values):
-            result.refused[where] = ""  # the fault of a parameter, which is recorded there
+            refused[where] = ""  # the fault of a parameter, which is recorded there
             continue
         try:
             value = formula.number(values)
         except ExpressionError as error:
-            result.refused[where] = str(error)
+            refused[where] = str(error)
             continue
         part_of(data, where[:-1])[where[-1]] = value
         if where[0] == PARAMETERS:
             values[str(where[1])] = value
-    return result._replace(formulas={w: result.formulas[w] for w in _ordered(result) if w not in result.refused})
+    return data, {where: formulas[where] for where in _ordered(formulas, refused)}, refused
 
 
 def copied(data: Any) -> Any:
@@ -101,15 +100,15 @@ def reason(error: ValueError, names: Collection[str]) -> str:
     return str(error)
 
 
-def _ordered(result: Evaluated) -> tuple[Where, ...]:
-    """Return the paths of formulas in the order of evaluation; refuse those of cycles."""
+def _ordered(formulas: Mapping[Where, Expression], refused: dict[Where, str]) -> tuple[Where, ...]:
+    """Return the paths of formulas that are not refused in the order of evaluation; refuse those of cycles."""
     while True:
-        left = {where: formula for where, formula in result.formulas.items() if where not in result.refused}
+        left = {where: formula for where, formula in formulas.items() if where not in refused}
         try:
             return in_order(left)
         except DependenceError as cycle:
-            result.refused.update({(PARAMETERS, name): "" for name in cycle.names})
-            result.refused[PARAMETERS, cycle.names[-1]] = str(cycle)
+            refused.update({(PARAMETERS, name): "" for name in cycle.names})
+            refused[PARAMETERS, cycle.names[-1]] = str(cycle)
 
 
 def _speed(data: dict[str, Any], where: Where) -> float | None:

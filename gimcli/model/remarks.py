@@ -3,18 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import NamedTuple
 
 from gimcli.model.pairs import fixed, used_nodes
 from gimcli.model.schema import DYNAMIC, Model
 from gimcli.model.source import Where
 
-
-class Remark(NamedTuple):
-    """A statement with its remedy, and the part of the file that it is about."""
-
-    where: Where
-    text: str
+Remark = tuple[Where, str]
+"""The part of the file that a remark is about, and a statement with its remedy."""
 
 
 def remarks(model: Model) -> list[Remark]:
@@ -32,14 +27,14 @@ def missing_duration(model: Model) -> list[Remark]:
         "no `duration` is given: velocities and accelerations are those of a motion of 1 s; add `duration:` [s], or a"
         " `rate:` to a law"
     )
-    return [Remark(("actuators",), text)]
+    return [(("actuators",), text)]
 
 
 def _unused_nodes(model: Model) -> Iterator[Remark]:
     used = used_nodes(model)
     for name in (name for name in model.nodes if name not in used):
         text = f"node {name} is used by no member, pair or actuator: remove it, or add it to a member"
-        yield Remark(("nodes", name), text)
+        yield ("nodes", name), text
 
 
 def _sides(model: Model) -> Iterator[Remark]:
@@ -53,7 +48,7 @@ def _unused_parameters(model: Model) -> Iterator[Remark]:
     used = {name for formula in model.formulas.values() for name in formula.names}
     for name in (name for name in model.parameters if name not in used):
         text = f"parameter {name} is used by no formula: remove it, or write it in place of a number"
-        yield Remark(("parameters", name), text)
+        yield ("parameters", name), text
 
 
 def _repeated_members(model: Model) -> Iterator[Remark]:
@@ -74,20 +69,20 @@ def _dynamics(model: Model) -> Iterator[Remark]:
         cure = "add `units: {length: mm}` or another"
         yield _idle((parts[0],), f"`{parts[0]}`", f"the length has no physical unit; {cure}")
     if model.gravity is not None and not any(mass.mass for mass in model.masses.values()):
-        yield Remark(("gravity",), "`gravity` has no effect without masses: add `masses:`, or remove it")
+        yield ("gravity",), "`gravity` has no effect without masses: add `masses:`, or remove it"
     if "mass" in model.units.given and not model.masses:
-        yield Remark(("units", "mass"), "`mass` has no effect without masses: add `masses:`, or remove it")
+        yield ("units", "mass"), "`mass` has no effect without masses: add `masses:`, or remove it"
     for name in () if parts else (name for name, actuator in model.actuators.items() if actuator.free):
         text = f"`free` of {name} has no effect without masses and forces: add `masses:`, or remove it"
-        yield Remark(("actuators", name, "free"), text)
+        yield ("actuators", name, "free"), text
     yield from _masses(model)
     yield from _loads(model)
     for name, damper in model.dampers.items():
         if damper.damping == 0.0:
-            yield Remark(("dampers", name), f"damper {name} has the damping 0 and no effect: remove it")
+            yield ("dampers", name), f"damper {name} has the damping 0 and no effect: remove it"
     for name, part in model.friction.items():
         if not part.viscous and not part.mu:
-            yield Remark(("friction", name), f"friction at {name} is 0 and has no effect: remove it")
+            yield ("friction", name), f"friction at {name} is 0 and has no effect: remove it"
 
 
 def _masses(model: Model) -> Iterator[Remark]:
@@ -95,7 +90,7 @@ def _masses(model: Model) -> Iterator[Remark]:
         if fixed(model, name):
             yield _idle(("masses", name), f"the mass of {name}", "the frame does not move; remove it")
         elif not mass.mass and not mass.inertia:
-            yield Remark(("masses", name), f"the mass of {name} is 0 and has no effect: give a mass, or remove it")
+            yield ("masses", name), f"the mass of {name} is 0 and has no effect: give a mass, or remove it"
 
 
 def _loads(model: Model) -> Iterator[Remark]:
@@ -103,8 +98,8 @@ def _loads(model: Model) -> Iterator[Remark]:
         if fixed(model, load.on):
             yield _idle(("loads", name), f"load {name}", "it acts on the frame; name a moving member")
         elif not any([*(load.force or ()), *(load.follower or ()), load.torque or 0.0]):
-            yield Remark(("loads", name), f"load {name} is 0 and has no effect: give a force or a torque, or remove it")
+            yield ("loads", name), f"load {name} is 0 and has no effect: give a force or a torque, or remove it"
 
 
 def _idle(where: Where, what: str, why: str) -> Remark:
-    return Remark(where, f"{what} has no effect: {why}")
+    return where, f"{what} has no effect: {why}"

@@ -104,7 +104,7 @@ def test_similar_names_are_searched_for_the_first_faults_only():
 
 def test_a_parameter_without_effect_is_remarked():
     found = remarks(loads("parameters: {a: 38, b: 2*a, c: 1}\n" + FOUR_BAR.replace("LENGTH", "5")).written.model)
-    assert [remark.where for remark in found] == [("parameters", "b"), ("parameters", "c")]
+    assert [where for where, _ in found] == [("parameters", "b"), ("parameters", "c")]
 
 
 TOLERANCES = "parameters: {a: 38}\ntolerances: %s\n" + FOUR_BAR.replace("LENGTH", "a/10")
