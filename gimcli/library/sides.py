@@ -132,36 +132,34 @@ def _coupled(mechanism: Mechanism) -> list[Placement]:
         text = "depends on other nodes without coordinates, of which there are too many: give rough coordinates [x, y]"
         raise _refused(mechanism, opened.coupled[:1], text)
     try:
-        found = all_configurations(mechanism, mechanism.start_inputs).z
+        found = _listed(mechanism)
     except GimError as error:
         text = (
             "has no coordinates, and lengths and inputs do not determine its position; give rough coordinates [x, y],"
         )
         text += f" or correct this: {error}"
         raise _refused(mechanism, opened.coupled[:1], text) from None
-    choices = []
-    for k, z in enumerate(found):
-        at, sides = _by_name(mechanism, z), _sides(mechanism, z)
-        if all(sides.get(name, side) == side or name in opened.undecided for name, side in opened.sides.items()):
-            choices.append(Placement(at, sides, k + 1))
-    return choices
+    return [
+        one for one in found
+        if all(one.sides.get(name, side) == side or name in opened.undecided for name, side in opened.sides.items())
+    ]  # fmt: skip
 
 
 def _placed(mechanism: Mechanism) -> list[Placement]:
     """Return the sets of positions, numbered as `gim solve --all` does if it can list them."""
     own = mechanism.written
     found = place(own.model, own.source.folder, {}).found
-    listed: list[dict[str, str]] = []
+    listed: list[Placement] = []
     with suppress(GimError):
-        if len(own.model.open.sides) <= MOST_SIDES:
-            listed = [_sides(mechanism, z) for z in all_configurations(mechanism, mechanism.start_inputs).z]
-    choices = []
-    for one in found:
-        same = [k + 1 for k, sides in enumerate(listed) if sides == one.sides]
-        choices.append(one._replace(number=same[0] if len(same) == 1 else None))
+        listed = _listed(mechanism) if len(own.model.open.sides) <= MOST_SIDES else []
+    same = ([other.number for other in listed if other.sides == one.sides] for one in found)
+    choices = [one._replace(number=k[0] if len(k) == 1 else None) for one, k in zip(found, same, strict=True)]
     return sorted(choices, key=lambda one: len(listed) + 1 if one.number is None else one.number)
 
 
-def _sides(mechanism: Mechanism, z: ComplexArray) -> dict[str, str]:
-    """Return the sides of the open nodes at a position."""
-    return sides_at(mechanism.written.model, mechanism.written.source.folder, _by_name(mechanism, z))
+def _listed(mechanism: Mechanism) -> list[Placement]:
+    """Return all configurations, with the sides of the open nodes; raise GimError if they cannot be found."""
+    own = mechanism.written
+    places = [_by_name(mechanism, z) for z in all_configurations(mechanism, mechanism.start_inputs).z]
+    sides = (sides_at(own.model, own.source.folder, at) for at in places)
+    return [Placement(at, chosen, k) for k, (at, chosen) in enumerate(zip(places, sides, strict=True), 1)]
