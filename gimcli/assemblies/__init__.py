@@ -1,7 +1,7 @@
 """All configurations (assembly modes) of a mechanism at given inputs, with a proof that none is missing.
 
 Knows: the roots of the loop equations, and how many there can be.
-Asks: kernels, motion, positions, structure.
+Asks: continuation, kernels, motion, positions, structure.
 Asked by: branching, library, reach.
 """
 

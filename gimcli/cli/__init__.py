@@ -31,7 +31,7 @@ from typer.core import CompletionItem, TyperGroup  # type: ignore[attr-defined] 
 
 from gimcli import __version__
 from gimcli.cli.command import Command, taking_plain_values
-from gimcli.cli.progress import end_bars, progress_bar
+from gimcli.cli.console import end_bars, progress_bar
 from gimcli.cli.settings_folder import provide_settings_folder
 from gimcli.errors import GimError, UsageError, reason
 

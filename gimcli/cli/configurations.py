@@ -6,8 +6,7 @@ from pathlib import Path
 
 import typer
 
-from gimcli.cli.console import print_records, print_remarks, print_turns, room
-from gimcli.cli.progress import end_bars
+from gimcli.cli.console import end_bars, print_records, print_remarks, print_turns, room
 from gimcli.library.configurations import ConfigurationsResult, verdict
 from gimcli.motion.unassembled import reason
 from gimcli.rounding import titled

@@ -8,9 +8,8 @@ from typing import Annotated
 import typer
 
 from gimcli.cli.arguments import MODEL, NONE, OUTPUT, Assembly, Json, ModelPath, Set, changed
-from gimcli.cli.console import note, print_json, print_written, printable
+from gimcli.cli.console import end_bars, note, print_json, print_written, printable
 from gimcli.cli.outputs import read, started
-from gimcli.cli.progress import end_bars
 from gimcli.library.convert import MODEL_FILE, Conversion, convert, filed, target_of
 
 HELP = (

@@ -35,10 +35,9 @@ from gimcli.cli.arguments import (
     declared,
     pairs,
 )
-from gimcli.cli.console import note
+from gimcli.cli.console import note, progress_bar
 from gimcli.cli.measures import MEASURES, measures_of, refuse_unseen
 from gimcli.cli.outputs import Outputs
-from gimcli.cli.progress import progress_bar
 from gimcli.errors import UsageError
 from gimcli.library.inputs import Range, hints_of
 from gimcli.library.result import Result

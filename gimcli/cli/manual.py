@@ -8,7 +8,7 @@ import sys
 
 import typer
 
-from gimcli.cli.progress import end_bars
+from gimcli.cli.console import end_bars
 from gimcli.manual.pages import manual_text, page_names, summary
 
 HELP = "Without a name it lists the pages; the name of a command shows the section on it."

@@ -7,8 +7,7 @@ from typing import Annotated
 import typer
 
 from gimcli.cli.arguments import INPUTS, OUTPUT
-from gimcli.cli.console import note, print_json, print_written
-from gimcli.cli.progress import end_bars
+from gimcli.cli.console import end_bars, note, print_json, print_written
 from gimcli.errors import UsageError
 from gimcli.library.shipped_models import ShippedModel, shipped_model, shipped_models
 

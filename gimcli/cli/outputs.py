@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import typer
 
 from gimcli.cli.arguments import NO_OPTIONS, NONE, Drawing, changed
-from gimcli.cli.console import note, print_json, print_written, printable
-from gimcli.cli.progress import DRAWING, end_bars, progress_bar
+from gimcli.cli.console import DRAWING, end_bars, note, print_json, print_written, printable, progress_bar
 from gimcli.errors import OutputError, UsageError
 from gimcli.library.load import decided, is_address, load_undecided
 from gimcli.library.result import Result, joined, write_contents

@@ -6,7 +6,7 @@ import json
 
 import typer
 
-from gimcli.cli.progress import end_bars
+from gimcli.cli.console import end_bars
 
 HELP = (
     "Editors complete and check model files with it: save it as gim.schema.json and write in the first line of the"

@@ -8,11 +8,10 @@ from typing import Annotated, Any
 import typer
 
 from gimcli.cli.arguments import INPUTS, OUTPUT
-from gimcli.cli.console import note_doubtful_loading, print_records, print_remarks
+from gimcli.cli.console import end_bars, note_doubtful_loading, print_records, print_remarks
 from gimcli.cli.force_tables import print_open
 from gimcli.cli.from_verb import Run, from_verb
 from gimcli.cli.measures import PLOTS_ONLY, print_ranges
-from gimcli.cli.progress import end_bars
 from gimcli.dynamics.integrators import INTEGRATORS, STEPPED, USUAL, WITH_DRY_FRICTION
 from gimcli.dynamics.simulation_table import column_names
 from gimcli.library.record import Records, RowField

@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from gimcli.cli.arguments import SHARED
-from gimcli.cli.console import note, print_records, print_remarks, print_table
+from gimcli.cli.console import end_bars, note, print_records, print_remarks, print_table
 from gimcli.cli.from_verb import Run, from_verb
-from gimcli.cli.progress import end_bars
 from gimcli.errors import UsageError
 from gimcli.library.record import quantity_rows
 from gimcli.library.solve import SolveResult, input_rates, solve

@@ -9,9 +9,8 @@ from typing import Annotated, Any
 import typer
 
 from gimcli.cli.arguments import INPUTS, METHOD, pairs
-from gimcli.cli.console import print_records, print_remarks, print_table
+from gimcli.cli.console import end_bars, print_records, print_remarks, print_table
 from gimcli.cli.from_verb import Run, from_verb
-from gimcli.cli.progress import end_bars
 from gimcli.errors import UsageError
 from gimcli.library.sweep import SweepResult, sweep
 from gimcli.rounding import cells

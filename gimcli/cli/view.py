@@ -11,10 +11,9 @@ from typing import Annotated, Any
 import typer
 
 from gimcli.cli.arguments import Assembly, assignments, declared
-from gimcli.cli.console import note, printable
+from gimcli.cli.console import end_bars, note, printable, progress_bar
 from gimcli.cli.from_verb import COMMON, own_options
 from gimcli.cli.measures import measures_of
-from gimcli.cli.progress import end_bars, progress_bar
 from gimcli.cli.trace import OPTIONS
 from gimcli.errors import UsageError
 from gimcli.library.load import is_address

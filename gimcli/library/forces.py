@@ -15,8 +15,7 @@ from gimcli.dynamics.force_motion import ForceMotion, force_table
 from gimcli.dynamics.force_statistics import Extremum, ForceAmount, ForceStatistics, ForceSummary, Statistic, amounts
 from gimcli.dynamics.physical import require_action
 from gimcli.graphs.extras import Extras, texts
-from gimcli.graphs.force_plots import usual_graphs, varying, with_marks
-from gimcli.graphs.plots import PlannedGraph, drawn
+from gimcli.graphs.plots import PlannedGraph, drawn, usual_graphs, varying, with_marks
 from gimcli.library.inputs import Jit, Steps, checked, refuse_unmoved
 from gimcli.library.machines import accepted, loaded_machines
 from gimcli.library.record import Records, RowField

@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 
 from gimcli.mechanism import ComplexArray, FloatArray
+from gimcli.output.axis import power_of_ten, set_ticks
 from gimcli.output.picture import Picture, Text
 from gimcli.output.style import BOTTOM, DPI, FONT, LEFT, LETTER, LINE, PIXELS, RIGHT, TOP, Mark, Pen
-from gimcli.output.ticks import power_of_ten, set_ticks
 
 HALO = 2.0
 """Width of the light edge around letters [pt]."""

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from gimcli.mechanism import ComplexArray, FloatArray
+from gimcli.output.axis import short
 from gimcli.output.graph import Axis
 from gimcli.output.picture import Frame, Picture, Text
 from gimcli.output.style import INK, Fill, Mark, Pen
-from gimcli.output.ticks import short
 from gimcli.table import labelled
 
 WIDTH, HEIGHT = 5.0, 3.3

@@ -27,9 +27,8 @@ from gimcli.output.axes import (
     write_title,
 )
 from gimcli.output.gallery import corners, gallery_size
-from gimcli.output.look import settings_of
 from gimcli.output.picture import Content, Key, Picture, Sheet
-from gimcli.output.printed import Printed
+from gimcli.output.printed import Printed, settings_of
 from gimcli.output.style import Mark
 
 ROUNDING = 1e-9

@@ -19,10 +19,9 @@ from gimcli.output.atomic import written_bytes
 from gimcli.output.axes import fill
 from gimcli.output.curves import pieces
 from gimcli.output.figure import drawn
-from gimcli.output.look import dressed
 from gimcli.output.picture import LAYOUT, Picture, PictureLayout, Text, composition
 from gimcli.output.pose import Drawing
-from gimcli.output.printed import PictureOptions
+from gimcli.output.printed import PictureOptions, dressed
 from gimcli.output.scene import Scene
 from gimcli.output.style import Pen, curve_pen
 

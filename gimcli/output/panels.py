@@ -8,12 +8,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from gimcli.mechanism import ComplexArray, FloatArray
+from gimcli.output.axis import fitted, short, tick_texts, value_window
 from gimcli.output.curves import pieces
 from gimcli.output.graph import EQUAL, POLAR, Curve, CurveGraph, PlaceMark
 from gimcli.output.picture import LAYOUT, WIDEST, Frame, Picture, PictureLayout, Sheet, Text, composition
 from gimcli.output.style import CUT, DOT, PAPER, SOFT, VERTICAL, Mark, Pen, curve_pen, event_mark
-from gimcli.output.ticks import fitted, short, tick_texts
-from gimcli.output.value_window import value_window
 from gimcli.rounding import round_above
 from gimcli.table import labelled
 

@@ -449,7 +449,7 @@ def test_json_is_one_object_and_nothing_else(case, gim):
 
 BAR = """
 import sys, time, typer
-from gimcli.cli import progress
+from gimcli.cli import console as progress
 clock, beats = time.monotonic, iter(range(0, 1000, 10))
 time.monotonic = lambda: clock() + next(beats)
 show = progress.progress_bar("working")

@@ -14,7 +14,7 @@ import pytest
 import rich.progress
 from in_process import ANALYSES
 
-from gimcli.cli import main, progress
+from gimcli.cli import console as progress, main
 
 MODEL = """\
 nodes: {O: [0, 0], G: [4, 0], A: [0, 1], B: [4, 3]}
@@ -152,7 +152,7 @@ def test_an_error_removes_the_bar(terminal):
 
 SILENT = """
 import time
-from gimcli.cli import progress
+from gimcli.cli import console as progress
 show = progress.progress_bar("thinking")
 time.sleep(2.0)
 progress.print_above("a note")

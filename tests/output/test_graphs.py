@@ -9,12 +9,11 @@ from canvases import canvas_of
 from in_process import gim
 
 import gimcli
+from gimcli.output.axis import fitted, short, tick_texts, value_window
 from gimcli.output.graph import EQUAL, POLAR, Axis, Curve, CurveGraph, graph_of
 from gimcli.output.panels import panel
 from gimcli.output.picture import Frame, Picture
 from gimcli.output.style import CUT, VERTICAL, curve_pen
-from gimcli.output.ticks import fitted, short, tick_texts
-from gimcli.output.value_window import value_window
 from gimcli.table import Column, Table
 
 

@@ -11,9 +11,8 @@ from matplotlib.image import imread
 import gimcli
 from gimcli import UsageError
 from gimcli.output.figure import figure_of
-from gimcli.output.look import read_look, settings_of
 from gimcli.output.picture import GHOSTS, LAYOUT, Frame, PictureLayout
-from gimcli.output.printed import PictureOptions
+from gimcli.output.printed import PictureOptions, read_look, settings_of
 from gimcli.output.style import GHOST, INK, PALETTE, PAPER
 
 STYLE = (

@@ -18,11 +18,11 @@ from numpy.typing import NDArray
 from gimcli.output import style
 from gimcli.output.anchors import Anchor
 from gimcli.output.animation import Animation, Clip, Moment, Section
+from gimcli.output.axis import value_window
 from gimcli.output.mechanism_symbols import light_symbols, point_marks, strong_symbols
 from gimcli.output.scene import Scene
 from gimcli.output.style import LONGEST_VECTOR, Mark, Pen
 from gimcli.output.symbols import ARROWHEAD, NECK, Seat, Stroke, Symbol, mark_strokes
-from gimcli.output.value_window import value_window
 from gimcli.output.vectors import HEAD, HEADS, PENS, SHORT
 from gimcli.status import Status
 from gimcli.table import Column, Table, labelled, per_second
