@@ -1,6 +1,6 @@
 """The Geometrical-Iterative Method: rules, search for sequences, sweeps and their convergence.
 
 Knows: the order in which restrictions are imposed, and why.
-Asks: kernels, numerics, positions, structure.
+Asks: kernels, positions, structure.
 Asked by: cli, comparison, library, motion.
 """
