@@ -38,6 +38,9 @@ BEHIND = 1e-3
 ABOUT = 1e-2
 """Greatest distance of a start position from a singular position that is used in its place."""
 
+NEARER = (1.0, 0.7, 0.4)
+"""Parts of this distance in which the limit is searched: the curve may turn before."""
+
 NEAR = 1e-6
 """Greatest distance of a row of the plan from the position of the curve, relative to the size."""
 
@@ -182,8 +185,12 @@ class MotionCurve:
 
 def fold_beside(curve: PositionCurve, here: CurvePoint, reach: float) -> CurvePoint | None:
     """Return the limit of the parameter within a distance `reach` of a point, on either side; None if there is none."""
-    ends = [correct(curve, here.p + part * here.tangent, STEPS, here.tangent) for part in (-reach, reach)]
-    behind, ahead = (None if p is None else place(curve, p, here.tangent) for p in ends)
+
+    def at(side: float) -> CurvePoint | None:
+        tried = (correct(curve, here.p + side * part * here.tangent, STEPS, here.tangent) for part in NEARER)
+        return next((place(curve, p, here.tangent) for p in tried if p is not None), None)
+
+    behind, ahead = at(-reach), at(reach)
     return behind and ahead and between(curve, behind, ahead, attrgetter("rate"), STEPS)
 
 

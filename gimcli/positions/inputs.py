@@ -127,15 +127,6 @@ def law_inputs(mechanism: Mechanism) -> Inputs:
     return inputs
 
 
-def straight_inputs(start: FloatArray, end: FloatArray) -> Inputs:
-    """Return inputs that change linearly from `start` (time 0) to `end` (time 1)."""
-
-    def inputs(time: FloatArray) -> FloatArray:
-        return np.asarray(start[:, None] + time * (end - start)[:, None])
-
-    return inputs
-
-
 def nearest_turns(mechanism: Mechanism, start: FloatArray, end: FloatArray) -> FloatArray:
     """Return `start` with its rotary values shifted by whole turns to be closest to those of `end`."""
     moved = start.copy()
