@@ -23,6 +23,7 @@ import numpy as np
 
 from gimcli.errors import UsageError
 from gimcli.families.sweep_job import Rows, SweepJob, packed
+from gimcli.motion.scatter import as_finished
 from gimcli.output.parts import Parts
 from gimcli.progress import Progress, no_progress
 from gimcli.status import Status
@@ -75,20 +76,11 @@ def run_on_processes(job: SweepJob, numbers: Sequence[int], workers: int) -> Ite
 
 def _of_processes(sent: Path, numbers: Sequence[int], workers: int) -> Iterator[tuple[int, Rows]]:
     """Yield chunks of the job in a file; raise BrokenProcessPool if a process ends."""
-    from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
+    from concurrent.futures import ProcessPoolExecutor
     from multiprocessing import get_context
 
-    waiting = iter(numbers)
     pool = ProcessPoolExecutor(workers, get_context("spawn"), _begin, (sent,))
-    try:
-        running = {pool.submit(_run, k): k for k in islice(waiting, AHEAD * workers)}
-        while running:
-            for done in wait(running, return_when=FIRST_COMPLETED).done:
-                number = running.pop(done)
-                yield number, done.result()
-                running |= {pool.submit(_run, k): k for k in islice(waiting, 1)}
-    finally:
-        pool.shutdown(wait=False, cancel_futures=True)
+    yield from as_finished(pool, _run, numbers, AHEAD * workers)
 
 
 def run_on_cluster(job: SweepJob, numbers: Sequence[int], scheduler: str) -> Iterator[tuple[int, Rows]]:

@@ -6,7 +6,8 @@ import math
 import os
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, replace
-from itertools import product
+from itertools import islice, product
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
@@ -23,6 +24,11 @@ from gimcli.status import Status
 from gimcli.structure.plan import make_plan
 from gimcli.structure.residual import allowed, residual
 from gimcli.structure.steps import Plan
+
+if TYPE_CHECKING:
+    from concurrent.futures import Executor
+
+Result = TypeVar("Result")
 
 MOST_SIDES = 6
 """Greatest number of steps with two solutions for which all combinations are solved; else only the drawn one."""
@@ -152,29 +158,34 @@ def cores() -> int:
 
 def scattered(job: Scatterer, numbers: Iterable[int], workers: int | None = None) -> Iterator[tuple[int, ComplexArray]]:
     """Yield (number, point) of parts as they are solved, on all cores: in threads if compiled, else in processes."""
-    from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor, wait
+    from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 
     workers = workers or cores()
-    todo = iter(numbers)
     if workers == 1 or (job.run is plain and job.closed):
-        yield from ((k, job.solve(k)) for k in todo)
+        yield from ((k, job.solve(k)) for k in numbers)
         return
     if job.closed:
         job.ready()
-    pool: Executor = ThreadPoolExecutor(workers) if job.closed else ProcessPoolExecutor(workers)
-    with pool:
-        waiting: dict[Future[ComplexArray], int] = {}
-        try:
-            while True:
-                while len(waiting) < 2 * workers and (k := next(todo, None)) is not None:
-                    waiting[pool.submit(job.solve, k)] = k
-                if not waiting:
-                    break
-                done, _ = wait(waiting, return_when=FIRST_COMPLETED)
-                for future in done:
-                    yield waiting.pop(future), future.result()
-        finally:
-            pool.shutdown(cancel_futures=True)
+    pool = ThreadPoolExecutor(workers) if job.closed else ProcessPoolExecutor(workers)
+    yield from as_finished(pool, job.solve, numbers, 2 * workers)
+
+
+def as_finished(
+    pool: Executor, call: Callable[[int], Result], numbers: Iterable[int], most: int
+) -> Iterator[tuple[int, Result]]:
+    """Yield number and result of each call as it is finished, and end the pool; at most `most` wait (memory)."""
+    from concurrent.futures import FIRST_COMPLETED, wait
+
+    todo = iter(numbers)
+    try:
+        waiting = {pool.submit(call, k): k for k in islice(todo, most)}
+        while waiting:
+            for done in wait(waiting, return_when=FIRST_COMPLETED).done:
+                number = waiting.pop(done)
+                yield number, done.result()
+                waiting |= {pool.submit(call, k): k for k in islice(todo, 1)}
+    finally:
+        pool.shutdown(wait=False, cancel_futures=True)
 
 
 def with_kernel(job: Scatterer, jit: str, notify: Callable[[str], None] | None = None) -> Scatterer:
