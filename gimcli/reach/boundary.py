@@ -1,22 +1,19 @@
 """The workspace of a point: its curves are found, cut, sorted into boundary and inner curves, and checked.
 
 Cutting of paths at all their intersections, without duplicates.
-
-The chain on which a point depends: moving members that are connected without the frame.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from itertools import product
-from typing import TypeVar
 
 import numpy as np
 
-from gimcli.connected import connected, unlike
+from gimcli.connected import unlike
 from gimcli.errors import UnassembledError, UsageError
-from gimcli.mechanism import FRAME, Dynamics, FloatArray, Mechanism, PairRow
+from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.progress import Progress, no_progress, spend
 from gimcli.reach.arcs import MEETING, Cut, PathArc, PathIndex, footpoints
 from gimcli.reach.critical_curves import (
@@ -34,68 +31,6 @@ from gimcli.reach.region import ALONE, INNER, OPEN, Edge, Loop, loops, outside, 
 from gimcli.reach.sampling import Bank, SamplingConstants
 from gimcli.reach.task import SLACK, WorkspaceTask, unreached
 from gimcli.structure.mobility import require_driven
-
-Row = TypeVar("Row", bound=PairRow)
-
-
-def chains(mechanism: Mechanism, point: str, members: Iterable[str] = ()) -> tuple[Mechanism, list[Mechanism]]:
-    """Return the chain of a node or point and some members, and the other chains, each with the frame."""
-    groups = connected(_ties(mechanism), set(mechanism.members[FRAME].nodes))
-    named = [m.nodes for m in mechanism.members[FRAME + 1 :] if m.name in set(members)]
-    wanted = {n for nodes in (_carriers(mechanism, point), *named) for n in nodes}
-    own = set().union(*(group for group in groups if group & wanted))
-    if not own or len(groups) < 2:
-        return mechanism, []
-    return _cut_out(mechanism, own), [_cut_out(mechanism, group) for group in groups if not group & own]
-
-
-def _carriers(mechanism: Mechanism, point: str) -> tuple[int, ...]:
-    """Return the nodes of the member to which a point is fixed; for a node itself."""
-    if point in mechanism.nodes:
-        return (mechanism.nodes.index(point),)
-    return next(mechanism.members[p.member].nodes for p in mechanism.points if p.name == point)
-
-
-def _ties(mechanism: Mechanism) -> Iterator[tuple[int, ...]]:
-    """Yield the nodes that are connected by each member, sliding pair and input."""
-    yield from (m.nodes for m in mechanism.members[FRAME + 1 :])
-    yield from (_held(mechanism, row) for row in (*mechanism.pairs, *mechanism.actuators))
-
-
-def _held(mechanism: Mechanism, row: PairRow) -> tuple[int, ...]:
-    return (*row.nodes, *(n for k in row.members for n in _moving(mechanism, k)))
-
-
-def _moving(mechanism: Mechanism, member: int) -> tuple[int, ...]:
-    return () if member == FRAME else mechanism.members[member].nodes
-
-
-def _cut_out(mechanism: Mechanism, own: set[int]) -> Mechanism:
-    """Return the mechanism of the frame and the chain of some moving nodes, in the same normal frame."""
-    kept = [n for n in range(len(mechanism.nodes)) if n in own or n in mechanism.members[FRAME].nodes]
-    node = {old: new for new, old in enumerate(kept)}
-    chosen = [k for k, m in enumerate(mechanism.members) if k == FRAME or set(m.nodes) & own]
-    member = {old: new for new, old in enumerate(chosen)}
-
-    def moved(rows: Sequence[Row]) -> tuple[Row, ...]:
-        return tuple(
-            replace(row, nodes=tuple(node[n] for n in row.nodes), members=tuple(member[k] for k in row.members))
-            for row in rows
-            if own & set(_held(mechanism, row))
-        )
-
-    members = [mechanism.members[k] for k in chosen]
-    return replace(
-        mechanism,
-        nodes=tuple(mechanism.nodes[n] for n in kept),
-        drawn=np.ascontiguousarray(mechanism.drawn[kept]),
-        members=tuple(replace(m, nodes=tuple(node[n] for n in m.nodes)) for m in members),
-        pairs=moved(mechanism.pairs),
-        actuators=moved(mechanism.actuators),
-        points=tuple(replace(p, member=member[p.member]) for p in mechanism.points if p.member in chosen),
-        dynamics=Dynamics(),
-        gauges=(),
-    )
 
 
 def arranged(arcs: Sequence[PathArc]) -> list[PathArc]:
@@ -172,9 +107,6 @@ MANY = 200
 
 SINGLE = 1e-3
 """Extent of the reached points, relative to the size, below which they are one point (ranges that only touch)."""
-
-ANYWHERE = SamplingConstants(starts=200, enough=1)
-"""Constants for a search of one position."""
 
 LOOKED_AT = 16
 """Number of positions used to determine in which directions the point can move."""
@@ -273,21 +205,8 @@ def survey(
 
 
 def task_of(mechanism: Mechanism, point: str, orientation: Mapping[str, float]) -> WorkspaceTask:
-    """Return the task for the chain that moves a point.
-
-    Raises UsageError if the point has no workspace, UnassembledError if another chain of the mechanism cannot be
-    assembled within the ranges of its inputs.
-    """
-    own, others = chains(mechanism, point, orientation)
-    for other in others:
-        moved = next(n for k, n in enumerate(other.nodes) if k not in other.members[FRAME].nodes)
-        if not len(Bank(WorkspaceTask(other, moved), ANYWHERE).x):
-            raise UnassembledError(unreached(WorkspaceTask(mechanism, point)))
-    return checked(WorkspaceTask(own, point, orientation))
-
-
-def checked(task: WorkspaceTask) -> WorkspaceTask:
-    """Return a task; raise UsageError if its point cannot move, or is not driven by the inputs alone."""
+    """Return the task of a point; raise UsageError if it cannot move, or is not driven by the inputs alone."""
+    task = WorkspaceTask(mechanism, point, orientation)
     require_driven(task.mechanism)
     if task.freedoms < 1:
         what = "with the orientations held and the inputs without a range" if task.orientation else "within its inputs"
