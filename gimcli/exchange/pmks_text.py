@@ -12,6 +12,7 @@ import cmath
 import math
 import re
 from collections.abc import Iterator
+from dataclasses import replace
 from urllib.parse import unquote
 
 from gimcli.exchange.draft import GROUND, MOST, Draft, DrawnJoint, free_name
@@ -59,7 +60,8 @@ def read(text: str, source: str) -> Draft:
     FilePart(source).refuse(len(found) > 1, f"holds {len(found)} addresses of {PROGRAM}; give one of them")
     parts = list(_of_address(found[0], source) if found else _of_text(text, source))
     joints = all_of(_joint, [(where, line) for key, where, line in parts if key == MECH])
-    given = dict(setting for key, _, value in parts if key != MECH for setting in _settings(key, value))
+    given = {key: value for key, _, value in parts if key != MECH}
+    given |= {part[:1].casefold(): part[1:] for part in given.get("set", "").split("|")}  # s5|f1
     driver = re.fullmatch(r"\s*([0-9]{1,9})\s*", given.get("d", ""))
     left_out = ["the target shape is left out"] if given.get("ts", "").strip() else []
     return draft_of_joints(
@@ -107,13 +109,6 @@ def _of_text(text: str, source: str) -> Iterator[Entry]:
             yield key, source, value.strip()
 
 
-def _settings(key: str, value: str) -> list[tuple[str, str]]:
-    """Return the settings of a part: `set=s5|f1` has a letter and a number for each, the other forms are s=5."""
-    if key == "set":
-        return [(part[:1].casefold(), part[1:]) for part in value.split("|")]
-    return [(key, value)]
-
-
 # -- joints ---------------------------------------------------------------------------------------
 
 
@@ -143,100 +138,64 @@ def _joint(row: tuple[str, str]) -> DrawnJoint:
 
 
 def write(pose: DrawnPose) -> str:
-    """Return the text of a mechanism; `pose.left_out` gets sentences about what PMKS has not.
+    """Return the text of a mechanism: the speed, and rows with the driver first, which PMKS counts by its number.
 
-    Raises ModelError for several inputs, of which PMKS has one.
+    `pose.left_out` gets sentences about what PMKS has not. Raises ModelError for several inputs, of which PMKS has one.
     """
-    return PmksRows(DrawnLinkage(pose, PROGRAM)).text()
+    drawn, own = DrawnLinkage(pose, PROGRAM), pose.mechanism
+    names = [actuator.name for actuator in own.actuators]
+    several = f"{PROGRAM} has one input, the model has {len(names)}: {', '.join(names)}"
+    drawn.refuse(len(names) > MOST_INPUTS, several)
+    rows = [row for joint in list(drawn.joints) for row in _rows(drawn, joint)]
+    drawn.note_laws(cylinders=False)
+    drawn.note(own.length_unit != "unit", f"{PROGRAM} has no units; lengths are in {own.length_unit}")
+    drawn.note(not own.dynamics.empty, "masses, loads, springs, dampers and friction are left out")
+    drawn.note(not names, f"the model has no input; {PROGRAM} drives the first joint that can be driven")
+    links = _links(drawn)
+    lines = [_line(row, links) for row in sorted(rows, key=lambda row: row.driver is None)]
+    return "\n".join([*([f"set=s{_speed(drawn):.9g}"] if names else []), "mech=", *lines, ""])
 
 
-def _line(row: DrawnJoint) -> str:
-    """Return the line of a joint; all digits are written."""
+def _line(row: DrawnJoint, links: dict[str, str]) -> str:
+    """Return the line of a joint; all digits are written. `links`: the names of bodies."""
     marks = f"{'t' if row.traced else 'f'}ff{'f' if row.driver is None else 't'}"
     numbers = (row.place.real, row.place.imag, math.degrees(cmath.phase(row.direction)))
-    return ",".join([*row.bodies, row.kind, *(repr(value + 0.0) for value in numbers), marks])
+    return ",".join([*(links[body] for body in row.bodies), row.kind, *(repr(value + 0.0) for value in numbers), marks])
 
 
-class PmksRows:
-    """The rows of a drawn linkage."""
+def _speed(drawn: DrawnLinkage) -> float:
+    """Return the speed of the input, against the direction of its slot if PMKS turns this by half a revolution."""
+    drives = [slot.direction for slot in drawn.slots if slot.driver is not None]
+    against = bool(drives) and (cmath.rect(1.0, half_turned(cmath.phase(drives[0]))) / drives[0]).real < 0.0
+    return -drawn.speed(0) if against else drawn.speed(0)
 
-    def __init__(self, drawn: DrawnLinkage) -> None:
-        self.drawn = drawn
-        names = [actuator.name for actuator in drawn.mechanism.actuators]
-        several = f"{PROGRAM} has one input, the model has {len(names)}: {', '.join(names)}"
-        drawn.refuse(len(names) > MOST_INPUTS, several)
-        self.rows: list[DrawnJoint] = []
-        self.links = self._links()
-        for joint in drawn.joints:
-            self._joint(joint)
-        self._note()
 
-    def text(self) -> str:
-        """Return the text: the speed, and the rows with the driver first, which PMKS counts by its number."""
-        rows = sorted(self.rows, key=lambda row: row.driver is None)
-        head = f"set=s{self._speed():.9g}\n" if self.drawn.mechanism.actuators else ""
-        return head + "mech=\n" + "".join(f"{_line(row)}\n" for row in rows)
+def _links(drawn: DrawnLinkage) -> dict[str, str]:
+    """Return names of links as PMKS can read them: without blanks and commas, and not those of the ground."""
+    found = {GROUND: GROUND}
+    for body in (body for body in drawn.bodies if body != GROUND):
+        plain = re.sub(r"[^\w.-]+", "_", body).strip("_") or "link"
+        own = f"link_{plain}" if is_ground(plain) or plain.isdecimal() else plain
+        found[body] = free_name(own, found.values(), same=str.casefold)
+    return found
 
-    def _speed(self) -> float:
-        """Return the speed of the input, against the direction of its slot if PMKS turns this by half a revolution."""
-        drives = [slot.direction for slot in self.drawn.slots if slot.driver is not None]
-        against = bool(drives) and (cmath.rect(1.0, half_turned(cmath.phase(drives[0]))) / drives[0]).real < 0.0
-        return -self.drawn.speed(0) if against else self.drawn.speed(0)
 
-    def _links(self) -> dict[str, str]:
-        """Return names of links as PMKS can read them: without blanks and commas, and not those of the ground."""
-        found = {GROUND: GROUND}
-        for body in (body for body in self.drawn.bodies if body != GROUND):
-            plain = re.sub(r"[^\w.-]+", "_", body).strip("_") or "link"
-            own = f"link_{plain}" if is_ground(plain) or plain.isdecimal() else plain
-            found[body] = free_name(own, found.values(), same=str.casefold)
-        return found
+def _rows(drawn: DrawnLinkage, joint: str) -> Iterator[DrawnJoint]:
+    """Yield the rows of a joint: its slots, and its pin or tracer.
 
-    def _joint(self, joint: str) -> None:
-        """Add the rows of a joint: its slots, its pin, or the row of a tracer."""
-        bodies = self.drawn.common(joint)
-        slots = [slot for slot in self.drawn.slots if slot.at == joint]
-        turns = [turn for turn in self.drawn.turns if turn.at == joint]
-        for slot in slots:
-            self._slot(slot, bodies)
-        if turns or len(bodies) > 1:
-            self._pin(joint, bodies, turns)
-        elif not slots and bodies != [GROUND] and bodies:
-            self._row(bodies, "R", joint)
-
-    def _slot(self, slot: DrawnJoint, bodies: list[str]) -> None:
-        driver, body = slot.driver, slot.block
-        if driver is not None and not body:  # PMKS drives blocks, not pins in slots
-            body = self.drawn.body(f"{slot.at} block", [])
-            self.links = self._links()
-            self._row([body, bodies[0]], "R", slot.at)
-        if body:
-            self._row([slot.carrier, body], "P", slot.at, slot.direction, driver)
-        else:
-            self._row([slot.carrier, bodies[0]], "RP", slot.at, slot.direction)
-
-    def _pin(self, joint: str, bodies: list[str], turns: list[DrawnJoint]) -> None:
-        """Add the pin: the links of the driver in a row of their own, then each further link to one of them."""
-        first = list(turns[0].bodies) if turns else bodies
-        self._row(first[:2], "R", joint, driver=turns[0].driver if turns else None)
-        for body in bodies:
-            if body not in first[:2]:
-                self._row([first[0], body], "R", joint)
-
-    def _row(
-        self, bodies: list[str], kind: str, joint: str, along: complex = 1.0 + 0.0j, driver: int | None = None
-    ) -> None:
-        traced = joint in self.drawn.mechanism.traced
-        links = tuple(self.links[body] for body in bodies)
-        place = self.drawn.joints[joint]
-        self.rows.append(DrawnJoint(kind, links, place, along, driver=driver, traced=traced))
-
-    def _note(self) -> None:
-        own = self.drawn.mechanism
-        self.drawn.note_laws(cylinders=False)
-        notes = (
-            (own.length_unit != "unit", f"{PROGRAM} has no units; lengths are in {own.length_unit}"),
-            (not own.dynamics.empty, "masses, loads, springs, dampers and friction are left out"),
-            (not own.actuators, f"the model has no input; {PROGRAM} drives the first joint that can be driven"),
-        )
-        self.drawn.left_out.extend(note for holds, note in notes if holds)
+    The links of the driver have a row of their own; each further link has one with one of them.
+    """
+    own = DrawnJoint("R", (), drawn.joints[joint], traced=joint in drawn.mechanism.traced)
+    bodies, turns = drawn.common(joint), [turn for turn in drawn.turns if turn.at == joint]
+    slots = [slot for slot in drawn.slots if slot.at == joint]
+    for slot in slots:
+        block = slot.block
+        if slot.driver is not None and not block:  # PMKS drives blocks, not pins in slots
+            block = drawn.body(f"{joint} block", [])
+            yield replace(own, bodies=(block, bodies[0]))
+        kind, pair = "P" if block else "RP", (slot.carrier, block or bodies[0])
+        yield replace(own, kind=kind, bodies=pair, direction=slot.direction, driver=slot.driver)
+    if turns or len(bodies) > 1 or (not slots and bodies not in ([], [GROUND])):
+        first = turns[0].bodies if turns else tuple(bodies[:2])
+        yield replace(own, bodies=first, driver=turns[0].driver if turns else None)
+        yield from (replace(own, bodies=(first[0], body)) for body in bodies if body not in first)
