@@ -44,7 +44,8 @@ class RecordKind(NamedTuple):
     def record(self, source: str, **values: Any) -> FileRecord:
         """Return a record; what is not given has its default. Errors name the file and the record."""
         own = FilePart(source, None, (f"{self.word} {values['id'][:20]}",))
-        return FileRecord(own, {**self.fields, **self.flags, "joints": (), "parts": (), "rest": (), **values})
+        further = {"own": own, "joints": (), "parts": (), "rest": ()}
+        return FileRecord(**{**self.fields, **self.flags, **further, **values})
 
 
 JOINT = RecordKind(

@@ -9,24 +9,30 @@ Source: PMKS+ (2020-2023), its class UrlProcessorService.
 
 from __future__ import annotations
 
-import math
 import re
-from collections.abc import Callable
+from typing import Any
 from urllib.parse import unquote
 
-from gimcli.errors import ModelError
 from gimcli.exchange.draft import Draft
 from gimcli.exchange.pmks_plus import CLOCKWISE, NO_GRAVITY, PlusDraft
-from gimcli.exchange.pmks_plus_codec import FORCE, JOINT, LINK, PlusDocument
-from gimcli.exchange.records import FilePart, FileRecord, all_of, number_of
+from gimcli.exchange.pmks_plus_codec import FORCE, JOINT, LINK, PlusDocument, RecordKind
+from gimcli.exchange.records import FilePart, FileRecord, all_of, read as read_part
 
 ADDRESS = re.compile(r"https?://", re.IGNORECASE)
 JOINTS, LINKS = re.compile(r"[?&]j="), re.compile(r"&l=")
 UNITS = {"in": 0, "inch": 0, "cm": 1, "m": 2, "meter": 2, "metre": 2}
 """Units of length, by their number in newer versions."""
-EMPTY = ("", "Null")
+EMPTY = "Null"
 """Fields of blocks, which have no mass in the versions of 2021."""
-FLAGS = {"t": True, "true": True, "f": False, "false": False}
+LINES: dict[str, tuple[RecordKind, dict[str, Any]]] = {
+    "j": (JOINT, {"id": str, "x": float, "y": float, "links": "", "type": str, "fixed": bool, "angle": 0.0,
+                  "friction": (object,), "driven": False}),
+    "l": (LINK, {"id": str, "type": str, "mass": 0.0, "inertia": 0.0, "x": 0.0, "y": 0.0, "joints": str}),
+    "f": (FORCE, {"id": str, "link": str, "x": float, "y": float, "x1": float, "y1": float, "fixed": bool,
+                  "outward": bool, "size": float}),
+}  # fmt: skip
+"""The fields of lines by the key of their section."""
+SETTINGS = {"rate": 0.0, "gravity": False, "clockwise": False, "unit": ""}
 
 
 def recognises(text: str) -> bool:
@@ -41,59 +47,47 @@ def read(text: str, source: str) -> Draft:
     for part in re.split("[?&]", text.strip())[1:]:
         key, _, value = part.partition("=")
         sections[key] = unquote(value)
-    lines = {"j": _joint, "l": _link, "f": _force}
-    joints, links, forces = all_of(lambda key: _records(key, sections[key], lines[key], source), lines)
+    joints, links, forces = all_of(lambda key: _records(key, sections[key], source), LINES)
     _mark_blocks(joints, links)
-    speed, gravity, clockwise, unit = (*(field.strip() for field in sections["s"].split(",")), "", "", "", "")[:4]
-    rate = number_of(speed or "0")
-    FilePart(source).refuse(math.isnan(rate), f"s=: '{speed[:20]}' is not a speed")
-    enums = [UNITS.get(unit.casefold(), 1), 0, 0, 0]
-    document = PlusDocument(integers=[rate], enums=enums, joints=joints, links=links, forces=forces)
-    document.flags[NO_GRAVITY] = not FLAGS.get(gravity.casefold())
-    document.flags[CLOCKWISE] = FLAGS.get(clockwise.casefold(), False)
+    own = _line(SETTINGS, sections["s"].split(","), f"{source}: s=")
+    known = own.unit.casefold() in UNITS
+    enums = [UNITS.get(own.unit.casefold(), 1), 0, 0, 0]
+    document = PlusDocument(integers=[own.rate], enums=enums, joints=joints, links=links, forces=forces)
+    document.flags[NO_GRAVITY], document.flags[CLOCKWISE] = not own.gravity, own.clockwise
     draft = PlusDraft(document, source).draft
-    known, paths = unit.casefold() in UNITS, sections.get("pp", "") + sections.get("tp", "")
     draft.length = draft.length if known else "unit"
     draft.note(not known, "the unit of length is unknown; lengths are without a unit")
+    paths = sections.get("pp", "") + sections.get("tp", "")
     draft.note(paths.strip(), "the points of paths are left out")
     return draft
 
 
-def _records(key: str, text: str, record: Callable[[str, str, list[str]], FileRecord], source: str) -> list[FileRecord]:
-    """Return the records of the lines of a section; raise ModelError with all lines that are none."""
+def _line(form: dict[str, Any], fields: list[str], where: str) -> FileRecord:
+    """Return the fields of a line as a record."""
+    texts = [field.strip().replace(EMPTY, "") for field in fields]
+    record: FileRecord = read_part(form, FilePart(where, dict(zip(form, texts, strict=False)), texts=True))
+    return record
+
+
+def _records(key: str, text: str, source: str) -> list[FileRecord]:
+    """Return the records of the lines of a section; raise ModelError with the faults of all lines."""
+    kind, form = LINES[key]
+
+    def record(number: int) -> FileRecord:
+        fields = lines[number].split(",")
+        if kind is LINK and fields[1:] and fields[1].strip() not in ("R", "P"):
+            fields.insert(1, "R")
+        if kind is JOINT:  # the input is the last field
+            fields[7:] = ["", *[field for field in fields[7:] if field.strip()][-1:]]
+        own = _line(form, fields, f"{source}: {key}= line {number + 1}")
+        if kind is FORCE:
+            return kind.record(source, **vars(own), name=own.id, local=not own.fixed)
+        own.at("type").refuse(own.type not in ("R", "P"), f"expected R or P, got '{own.type[:40]}'")
+        own.joints = [name for name in own.joints.split("|") if name] if kind is LINK else []
+        return kind.record(source, **vars(own), name=own.id, slides=own.type == "P", block=own.type == "P")
+
     lines = [line.strip() for line in text.splitlines() if line.strip()]
-
-    def read_line(number: int) -> FileRecord:
-        own, *fields = (field.strip() for field in lines[number].split(","))
-        try:
-            return record(source, own, fields if own else [])
-        except (ValueError, LookupError):
-            where = f"{source}: {key}= line {number + 1}"
-            raise ModelError([f"{where}: '{lines[number][:60]}' is damaged or incomplete"]) from None
-
-    return all_of(read_line, range(len(lines)))
-
-
-def _joint(source: str, own: str, fields: list[str]) -> FileRecord:
-    x, y, _, kind, fixed, angle, *further = fields
-    slides, driven = {"R": False, "P": True}[kind], any(map(_flag, [field for field in further if field][-1:]))
-    place = {"x": _number(x), "y": _number(y), "angle": _number(angle) if slides else 0.0}
-    return JOINT.record(source, id=own, name=own, **place, slides=slides, driven=driven, fixed=_flag(fixed))
-
-
-def _link(source: str, own: str, fields: list[str]) -> FileRecord:
-    kind, *rest = fields if fields[0] in ("R", "P") else ("R", *fields)
-    mass, inertia, x, y = (_number(text) if text not in EMPTY else 0.0 for text in rest[:4])
-    joints = [name for name in rest[4].split("|") if name]
-    place = {"mass": mass, "inertia": inertia, "x": x, "y": y}
-    return LINK.record(source, id=own, name=own, **place, block=kind == "P", joints=joints, parts=[])
-
-
-def _force(source: str, own: str, fields: list[str]) -> FileRecord:
-    link, x, y, x1, y1, fixed, outward, size = fields[:8]
-    places = dict(zip(("x", "y", "x1", "y1", "size"), map(_number, (x, y, x1, y1, size)), strict=True))
-    flags = {"local": not _flag(fixed), "outward": _flag(outward)}
-    return FORCE.record(source, id=own, link=link, name=own, **places, **flags)
+    return all_of(record, range(len(lines)))
 
 
 def _mark_blocks(joints: list[FileRecord], links: list[FileRecord]) -> None:
@@ -103,15 +97,3 @@ def _mark_blocks(joints: list[FileRecord], links: list[FileRecord]) -> None:
         ends = [places[name] for name in link.joints if name in places]
         if len(ends) == 2 and ends[0].slides != ends[1].slides:
             link.block = (ends[0].x, ends[0].y) == (ends[1].x, ends[1].y)
-
-
-def _flag(text: str) -> bool:
-    """Return the truth value of a field; raise LookupError if it is none."""
-    return FLAGS[text.casefold()]
-
-
-def _number(text: str) -> float:
-    """Return a finite number; raise ValueError if it is none."""
-    if math.isnan(value := number_of(text)):
-        raise ValueError(text)
-    return value

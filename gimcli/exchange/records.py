@@ -1,17 +1,19 @@
 """Parts of a file of another program as records, whose keys and types of values a form declares.
 
-A form is a value that the key has if the file has none (0.0, "", False), the type of a value that must be given (float,
-str, object), a tuple of one form whose value may be missing (None), a list of one form for all entries of a list, or a
-dict of forms by key for a record. JSON values and attributes of tags have the same forms; errors name file and keys.
+A form is a value that the key has if the file has none (0.0, "", or False, which all but true is), the type of a value
+that must be given (float, str, object), a tuple of one form whose value may be missing (None), a list of one form for
+all entries of a list, or a dict of forms by key for a record. JSON values and attributes of tags have the same forms;
+errors name the file and the keys.
 """
 
 from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, TypeVar
+from types import SimpleNamespace
+from typing import Any, TypeVar
 
 from gimcli.errors import SYNTAX, ModelError
 
@@ -29,6 +31,9 @@ _NUMBERS: dict[str, Any] = {
 """What NaN, Infinity and very long integers mean: no number, which is refused where it is used."""
 
 
+FLAGS = {"true": True, "t": True, "false": False, "f": False}
+
+
 class Refusing:
     """A part of a file, or the whole of it."""
 
@@ -42,20 +47,10 @@ class Refusing:
             raise self.refused(text)
 
 
-class FileRecord(Refusing):
-    """The values of a part by their keys as attributes; further ones may be set."""
+class FileRecord(SimpleNamespace, Refusing):
+    """The values of a part by their keys as attributes, and the part (`own`); further ones may be set."""
 
-    def __init__(self, own: FilePart, values: Mapping[str, Any]) -> None:
-        self.own = own
-        self.__dict__.update(values)
-
-    if TYPE_CHECKING:
-
-        def __getattr__(self, key: str) -> Any:
-            """Return a value."""
-
-        def __setattr__(self, key: str, value: Any) -> None:
-            """Set a value."""
+    __hash__, __eq__ = object.__hash__, object.__eq__
 
     def refused(self, text: str) -> ModelError:
         """Return the error for this part."""
@@ -123,9 +118,11 @@ class FilePart(Refusing):
         self.expect(self.number().is_integer(), "a whole number")
         return int(self.number())
 
-    def true(self) -> bool:
-        """Return whether the value is true."""
-        return str(self.value).lower() == "true"
+    def flag(self) -> bool:
+        """Return a truth value."""
+        text = str(self.value).lower()
+        self.expect(text in FLAGS, "true or false")
+        return FLAGS[text]
 
     def point(self) -> complex:
         """Return a pair of numbers [x, y]."""
@@ -134,7 +131,7 @@ class FilePart(Refusing):
 
 
 READERS: dict[type, Callable[[FilePart], Any]] = {
-    str: FilePart.text, float: FilePart.number, int: FilePart.integer, bool: FilePart.true, complex: FilePart.point,
+    str: FilePart.text, float: FilePart.number, int: FilePart.integer, bool: FilePart.flag, complex: FilePart.point,
     object: lambda part: part.value,
 }  # fmt: skip
 
@@ -148,9 +145,11 @@ def read(form: Any, part: FilePart) -> Any:
         return all_of(lambda entry: read(form[0], entry), part.entries())
     if isinstance(form, dict):
         part.expect(isinstance(part.value, dict), "an object")
-        return FileRecord(part, {key: read(own, part.at(key)) for key, own in form.items()})
+        return FileRecord(own=part, **{key: read(own, part.at(key)) for key, own in form.items()})
     if isinstance(form, type):
         return READERS[form](part)
+    if form is False:
+        return FLAGS.get(str(part.value).lower(), False)
     return form if missing else READERS[type(form)](part)
 
 
