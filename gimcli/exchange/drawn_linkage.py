@@ -39,7 +39,7 @@ STRAIGHT = 1e-9
 class DrawnLinkage(Draft):
     """The members, the pairs, the inputs and the points of a mechanism, in the file's coordinates.
 
-    `points` has the bodies of the points, which are joints of one body.
+    Points are joints of one body.
     """
 
     def __init__(self, pose: DrawnPose, program: str) -> None:
@@ -51,18 +51,15 @@ class DrawnLinkage(Draft):
         self.joints = {name: complex(z) for name, z in zip(own.nodes, pose.z, strict=True)}
         self.bodies = {n: [own.nodes[k] for k in m.nodes] for n, m in zip(self.names, own.members, strict=True)}
         self.turned = [self._rotation(k) for k in range(len(own.members))]
-        self.points: dict[str, str] = {}
         self._pairs()
         added = {SPAN: self._cylinder, ANGLE: self._turn}
         for number, actuator in enumerate(own.actuators):
             added.get(actuator.kind, self._travel)(number, actuator)
         self._blocks()
         self._points()
-        if own.couplings:
-            names = ", ".join(own.actuators[coupling.follower].name for coupling in own.couplings)
-            self.left_out.append(f"{names}: the coupling is left out; they are inputs with speeds of their own")
-        if own.floating:
-            self.left_out.append(f"the held member {own.members[FRAME].name} is written as the ground")
+        names = ", ".join(own.actuators[coupling.follower].name for coupling in own.couplings)
+        self.note(names, f"{names}: the coupling is left out; they are inputs with speeds of their own")
+        self.note(own.floating, f"the held member {own.members[FRAME].name} is written as the ground")
 
     # -- what writers ask -----------------------------------------------------------------------
 
@@ -192,9 +189,7 @@ class DrawnLinkage(Draft):
 
     def _points(self) -> None:
         for point in self.mechanism.points:
-            body = self.names[point.member]
-            if body == GROUND:
-                self.left_out.append(f"the point {point.name} of the ground is left out")
-            else:
-                name = self.joint(point.name, self.at(point.member, point.local), body)
-                self.points[name] = body
+            grounded = self.names[point.member] == GROUND
+            self.note(grounded, f"the point {point.name} of the ground is left out")
+            if not grounded:
+                self.joint(point.name, self.at(point.member, point.local), self.names[point.member])

@@ -9,7 +9,6 @@ from __future__ import annotations
 import cmath
 import math
 import re
-from collections import defaultdict
 
 from gimcli.exchange.draft import GROUND, Draft
 from gimcli.exchange.pylinkage_joints import LINKAGE, PylinkageJoints
@@ -61,33 +60,42 @@ def read(text: str, source: str) -> Draft:
 
 
 class _Mechanism:
-    """The conversion of a mechanism of joints and links; `on` has the links of each joint."""
+    """The conversion of a mechanism of joints and links.
+
+    It sets for joints their links (`links`), whether they are fixed, and their names in the draft (`named`, "" for
+    none), for links the names of their bodies (`body`, "" for none).
+    """
 
     def __init__(self, file: FileRecord, draft: Draft) -> None:
-        self.draft = draft
-        self.joints, self.links = by_key("id", file.joints, "joint"), by_key("id", file.links, "link")
-        self.bodies: dict[str, str] = {}
-        self.on: dict[str, list[FileRecord]] = defaultdict(list)
-        for link in file.links:
+        self.draft, self.links = draft, file.links
+        self.joints = by_key("id", file.joints, "joint")
+        by_key("id", self.links, "link")
+        for joint in file.joints:
+            joint.links, joint.named = [], ""
+        for link in self.links:
+            link.body, link.joints = "", [self._known(joint, link) for joint in link.joints]
             for joint in link.joints:
-                self.on[self._known(joint, link)].append(link)
-        self.fixed = {ident for ident, joint in self.joints.items() if self._fixed(joint)}
+                joint.links.append(link)
+        motors = [link.motor_joint for link in self.links]
+        for joint in file.joints:  # a tracker of nothing is fixed, too
+            grounded = joint.type == GROUND or any(link.type == GROUND for link in joint.links) or joint.id in motors
+            tracker = joint.type == "tracker"
+            joint.fixed = not (joint.ref_joint1_id and joint.ref_joint2_id) if tracker else grounded
 
     def convert(self) -> None:
         """Fill the draft."""
-        placed = {ident: joint for ident, joint in self.joints.items() if joint.type != "tracker" or self.on[ident]}
-        self.names = {
-            ident: self.draft.joint(joint.name or ident, self._place(joint), *[GROUND] * (ident in self.fixed))
-            for ident, joint in placed.items()
-        }
-        for ident, link in self.links.items():
-            own = [self.names[joint] for joint in link.joints]
+        for joint in self.joints.values():
+            if joint.type != "tracker" or joint.links:
+                fixed = [GROUND] * joint.fixed
+                joint.named = self.draft.joint(joint.name or joint.id, self._place(joint), *fixed)
+        for link in self.links:
+            own = [joint.named for joint in link.joints]
             if link.type == GROUND:
-                self.bodies[ident] = GROUND
+                link.body = GROUND
             elif len(set(own)) > 1:
-                self.bodies[ident] = self.draft.body(link.name or ident, own)
-        for ident, joint in self.joints.items():
-            if joint.type == "prismatic" and ident not in self.fixed:
+                link.body = self.draft.body(link.name or link.id, own)
+        for joint in self.joints.values():
+            if joint.type == "prismatic" and not joint.fixed:
                 self._add_slide(joint)
             elif joint.type == "tracker":
                 self._add_tracker(joint)
@@ -95,72 +103,59 @@ class _Mechanism:
 
     # -- joints ---------------------------------------------------------------------------------
 
-    def _known(self, ident: str, by: FileRecord) -> str:
+    def _known(self, ident: str, by: FileRecord) -> FileRecord:
         by.refuse(ident not in self.joints, f"there is no joint '{ident[:40]}'")
-        return ident
+        return self.joints[ident]
 
     def _place(self, joint: FileRecord) -> complex:
         cure = "the joint has no position; build the mechanism before it is saved"
         joint.at("position").refuse(len(joint.position or ()) != 2 or None in joint.position, cure)
         return complex(*joint.position)
 
-    def _fixed(self, joint: FileRecord) -> bool:
-        """Return whether a joint is fixed: a ground joint, a motor, or a tracker of nothing."""
-        if joint.type == "tracker":
-            return not (joint.ref_joint1_id and joint.ref_joint2_id)
-        motors = [link.motor_joint for link in self.links.values()]
-        return joint.type == GROUND or any(link.type == GROUND for link in self.on[joint.id]) or joint.id in motors
-
     def _add_slide(self, joint: FileRecord) -> None:
-        name, axis = self.names[joint.id], joint.axis
+        name, axis = joint.named, joint.axis
         joint.at("axis").refuse(not abs(axis) > 0.0, "the axis has no direction; give two numbers that are not both 0")
         across = abs(((self.draft.joints[name] - joint.line_point) / axis * abs(axis)).imag)
-        joint.refuse(
-            across > NEAR * self.draft.size(),
-            f"the joint is {across:g} off its line (axis, line_point); move it there",
-        )
+        off = f"the joint is {across:g} off its line (axis, line_point); move it there"
+        joint.refuse(across > NEAR * self.draft.size(), off)
         self.draft.slot(f"slot_{name}", name, GROUND, axis)
 
     def _add_tracker(self, joint: FileRecord) -> None:
         """Add a point; one that joins links is a joint of the link that carries it, too."""
-        ident, named = joint.id, joint.name or joint.id
-        if ident in self.fixed:
-            if not self.on[ident]:
-                self.draft.point(named, GROUND, self._place(joint))
+        if joint.fixed:
+            if not joint.links:
+                self.draft.point(joint.name or joint.id, GROUND, self._place(joint))
             return
         first, second = (self._known(own, joint) for own in (joint.ref_joint1_id, joint.ref_joint2_id))
-        links = [link.id for link in self.on[first] if link in self.on[second]]
-        carriers = [self.bodies[link] for link in links if link in self.bodies]
-        carriers += [GROUND] * (not carriers and {first, second} <= self.fixed)
-        if not carriers:
-            text = f"its joints {first} and {second} are on no common link"
-            joint.refuse(self.on[ident], f"a tracker cannot carry a link: {text}")
-            self.draft.left_out.append(f"tracker {ident} is left out: {text}")
-        elif ident in self.names:
-            self.draft.bodies[carriers[0]].append(self.names[ident])
-        else:
-            origin, along = self._place(self.joints[first]), self._place(self.joints[second])
-            place = origin + cmath.rect(joint.distance, cmath.phase(along - origin) + joint.angle)
-            self.draft.point(named, carriers[0], place)
+        carriers = [link.body for link in first.links if link in second.links and link.body]
+        carriers += [GROUND] * (not carriers and first.fixed and second.fixed)
+        text = f"its joints {first.id} and {second.id} are on no common link"
+        joint.refuse(joint.links and not carriers, f"a tracker cannot carry a link: {text}")
+        self.draft.note(not carriers, f"tracker {joint.id} is left out: {text}")
+        origin, along = self._place(first), self._place(second)
+        place = origin + cmath.rect(joint.distance, cmath.phase(along - origin) + joint.angle)
+        for carrier in carriers[:1]:
+            if joint.named:
+                self.draft.bodies[carrier].append(joint.named)
+            else:
+                self.draft.point(joint.name or joint.id, carrier, place)
 
     # -- inputs ---------------------------------------------------------------------------------
 
     def _add_inputs(self) -> None:
-        drivers = [link for link in self.links.values() if link.type in ("driver", "arc_driver")]
+        drivers = [link for link in self.links if link.type in ("driver", "arc_driver")]
         motion = RepeatedMotion(self.draft)
         for link in drivers:
             what = f"the driver '{link.id[:40]}'"
             link.refuse(not link.motor_joint, f"{what} has no `motor_joint`; name a ground joint")
             motor = self._known(link.motor_joint, link)
-            others = [joint for joint in link.joints if joint != motor]
-            link.refuse(
-                len(others) != 1 or motor not in link.joints,
-                f"{what} needs two joints, its `motor_joint` and one more",
-            )
+            others = [joint for joint in link.joints if joint is not motor]
+            good = len(others) == 1 and motor in link.joints
+            link.refuse(not good, f"{what} needs two joints, its `motor_joint` and one more")
             name = "motor" if len(drivers) == 1 else f"motor_{link.id}"
-            pivot, arm = self.names[motor], self.names[others[0]]
+            pivot, arm = motor.named, others[0].named
             law = motion.add(name, _driver(link, self.draft.joints[arm] - self.draft.joints[pivot]))
-            self.draft.rotary(name, pivot, self.bodies.get(link.id, link.id), arm=arm, law=law)
+            self.draft.rotary(name, pivot, link.body, arm=arm, law=law)
         motion.complete()
 
 

@@ -50,7 +50,9 @@ class Refusing:
 class FileRecord(SimpleNamespace, Refusing):
     """The values of a part by their keys as attributes, and the part (`own`); further ones may be set."""
 
-    __hash__, __eq__ = object.__hash__, object.__eq__
+    own: FilePart
+    __eq__ = object.__eq__
+    __hash__ = object.__hash__  # type: ignore[assignment]  # records have no equals
 
     def refused(self, text: str) -> ModelError:
         """Return the error for this part."""
