@@ -58,16 +58,15 @@ def _from_yaml(text: str, draft: Draft) -> None:
     from gimcli.model.source import read_yaml
 
     for key, what in _LEFT_OUT.items():
-        if re.search(rf"(?:^|[{{,]\s*){key}\s*:", text, re.MULTILINE):
-            draft.left_out.append(f"{what} are left out" if what.endswith("s") else f"the {what} is left out")
+        found = re.search(rf"(?:^|[{{,]\s*){key}\s*:", text, re.MULTILINE)
+        draft.note(found, f"{what} are left out" if what.endswith("s") else f"the {what} is left out")
     own = read_yaml(_UNUSED.sub(lambda m: "\n" * m[0].count("\n"), text), Path(draft.source))
     if own.faults:
         raise own.error()
     listed = _mechanisms(own.data)
     draft.refuse(not listed, "the file has no mechanism; draw one in Pyslvs and save the file again")
     draft.name, expression, where = listed[0]
-    if listed[1:]:
-        draft.left_out.append(f"stored mechanisms are left out: {', '.join(name for name, _, _ in listed[1:])}")
+    draft.note(listed[1:], f"stored mechanisms are left out: {', '.join(name for name, _, _ in listed[1:])}")
     joints = joints_of(expression, draft.source, own.values.get(where, (1, 1))[0])
     given = own.data.get("input") if where == ("mechanism",) else None
     inputs = FilePart(f"{draft.source}:{own.values.get(('input',), (1, 1))[0]}: input", given or [])
@@ -129,37 +128,33 @@ class _Pyslvs:
     # -- inputs ---------------------------------------------------------------------------------
 
     def _add_input(self, number: int, pair: list[int]) -> None:
-        what = f"input {'->'.join(f'Point{k}' for k in pair[:2])}"
-        self.draft.refuse(len(pair) < 2, f"{what}: expected two joint numbers such as [0, 1]")
-        missing = any(k not in range(len(self.joints)) for k in pair[:2])
+        base, driver, *_ = *pair, -1, -1
+        what = f"input Point{base}->Point{driver}"
+        missing = not {base, driver} <= {*range(len(self.joints))}
         self.draft.refuse(missing, f"{what}: there is no such joint; the last one is Point{len(self.joints) - 1}")
-        add = self._add_travel if pair[0] == pair[1] else self._add_turn
-        name, moves = add(number, what, pair)
-        if number or pair[0] == pair[1]:
-            moves = "is constant" if number else moves
-            self.draft.left_out.append(f"{name} ({what}) {moves}: Pyslvs stores no motion; change its law")
+        sliding, travel = base == driver, STROKE * self.draft.size()
+        name = ("slide" if sliding else "motor") + (f"_{number + 1}" if number else "")
+        if sliding:
+            slides = self.joints[base].kind != "R" and self._pinned(base)
+            self.draft.refuse(not slides, f"{what}: it is no slider (P or RP)")
+            self.draft.travel(name, slot=f"slot_{self.names[base]}", law={"by": 0.0 if number else travel})
+        else:
+            self._add_turn(name, what, base, driver, {"by": 0.0 if number else 360.0})
+        moves = "is constant" if number else f"moves by {travel:g}"
+        self.draft.note(number or sliding, f"{name} ({what}) {moves}: Pyslvs stores no motion; change its law")
 
-    def _add_turn(self, number: int, what: str, pair: list[int]) -> tuple[str, str]:
-        base, driver = pair[:2] if GROUND in self._pinned(pair[0]) else pair[1::-1]
+    def _add_turn(self, name: str, what: str, base: int, driver: int, law: dict[str, float]) -> None:
+        if GROUND not in self._pinned(base):
+            base, driver = driver, base
         shared = [link for link in self._pinned(base) if link in self._pinned(driver) and link != GROUND]
         fixed = GROUND in self._pinned(base) and shared
         self.draft.refuse(not fixed, f"{what}: one of the two must be fixed, and a link must join both")
         if not self.names[driver]:  # a point: it becomes a joint of its link
             place = self.draft.tracers.pop(f"Point{driver}")[1]
             self.names[driver] = self.draft.joint(f"Point{driver}", place, shared[0])
-        name = f"motor_{number + 1}" if number else "motor"
-        law = {"by": 0.0 if number else 360.0}
         self.draft.rotary(name, self.names[base], shared[0], arm=self.names[driver], law=law)
-        return name, ""
 
     def _pinned(self, number: int) -> tuple[str, ...]:
         """Return the links that a joint is a pin of."""
         joint = self.joints[number]
         return joint.bodies if joint.kind == "R" else joint.bodies[1:]
-
-    def _add_travel(self, number: int, what: str, pair: list[int]) -> tuple[str, str]:
-        slides = self.joints[pair[0]].kind != "R" and self._pinned(pair[0])
-        self.draft.refuse(not slides, f"{what}: it is no slider (P or RP)")
-        travel, name = STROKE * self.draft.size(), f"slide_{number + 1}" if number else "slide"
-        self.draft.travel(name, slot=f"slot_{self.names[pair[0]]}", law={"by": 0.0 if number else travel})
-        return name, f"moves by {travel:g}"
