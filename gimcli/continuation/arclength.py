@@ -9,13 +9,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from typing import Protocol
 
 import numpy as np
 
-from gimcli.mechanism import FloatArray
+from gimcli.mechanism import BoolArray, FloatArray
 from gimcli.numerics.along import hermite, hermite_slope, root
 from gimcli.numerics.follower import Follower
 from gimcli.progress import spend
@@ -27,11 +28,11 @@ WEAK = 1e4
 class Implicit(Protocol):
     """A curve of solutions; redundant equations must be consistent with the others."""
 
-    def residual(self, p: FloatArray) -> FloatArray:
-        """Return G (m,) at p (n + 1,)."""
+    def linearised(self, p: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return G (..., m) and G_p (..., m, n + 1) at p (..., n + 1)."""
 
     def jacobian(self, p: FloatArray) -> FloatArray:
-        """Return G_p (m, n + 1)."""
+        """Return G_p (..., m, n + 1)."""
 
 
 @dataclass(frozen=True)
@@ -92,52 +93,78 @@ def place(system: Implicit, p: FloatArray, along: FloatArray) -> CurvePoint:
 def correct(
     system: Implicit, p: FloatArray, constants: ArclengthConstants, normal: FloatArray | None = None, freedoms: int = 1
 ) -> FloatArray | None:
-    """Return the solution closest to p, or that in the plane through p with a `normal`; None without convergence.
+    """Return the solution closest to p (n + 1,), or that in the plane through p with a `normal`; None if none is found.
 
     freedoms: dimension of the set of solutions, 1 for a curve.
     """
     p, last = p.copy(), np.inf
     for _ in range(constants.corrections):
-        g, table = system.residual(p), system.jacobian(p)
-        if normal is not None:
-            g, table = np.append(g, 0.0), np.vstack([table, normal])
-        if not (np.isfinite(g).all() and np.isfinite(table).all()):
-            return None
-        step = _least(table, -g, len(p) - (freedoms if normal is None else 0), constants.rank)
+        step = _step(system, p, constants, normal, freedoms)
         p += step
-        size = float(np.linalg.norm(step))
+        size = math.sqrt(step @ step)
         if size <= constants.closeness:
             return p
-        if size > 2.0 * last:
+        if not size <= 2.0 * last:
+            last = last if math.isfinite(size) else np.inf
             break
         last = size
     return p if last <= constants.rounding else None
 
 
-def _least(table: FloatArray, wanted: FloatArray, rank: int, lost: float) -> FloatArray:
-    """Return the least-norm least-squares step with at most some rank.
+def corrected(
+    system: Implicit, p: FloatArray, constants: ArclengthConstants, normals: FloatArray | None = None,
+    freedoms: int = 1,
+) -> tuple[FloatArray, BoolArray]:  # fmt: skip
+    """Return the solutions (rows, n + 1) closest to points p (rows, n + 1), and whether each was found (rows,).
+
+    normals: (rows, n + 1) of planes through the points. The other arguments and the rules are those of `correct`.
+    """
+    p, going, last, size = p.copy(), np.arange(len(p)), np.full(len(p), np.inf), np.full(len(p), np.inf)
+    for _ in range(constants.corrections if len(p) else 0):
+        step = _step(system, p[going], constants, None if normals is None else normals[going], freedoms)
+        p[going] += step
+        size[going] = np.linalg.norm(step, axis=1)
+        going = going[(size[going] > constants.closeness) & (size[going] <= 2.0 * last[going])]
+        if not len(going):
+            break
+        last[going] = size[going]
+    return p, (size <= constants.closeness) | (last <= constants.rounding) & np.isfinite(size)
+
+
+def _step(
+    system: Implicit, p: FloatArray, constants: ArclengthConstants, normal: FloatArray | None, freedoms: int
+) -> FloatArray:
+    """Return the least-norm least-squares step (..., n + 1) at p (..., n + 1), of a limited rank; NaN if there is none.
 
     The rank is limited because, off the curve, redundant equations seem to be independent.
     """
-    if len(table) == rank:
-        step = _plain(table, wanted)
-        if step is not None:
-            return step
-    left, values, right = np.linalg.svd(table, full_matrices=False)
-    values = values[: min(rank, int(np.sum(values > lost * values[0])))]
-    kept = len(values)
-    return np.asarray(right[:kept].T @ ((left[:, :kept].T @ wanted) / values))
+    g, table = system.linearised(p)
+    rank = p.shape[-1] - freedoms
+    if normal is not None:
+        g, rank = np.concatenate([g, np.zeros((*g.shape[:-1], 1))], axis=-1), p.shape[-1]
+        table = np.concatenate([table, normal[..., None, :]], axis=-2)
+    step, strong = np.full(p.shape, np.nan), np.zeros(p.shape[:-1], dtype=bool)
+    if table.shape[-2] == rank:
+        with suppress(np.linalg.LinAlgError):  # one of them is singular
+            step, strong = _plain(table, -g)
+    if not strong.all():
+        weak = np.isfinite(table).all(axis=(-2, -1)) & np.isfinite(g).all(axis=-1) & ~strong
+        left, values, right = np.linalg.svd(table[weak], full_matrices=False)
+        kept = (values > constants.rank * values[:, :1]) & (np.arange(values.shape[1]) < rank)
+        parts = (-g[weak][:, None] @ left)[:, 0] / np.where(kept, values, np.inf)
+        step[~strong] = np.nan
+        step[weak] = (parts[:, None] @ right)[:, 0]
+    return step
 
 
-def _plain(table: FloatArray, wanted: FloatArray) -> FloatArray | None:
-    """Return the least-norm step by normal equations; None if they are singular or ill-conditioned."""
-    try:
-        pull = np.linalg.solve(table @ table.T, wanted)
-    except np.linalg.LinAlgError:
-        return None
-    step = np.asarray(pull @ table)
-    strong = float(np.vdot(pull, pull) * np.vdot(table, table)) <= WEAK**2 * float(step @ step)
-    return step if strong else None
+def _plain(table: FloatArray, wanted: FloatArray) -> tuple[FloatArray, BoolArray]:
+    """Return the least-norm steps by normal equations, and whether these are well-conditioned (...,)."""
+    gram = table @ np.swapaxes(table, -2, -1)
+    pull = np.linalg.solve(gram, wanted[..., None])
+    across = np.swapaxes(pull, -2, -1)
+    step = across @ table
+    gain = (across @ pull)[..., 0, 0] * gram.trace(axis1=-2, axis2=-1)
+    return step[..., 0, :], gain <= WEAK**2 * (step @ np.swapaxes(step, -2, -1))[..., 0, 0]
 
 
 def beside(

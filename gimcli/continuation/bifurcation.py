@@ -120,7 +120,7 @@ def crossing(curve: SecondOrder, guess: FloatArray) -> Crossing | None:
         left, values, right = np.linalg.svd(curve.jacobian(p))
         if int(np.sum(values[:n] <= BRANCHING.lost * values[0])) == lost:
             null, normal = right[n - lost :].T, left[:, n - lost :]
-            miss = float(np.linalg.norm(normal.T @ curve.residual(p)))
+            miss = float(np.linalg.norm(normal.T @ curve.linearised(p)[0]))
             return Crossing(p, miss, null, normal, _independent(_forms(curve, p, null, normal)))
     return None
 
@@ -161,7 +161,7 @@ def _augmented(
     """Return the equations for p and e and their derivatives (m + r (k + 1), n + 1 + r)."""
     m, r = b.shape
     n1, k1 = c.shape
-    jacobian = curve.jacobian(p)
+    g, jacobian = curve.linearised(p)
     bordered = np.block([[jacobian, b], [c.T, np.zeros((k1, r))]])
     identity = np.eye(m + k1)
     try:
@@ -172,7 +172,7 @@ def _augmented(
     v, h, w = solved[:n1], solved[n1:], turned[:m]
     slopes = np.array([-w.T @ curve.jacobian_along(p, v[:, j]) for j in range(k1)])  # (k + 1, r, n + 1)
     table = np.block([[jacobian, b], [slopes.reshape(k1 * r, n1), np.zeros((k1 * r, r))]])
-    return np.concatenate([curve.residual(p) + b @ e, h.T.ravel()]), table
+    return np.concatenate([g + b @ e, h.T.ravel()]), table
 
 
 def _forms(curve: SecondOrder, p: FloatArray, right: FloatArray, left: FloatArray) -> FloatArray:

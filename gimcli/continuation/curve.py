@@ -146,9 +146,7 @@ class PositionCurve:
 
     def inputs(self, p: FloatArray) -> FloatArray:
         """Return all inputs (actuators,) at p (n + 1,), or (actuators, rows) at p (n + 1, rows)."""
-        if p.ndim > 1:
-            return np.array([self.inputs(one) for one in p.T]).T
-        return self._completed(self._inputs(float(p[-1]), 0), p)
+        return self._completed(self._inputs(p[-1:].T, 0), p.T).T
 
     def travel(self, v: FloatArray, q: float) -> FloatArray:
         """Convert a direction v (n + 1,) to coordinates and inputs (coordinates + actuators,)."""
@@ -161,9 +159,9 @@ class PositionCurve:
         return np.concatenate([(p - other)[: self.system.coordinated], change])
 
     def _completed(self, inputs: FloatArray, p: FloatArray) -> FloatArray:
-        """Return inputs (actuators,), or rates, with those that follow the linkage from p (n + 1,)."""
+        """Return inputs (..., actuators), or rates, with those that follow the linkage from p (..., n + 1)."""
         if self.system.followers:
-            inputs[self.system.followers] = self.system.following(p[:-1])
+            inputs[..., self.system.followers] = self.system.following(p[..., :-1])
         return inputs
 
     def turning(self, p: FloatArray, v: FloatArray) -> dict[str, float]:
@@ -176,15 +174,19 @@ class PositionCurve:
             turns[member.name] = float((arm.conjugate() * (rate[b] - rate[a])).imag / abs(arm) ** 2)
         return turns
 
-    def residual(self, p: FloatArray) -> FloatArray:
-        """Return the equations (m,) at p (n + 1,)."""
-        return self.system.residual(p[:-1], self._inputs(float(p[-1]), 0))
+    def linearised(self, p: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the equations (..., m) at p (..., n + 1) and their derivatives (..., m, n + 1)."""
+        value, table = self.system.linearised(p[..., :-1], self._inputs(p[..., -1:], 0))
+        return value, self._along(table, p)
 
     def jacobian(self, p: FloatArray) -> FloatArray:
-        """Return the derivatives of the equations (m, n + 1)."""
-        q, n = float(p[-1]), self.system.n
-        table = self.system.jacobians(p[:-1], self._inputs(q, 0))
-        return np.concatenate([table[:, :n], table[:, n:] @ self._inputs(q, 1)[:, None]], axis=1)
+        """Return the derivatives of the equations (..., m, n + 1) at p (..., n + 1)."""
+        return self._along(self.system.jacobians(p[..., :-1], self._inputs(p[..., -1:], 0)), p)
+
+    def _along(self, table: FloatArray, p: FloatArray) -> FloatArray:
+        """Return derivatives (..., m, n + 1) of those (..., m, n + actuators) by coordinates and inputs at p."""
+        n = self.system.n
+        return np.concatenate([table[..., :n], table[..., n:] @ self._inputs(p[..., -1:], 1)[..., None]], axis=-1)
 
     def jacobian_along(self, p: FloatArray, v: FloatArray) -> FloatArray:
         """Return the derivative of the Jacobian (m, n + 1) along v (n + 1,)."""
@@ -208,12 +210,12 @@ class PositionCurve:
         mixed = self.system.second(x, u, along, np.concatenate([rest, second]))
         return np.asarray(found + 3.0 * mixed + self.system.along_inputs(x, u, third))
 
-    def _inputs(self, q: float, order: int) -> FloatArray:
-        """Return the inputs (actuators,), or their derivatives of an order by the parameter."""
+    def _inputs(self, q: float | FloatArray, order: int) -> FloatArray:
+        """Return the inputs (..., actuators), or their derivatives of an order, at parameters q (..., 1)."""
         if self.line is not None:
             return self.line.base + self.line.along * q if order == 0 else self.line.along * (order == 1)
-        time = np.array([q / self.span])
-        if order == 0:
-            return law_inputs(self.driven)(time)[:, 0]
-        inside = np.clip(time, 0.0, 1.0)
-        return np.array([float(a.law(inside, order)[0]) for a in self.driven.actuators]) / self.span**order
+        time = np.atleast_1d(q) / self.span
+        rows = time.ravel() if order == 0 else np.clip(time.ravel(), 0.0, 1.0)
+        each = [a.law(rows, order) for a in self.driven.actuators]
+        found = np.array(each) / self.span**order if order else law_inputs(self.driven)(rows)
+        return np.ascontiguousarray(found.T).reshape(*time.shape[:-1], -1)

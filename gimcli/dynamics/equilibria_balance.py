@@ -277,14 +277,14 @@ class Freedoms:
         free = self.all @ y
         return np.asarray(self.base.reshape(-1, *[1] * (free.ndim - 1)) + free)
 
-    def residual(self, y: FloatArray) -> FloatArray:
-        """Return the equations (..., m) at y (..., n + k)."""
-        return self.system.residual(*self._parts(y))
+    def linearised(self, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the equations (..., m) at y (..., n + k) and their derivatives (..., m, n + k)."""
+        n, (value, table) = self.system.n, self.system.linearised(*self._parts(y))
+        return value, np.concatenate([table[..., :n], table[..., n:] @ self.along], axis=-1)
 
     def jacobian(self, y: FloatArray) -> FloatArray:
         """Return the derivatives of the equations (..., m, n + k) at y (..., n + k)."""
-        n, table = self.system.n, self.system.jacobians(*self._parts(y))
-        return np.concatenate([table[..., :n], table[..., n:] @ self.along], axis=-1)
+        return self.linearised(y)[1]
 
     def directions(self, y: FloatArray) -> FloatArray:
         """Return orthonormal directions of motion (k, n + k)."""

@@ -54,9 +54,9 @@ class CriticalPath:
     def __init__(self, stratum: Stratum) -> None:
         self.stratum = stratum
 
-    def residual(self, p: FloatArray) -> FloatArray:
-        """Return G."""
-        return self.stratum.form.value(p)
+    def linearised(self, p: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return G and G_x."""
+        return self.stratum.form.value(p), self.stratum.form.slope(p)
 
     def jacobian(self, p: FloatArray) -> FloatArray:
         """Return G_x."""
@@ -87,6 +87,10 @@ class Fold:
         balance = np.einsum("...mn,...m->...n", form.slope(x), weights) - alpha @ self.stratum.table
         length = np.sum(p[..., n:] ** 2, axis=-1, keepdims=True) - 1.0
         return np.concatenate([form.value(x), balance, length], axis=-1)
+
+    def linearised(self, p: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the residual and its derivatives."""
+        return self.residual(p), self.jacobian(p)
 
     def jacobian(self, p: FloatArray) -> FloatArray:
         """Return the derivatives of the residual by p."""

@@ -85,6 +85,11 @@ class System:
         """Return [F_x F_u] (..., m, n + actuators)."""
         return self._arrays.slopes(_joined(x, u, 1.0))[..., :-1]
 
+    def linearised(self, x: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return F (..., m) and [F_x F_u] (..., m, n + actuators)."""
+        value, table = self._arrays.linearised(_joined(x, u, 1.0))
+        return value, table[..., :-1]
+
     def along_inputs(self, x: FloatArray, u: FloatArray, rate: FloatArray) -> FloatArray:
         """Return F_u rate (..., m) for rates of the inputs (..., actuators)."""
         return np.asarray((self.jacobians(x, u)[..., self.n :] @ rate[..., None])[..., 0])

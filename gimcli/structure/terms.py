@@ -105,7 +105,8 @@ class TermArrays:
         sign = np.array([DERIVATIVES[kind][0] for kind, _ in listed])
         after = np.array([number.get((DERIVATIVES[kind][1], u), 0) for kind, u in listed], dtype=np.int64)
         own = np.array([number[one] for one in zip(kinds, owners, strict=True)], dtype=np.int64)
-        self._owns = (own, after[own], after[after[own]], after[after[after[own]]])  # f and its three derivatives
+        self._owns = np.array([own, after[own], after[after[own]], after[after[after[own]]]])  # f and its derivatives
+        self._ends = np.array([self.second, self.first])  # the derivative by a has the factor b
         self._signs = np.cumprod([np.ones(len(own)), *(sign[one] for one in self._owns[:3])], axis=0)
         self._angles, self._lengths = np.array(angles, dtype=np.int64), np.array(lengths, dtype=np.int64)
         self._begin = np.flatnonzero(np.diff(self.row, prepend=-1))  # the first term of each equation
@@ -144,31 +145,51 @@ class TermArrays:
 
     def parts(self, v: FloatArray) -> FloatArray:
         """Return the values of all terms (..., terms)."""
-        return np.asarray(self._functions(v, 0)[0] * v.take(self.first, axis=-1) * v.take(self.second, axis=-1))
+        return np.asarray(
+            self._functions(self._every(v), 0)[0] * v.take(self.first, axis=-1) * v.take(self.second, axis=-1)
+        )
 
     def values(self, v: FloatArray) -> FloatArray:
         """Return the values of the equations (..., equations)."""
-        inner = self._inner_weights * self._every(v).take(self._inner_owns, axis=-1) * v.take(self._inner, axis=-1)
-        outer = np.add.reduceat(inner, self._first_inner, axis=-1) * v.take(self._outer, axis=-1)
-        return np.asarray(np.add.reduceat(outer, self._first_outer, axis=-1))
+        return self._values(v, self._every(v))
 
     def slopes(self, v: FloatArray) -> FloatArray:
         """Return the derivatives of the equations by all variables (..., equations, columns); by 1 they are 0."""
-        a, b, (f, g) = v.take(self.first, axis=-1), v.take(self.second, axis=-1), self._functions(v, 1)
-        return self._table(f * b, f * a, g * a * b)
+        return self._slopes(v, self._every(v))
+
+    def linearised(self, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the values and the slopes."""
+        every = self._every(v)
+        return self._values(v, every), self._slopes(v, every)
+
+    def _values(self, v: FloatArray, every: FloatArray) -> FloatArray:
+        inner = self._inner_weights * every.take(self._inner_owns, axis=-1) * v.take(self._inner, axis=-1)
+        outer = np.add.reduceat(inner, self._first_inner, axis=-1) * v.take(self._outer, axis=-1)
+        return np.asarray(np.add.reduceat(outer, self._first_outer, axis=-1))
+
+    def _slopes(self, v: FloatArray, every: FloatArray) -> FloatArray:
+        ends, functions = v.take(self._ends, axis=-1), self._weights[:2] * every.take(self._owns[:2], axis=-1)
+        by_ends = functions[..., :1, :] * ends
+        return self._table(by_ends, functions[..., 1:, :] * ends[..., :1, :] * ends[..., 1:, :])
 
     def slopes_along(self, v: FloatArray, along: FloatArray) -> FloatArray:
         """Return the derivatives of the slopes (..., equations, columns) along a direction (..., columns).
 
         The direction has a 0 for the constant 1.
         """
-        (a, b, _), (da, db, du), (f, g, h) = self._factors(v), self._factors(along), self._functions(v, 2)
+        (a, b, _), (da, db, du), (f, g, h) = self._factors(v), self._factors(along), self._functions(self._every(v), 2)
         turned, both = g * du, da * b + a * db
-        return self._table(turned * b + f * db, turned * a + f * da, h * du * a * b + g * both)
+        return self._table(
+            *(part[..., None, :] for part in (turned * b + f * db, turned * a + f * da, h * du * a * b + g * both))
+        )
 
     def third(self, v: FloatArray, along: FloatArray) -> FloatArray:
         """Return the third derivative of the equations (..., equations) along a direction, taken three times."""
-        (a, b, _), (da, db, du), (_, g, h, k) = self._factors(v), self._factors(along), self._functions(v, 3)
+        (a, b, _), (da, db, du), (_, g, h, k) = (
+            self._factors(v),
+            self._factors(along),
+            self._functions(self._every(v), 3),
+        )
         parts = du * (du * du * k * a * b + 3.0 * du * h * (da * b + a * db) + 6.0 * g * da * db)
         return np.asarray(np.add.reduceat(parts, self._begin, axis=-1))
 
@@ -176,19 +197,25 @@ class TermArrays:
         """Return the variables a, b and u of all terms (..., terms)."""
         return v.take(self.first, axis=-1), v.take(self.second, axis=-1), v.take(self.owner, axis=-1)
 
-    def _functions(self, v: FloatArray, order: int) -> list[FloatArray]:
+    def _functions(self, every: FloatArray, order: int) -> list[FloatArray]:
         """Return c f (..., terms) of the terms, and the derivatives by their readings up to an order."""
-        every = self._every(v)
         return [self._weights[k] * every.take(self._owns[k], axis=-1) for k in range(order + 1)]
 
     def _every(self, v: FloatArray) -> FloatArray:
         """Return 1, the cosines and sines of the angles, and the lengths and their squares (..., functions)."""
-        turn, u = np.exp(1j * v.take(self._angles, axis=-1)), v.take(self._lengths, axis=-1)
-        return np.concatenate([v[..., -1:], turn.real, turn.imag, u, u * u], axis=-1)
+        parts = [v[..., -1:]]
+        if len(self._angles):
+            turn = np.exp(1j * v.take(self._angles, axis=-1))
+            parts += turn.real, turn.imag
+        if len(self._lengths):
+            u = v.take(self._lengths, axis=-1)
+            parts += u, u * u
+        return np.concatenate(parts, axis=-1)
 
     def _table(self, *parts: FloatArray) -> FloatArray:
-        """Return a table (..., equations, columns) of the derivatives by a, by b and by u (..., terms)."""
-        table = np.zeros((*parts[0].shape[:-1], self.count * self.width))
-        every = np.concatenate(parts, axis=-1).take(self._part, axis=-1)
+        """Return a table (..., equations, columns) of the derivatives by a, by b and by u (..., 3, terms) in all."""
+        lead = parts[0].shape[:-2]
+        table = np.zeros((*lead, self.count * self.width))
+        every = np.concatenate(parts, axis=-2).reshape(*lead, -1).take(self._part, axis=-1)
         table[..., self._place] = np.add.reduceat(every, self._first_part, axis=-1)
         return table.reshape(*table.shape[:-1], self.count, self.width)

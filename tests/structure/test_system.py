@@ -51,11 +51,11 @@ class Curve:
     def __init__(self, g: Callable[..., float], gradient: Callable[..., list[float]]) -> None:
         self.g, self.gradient = g, gradient
 
-    def residual(self, p: FloatArray) -> FloatArray:
-        return np.array([self.g(*p), -2.0 * self.g(*p)])
+    def linearised(self, p: FloatArray) -> tuple[FloatArray, FloatArray]:
+        return np.apply_along_axis(lambda at: [self.g(*at), -2.0 * self.g(*at)], -1, p), self.jacobian(p)
 
     def jacobian(self, p: FloatArray) -> FloatArray:
-        return np.outer([1.0, -2.0], self.gradient(*p))
+        return np.apply_along_axis(lambda at: np.outer([1.0, -2.0], self.gradient(*at)), -1, p)
 
 
 def test_a_circle_is_followed_through_its_folds() -> None:
