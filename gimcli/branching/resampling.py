@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 
-from gimcli.continuation.arclength import correct, cubic, place
+from gimcli.continuation.arclength import corrected, cubic, tangents
 from gimcli.continuation.circuit import CIRCUIT, STEPS, Circuit, nearby
-from gimcli.mechanism import FloatArray
+from gimcli.mechanism import BoolArray, FloatArray, IntArray
 from gimcli.motion.motion import Motion
 from gimcli.status import Status
 from gimcli.structure.residual import holds, residual
@@ -17,11 +16,11 @@ from gimcli.structure.residual import holds, residual
 
 def along(circuit: Circuit, rows: int) -> FloatArray:
     """Return positions and parameter (n + 1, rows) at even distances, including both ends."""
-    return np.array([settled(circuit, k, part)[0] for k, part in sample_places(circuit, rows)]).T
+    return settled(circuit, *sample_places(circuit, rows))[0].T
 
 
-def sample_places(circuit: Circuit, rows: int) -> Iterator[tuple[int, float]]:
-    """Yield number of the point before and fraction (0..1) to the next point, at even distances, including both ends.
+def sample_places(circuit: Circuit, rows: int) -> tuple[IntArray, FloatArray]:
+    """Return numbers of the points before and fractions (0..1) to the next points, at even distances with both ends.
 
     Of a curve that goes to infinity only the part nearby is used.
     """
@@ -29,43 +28,47 @@ def sample_places(circuit: Circuit, rows: int) -> Iterator[tuple[int, float]]:
     first, last = nearby(circuit)
     wanted = np.linspace(marks[first], marks[last], rows)
     index = np.clip(np.searchsorted(marks, wanted, side="right") - 1, 0, len(marks) - 2)
-    for row, k in enumerate(index.tolist()):
-        yield k, float((wanted[row] - marks[k]) / (marks[k + 1] - marks[k]))
+    return index, (wanted - marks[index]) / np.diff(marks)[index]
 
 
-def settled(circuit: Circuit, k: int, part: float) -> tuple[FloatArray, FloatArray]:
-    """Return the corrected position (n + 1,) at a fraction (0..1) from point k to the next, and a vector along there.
+def settled(circuit: Circuit, k: IntArray, part: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return corrected positions (rows, n + 1) at fractions (0..1) from points k (rows,) to the next ones.
 
-    The vector is a tangent, between the points that of a cubic.
+    Then the tangents (rows, n + 1) there, not of unit length, of the cubics between the points.
     """
-    here, there = circuit.places[k], circuit.places[k + 1]
-    if part in (0.0, 1.0):
-        return (there.p, there.tangent) if part else (here.p, here.tangent)
-    guess, slope = cubic(here, there, part)
-    exact = None
-    if not beside(circuit, k, guess):
-        exact = correct(circuit.curve, guess, STEPS, slope / np.linalg.norm(slope))
-    return guess if exact is None else exact, slope
+    p, tangent = circuit.p.T, circuit.tangents
+    guess, slope = cubic(p[k], tangent[k], p[k + 1], tangent[k + 1], part[:, None])
+    open_ones = np.flatnonzero(~known(circuit, k, part, guess))
+    normals = slope[open_ones] / np.linalg.norm(slope[open_ones], axis=1, keepdims=True)
+    exact, good = corrected(circuit.curve, guess[open_ones], STEPS, normals)
+    guess[open_ones[good]] = exact[good]
+    return guess, slope
 
 
-def exact_tangent(circuit: Circuit, k: int, part: float) -> tuple[FloatArray, FloatArray]:
-    """Return the same position with the unit tangent (n + 1,) of the curve."""
-    p, along = settled(circuit, k, part)
-    if part in (0.0, 1.0) or beside(circuit, k, p):
-        return p, along / np.linalg.norm(along)
-    return p, place(circuit.curve, p, along).tangent
+def exact_tangents(circuit: Circuit, k: IntArray, part: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the same positions with the unit tangents (rows, n + 1) of the curve."""
+    p, heading = settled(circuit, k, part)
+    open_ones = np.flatnonzero(~known(circuit, k, part, p))
+    heading[open_ones] = tangents(circuit.curve, p[open_ones], heading[open_ones])
+    return p, heading / np.linalg.norm(heading, axis=1, keepdims=True)
 
 
-def beside(circuit: Circuit, k: int, p: FloatArray) -> bool:
-    """Return whether p is so near to an intersection that interpolation is more accurate than the equations."""
-    ends = [circuit.places[j].p for j in (k, k + 1) if j in circuit.crossings]
-    return any(float(np.linalg.norm(p - end)) <= CIRCUIT.beside for end in ends)
+def known(circuit: Circuit, k: IntArray, part: FloatArray, p: FloatArray) -> BoolArray:
+    """Return whether positions p (rows, n + 1) are points of a circuit, or so near to an intersection.
+
+    There the interpolation is more accurate than the equations.
+    """
+    found = (part == 0.0) | (part == 1.0)
+    for j in circuit.crossings:
+        near = np.linalg.norm(p - circuit.places[j].p, axis=1) <= CIRCUIT.beside
+        found |= ((k == j) | (k + 1 == j)) & near
+    return found
 
 
 def circuit_motion(circuit: Circuit, rows: int, tolerance: float) -> Motion:
     """Return rows at even distances along a circuit as a motion; its time is the fraction of the length, 0..1."""
-    p, headings = np.array([settled(circuit, k, part) for k, part in sample_places(circuit, rows)]).transpose(1, 2, 0)
-    return replace(as_motion(circuit, np.linspace(0.0, 1.0, rows), p, tolerance), headings=headings)
+    p, headings = settled(circuit, *sample_places(circuit, rows))
+    return replace(as_motion(circuit, np.linspace(0.0, 1.0, rows), p.T, tolerance), headings=headings.T)
 
 
 def as_motion(circuit: Circuit, time: FloatArray, p: FloatArray, tolerance: float) -> Motion:

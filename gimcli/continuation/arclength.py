@@ -17,7 +17,7 @@ from typing import Protocol
 import numpy as np
 
 from gimcli.mechanism import BoolArray, FloatArray
-from gimcli.numerics.along import hermite, hermite_slope, root
+from gimcli.numerics.along import Part, hermite, hermite_slope, root
 from gimcli.numerics.follower import Follower
 from gimcli.progress import spend
 
@@ -88,6 +88,12 @@ def place(system: Implicit, p: FloatArray, along: FloatArray) -> CurvePoint:
     n = len(p) - 1
     tangent = across[-1] * (1.0 if across[-1] @ along >= 0.0 else -1.0)
     return CurvePoint(p, tangent, jacobian, values[:n], left[:, :n])
+
+
+def tangents(system: Implicit, p: FloatArray, along: FloatArray) -> FloatArray:
+    """Return the unit tangents (rows, n + 1) at points p (rows, n + 1), in the sense of vectors along (rows, n + 1)."""
+    across = np.linalg.svd(system.jacobian(p), full_matrices=True)[2][:, -1]
+    return across * np.where(np.einsum("rn,rn->r", across, along) >= 0.0, 1.0, -1.0)[:, None]
 
 
 def correct(
@@ -182,6 +188,20 @@ def beside(
     return there if there.tangent @ tangent >= np.cos(constants.bend) else None
 
 
+def all_beside(
+    system: Implicit, ahead: FloatArray, guess: FloatArray, distances: FloatArray, constants: ArclengthConstants
+) -> tuple[FloatArray, FloatArray, BoolArray]:
+    """Return points (rows, n + 1) in the planes through guesses across unit tangents `ahead` of others (rows, n + 1).
+
+    Then the unit tangents there, and whether each was found (rows,); the rules are those of `beside`.
+    """
+    found, good = corrected(system, guess, constants, ahead)
+    good &= np.linalg.norm(found - guess, axis=1) <= constants.pull * np.abs(distances) + constants.noise
+    there = ahead.copy()
+    there[good] = tangents(system, found[good], ahead[good])
+    return found, there, good & (np.einsum("rn,rn->r", there, ahead) >= np.cos(constants.bend))
+
+
 class ArclengthFollower(Follower[FloatArray, CurvePoint]):
     """Follows a curve from a point along its tangent; `places` are the points so far. The caller ends closed curves."""
 
@@ -220,10 +240,12 @@ def walk(system: Implicit, start: CurvePoint, constants: ArclengthConstants) -> 
             return
 
 
-def cubic(here: CurvePoint, there: CurvePoint, part: float) -> tuple[FloatArray, FloatArray]:
-    """Return the cubic through two points and its derivative, at a fraction (0..1)."""
-    h = float(np.linalg.norm(there.p - here.p))
-    ends = here.p, h * here.tangent, there.p, h * there.tangent
+def cubic(
+    here: FloatArray, tangent: FloatArray, there: FloatArray, other: FloatArray, part: Part
+) -> tuple[FloatArray, FloatArray]:
+    """Return the cubic through two points with unit tangents (..., n + 1) and its derivative, at a fraction (0..1)."""
+    h = np.linalg.norm(there - here, axis=-1, keepdims=True)
+    ends = here, h * tangent, there, h * other
     return hermite(*ends, part), hermite_slope(*ends, part)
 
 
@@ -231,7 +253,7 @@ def point_between(
     system: Implicit, here: CurvePoint, there: CurvePoint, part: float, constants: ArclengthConstants
 ) -> CurvePoint:
     """Return the point at a fraction (0..1) between two neighbours; that of the cubic where corrections fail."""
-    guess, along = cubic(here, there, part)
+    guess, along = cubic(here.p, here.tangent, there.p, there.tangent, part)
     exact = correct(system, guess, constants, along / np.linalg.norm(along))
     return place(system, guess if exact is None else exact, along)
 

@@ -98,10 +98,15 @@ class Circuit:
         """Whether inputs turn on without a limit: the curve closes after turns, or has no end in reach."""
         return self.turns != 0.0 or self.ended == Ended.LONG
 
-    @property
+    @cached_property
     def p(self) -> FloatArray:
         """Positions and parameter (n + 1, points)."""
         return np.array([here.p for here in self.places]).T
+
+    @cached_property
+    def tangents(self) -> FloatArray:
+        """The unit tangents (points, n + 1)."""
+        return np.array([here.tangent for here in self.places])
 
     @cached_property
     def lengths(self) -> FloatArray:

@@ -200,7 +200,7 @@ class _CircuitSearch:
             between = [at for at in points if at.mark > low.mark] + [at for at in points if at.mark < high.mark]
         else:
             between = [at for at in points if low.mark < at.mark < high.mark]
-        path = [low, *(between or [self.curve.middle(low, high)]), high]
+        path = [low, *(between or self.curve.middles([(low, high, 0.5)])), high]
         return path if sense > 0 else path[::-1]
 
     def _greatest(self, path: list[BalancePoint]) -> tuple[float | None, BalancePoint]:
@@ -224,7 +224,7 @@ class _CircuitSearch:
             return None
         if other.mark > math.floor(one.mark) + 1.0:
             return None
-        return self.curve.between(one, other, "effort_slope")
+        return self.curve.between([(one, other)], "effort_slope")[0]
 
     def _history(self) -> BalanceHistory:
         curve, p = self.circuit.curve, np.array([at.p for at in self.points]).T

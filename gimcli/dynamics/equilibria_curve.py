@@ -10,20 +10,20 @@ two neighbours also gives Q between them.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
+from functools import cached_property
 from itertools import pairwise
 from operator import attrgetter
 
 import numpy as np
 
-from gimcli.branching.resampling import exact_tangent
-from gimcli.continuation.arclength import CurvePoint
+from gimcli.branching.resampling import exact_tangents
+from gimcli.continuation.arclength import ArclengthConstants, all_beside
 from gimcli.continuation.circuit import CIRCUIT, Circuit
 from gimcli.dynamics.equilibria_balance import Freedoms, GeneralisedForces, StaticBalance
 from gimcli.mechanism import ComplexArray, FloatArray
-from gimcli.numerics.along import root
+from gimcli.numerics.along import roots
 from gimcli.progress import spend
 from gimcli.status import Status
 
@@ -114,6 +114,9 @@ class BalanceConstants:
 
 BALANCE = BalanceConstants()
 
+CORRECTIONS = ArclengthConstants(corrections=12, rounding=1e-10, noise=1e-10, pull=0.2, bend=math.acos(0.9))
+"""Constants of the points beside a root."""
+
 
 @dataclass(frozen=True)
 class CurveStop:
@@ -182,7 +185,7 @@ class BalanceCurve:
         """The points of the circuit, in the round 0."""
         own = self.circuit.places
         stops = [CurveStop(0, k, 0.0) for k in range(len(own))]
-        found = self._points(stops, [at.p for at in own], [at.tangent for at in own], self._begin())
+        found = self._points(stops, self.circuit.p.T, self.circuit.tangents, self._begin())
         turned = found[-1].angles - found[0].angles
         if self.circuit.closed and not np.any(np.abs(turned[: len(self.balance.twisted)]) > 1.0):
             found[-1] = joined(found[-1], found[0])
@@ -193,9 +196,8 @@ class BalanceCurve:
         start, initial = self.circuit.start, self.balance.initial_angles()
         if not len(initial):
             return initial
-        own = self.circuit.places[: start + 1][::-1]
-        stops = [CurveStop(0, 0, 0.0)] * len(own)
-        return self._points(stops, [at.p for at in own], [at.tangent for at in own], initial)[-1].angles
+        stops, back = [CurveStop(0, 0, 0.0)] * (start + 1), slice(start, None, -1)
+        return self._points(stops, self.circuit.p.T[back], self.circuit.tangents[back], initial)[-1].angles
 
     @cached_property
     def winding(self) -> FloatArray:
@@ -222,38 +224,43 @@ class BalanceCurve:
         if number == 0:
             return self.places
         stops = [CurveStop(number, k, 0.0) for k in range(len(self.places))]
-        return self._in_rounds(stops, [at.p for at in self.places], [at.tangent for at in self.places])
-
-    def at(self, stop: CurveStop) -> BalancePoint:
-        """Return the point at a stop."""
-        return self.all_at([stop])[0]
+        return self._in_rounds(stops, self.circuit.p.T, self.circuit.tangents)
 
     def all_at(self, stops: Sequence[CurveStop]) -> list[BalancePoint]:
         """Return the points at some stops."""
-        own = [exact_tangent(self.circuit, stop.index, stop.part) for stop in stops]
-        return self._in_rounds(stops, [p for p, _ in own], [tangent for _, tangent in own])
+        if not stops:
+            return []
+        index, part = np.array([(stop.index, stop.part) for stop in stops]).T
+        return self._in_rounds(stops, *exact_tangents(self.circuit, index.astype(int), part))
 
-    def near(self, stop: CurveStop, found: CurvePoint) -> BalancePoint:
-        """Return the point at a position of the round 0 near a stop."""
-        return self._in_rounds([stop], [found.p], [found.tangent])[0]
+    def beside(self, points: Sequence[BalancePoint], offsets: FloatArray) -> list[BalancePoint | None]:
+        """Return the points at distances (points,) along the tangents of other points; None where there is none."""
+        if not points:
+            return []
+        ahead, p = np.array([at.tangent for at in points]), np.array([at.p for at in points])
+        p[:, -1] -= np.array([at.stop.round for at in points]) * self.turn
+        found, there, good = all_beside(self.circuit.curve, ahead, p + offsets[:, None] * ahead, offsets, CORRECTIONS)
+        rows = np.flatnonzero(good)
+        each = self._in_rounds([points[k].stop for k in rows], found[rows], there[rows]) if len(rows) else []
+        own = dict(zip(rows.tolist(), each, strict=True))
+        return [own.get(k) for k in range(len(points))]
 
-    def _in_rounds(
-        self, stops: Sequence[CurveStop], p: list[FloatArray], tangents: list[FloatArray]
-    ) -> list[BalancePoint]:
-        """Return the points at stops in their rounds, from positions and tangents (n + 1,) in the round 0."""
-        moved = [np.append(at[:-1], at[-1] + stop.round * self.turn) for stop, at in zip(stops, p, strict=True)]
+    def _in_rounds(self, stops: Sequence[CurveStop], p: FloatArray, tangents: FloatArray) -> list[BalancePoint]:
+        """Return the points at stops in their rounds, from positions and tangents (stops, n + 1) in the round 0."""
+        rounds = np.array([stop.round for stop in stops])
+        moved = np.column_stack([p[:, :-1], p[:, -1] + rounds * self.turn])
         near = [self.places[stop.index].angles + stop.round * self.winding for stop in stops]
         return self._points(stops, moved, tangents, np.array(near).T)
 
     def _points(
-        self, stops: Sequence[CurveStop], p: list[FloatArray], tangents: list[FloatArray], near: FloatArray
+        self, stops: Sequence[CurveStop], p: FloatArray, tangents: FloatArray, near: FloatArray
     ) -> list[BalancePoint]:
         """Return points with the forces; `near` as in `StaticBalance`."""
         self.evaluated += len(stops)
-        bends = self.freedoms.bends(np.array(p), np.array(tangents)[:, None])[:, 0, 0]
-        for k, (stop, at) in enumerate(zip(stops, p, strict=True)):
-            self._correct_bend(bends[k], stop, at)
-        jet = self.freedoms.jet(np.array(p).T, np.array(tangents).T[None], bends.T[None, None])
+        bends = self.freedoms.bends(p, tangents[:, None])[:, 0, 0]
+        for k, stop in enumerate(stops):
+            self._correct_bend(bends[k], stop, p[k])
+        jet = self.freedoms.jet(p.T, tangents.T[None], bends.T[None, None])
         return self._split(stops, p, tangents, bends, self.balance(jet, near))
 
     def _correct_bend(self, bend: FloatArray, stop: CurveStop, p: FloatArray) -> None:
@@ -265,7 +272,7 @@ class BalanceCurve:
             bend[:] = (high.tangent - low.tangent) / np.linalg.norm(high.p - low.p)
 
     def _split(
-        self, stops: Sequence[CurveStop], p: list[FloatArray], tangents: list[FloatArray], bends: FloatArray,
+        self, stops: Sequence[CurveStop], p: FloatArray, tangents: FloatArray, bends: FloatArray,
         found: GeneralisedForces,
     ) -> list[BalancePoint]:  # fmt: skip
         return [
@@ -288,17 +295,13 @@ class BalanceCurve:
         for _ in range(BALANCE.depth):
             if not open_ones or self.ended():
                 break
-            middles = self.all_at([self._half(a, b) for a, b in open_ones])
+            middles = self.middles((a, b, 0.5) for a, b in open_ones)
             found += middles
             each = [
                 (a, m, b) for (a, b), m in zip(open_ones, middles, strict=True) if not self._is_cubic(a, m, b, least)
             ]
             open_ones = [pair for a, m, b in each for pair in ((a, m), (m, b))]
         return sorted(found, key=lambda at: at.mark)
-
-    def _half(self, a: BalancePoint, b: BalancePoint, part: float = 0.5) -> CurveStop:
-        low, high = self.parts(a, b)
-        return CurveStop(a.stop.round, a.stop.index, low + part * (high - low))
 
     def _is_cubic(self, a: BalancePoint, middle: BalancePoint, b: BalancePoint, least: float) -> bool:
         """Return whether the cubic between two points gives the force at the middle; `least`: size of no force."""
@@ -307,19 +310,24 @@ class BalanceCurve:
         error = BALANCE.resolved if self.balance.conservative else BALANCE.integrated
         return scale <= least or abs(guess - middle.force) <= error * scale
 
-    def middle(self, a: BalancePoint, b: BalancePoint, part: float = 0.5) -> BalancePoint:
-        """Return the point between two points of the same step of the circuit."""
-        return self.at(self._half(a, b, part))
+    def middles(self, pairs: Iterable[tuple[BalancePoint, BalancePoint, float]]) -> list[BalancePoint]:
+        """Return the points at fractions between two points each of the same step of the circuit."""
+        each = [(a.stop, *self.parts(a, b), part) for a, b, part in pairs]
+        return self.all_at([CurveStop(s.round, s.index, low + part * (high - low)) for s, low, high, part in each])
 
     def parts(self, a: BalancePoint, b: BalancePoint) -> tuple[float, float]:
         """Return the fractions of two points of the same step, the second of which may be the end of the step."""
         return a.stop.part, b.stop.part if b.stop.index == a.stop.index else 1.0
 
-    def between(self, a: BalancePoint, b: BalancePoint, name: str) -> BalancePoint:
-        """Return the point between two points of the same step at which a field of them changes its sign."""
-        low, high = self.parts(a, b)
-        place = partial(CurveStop, a.stop.round, a.stop.index)
-        return root(lambda part: self.at(place(part)), attrgetter(name), (low, a), (high, b), 1e-15)
+    def between(self, pairs: Sequence[tuple[BalancePoint, BalancePoint]], name: str) -> list[BalancePoint]:
+        """Return the points, each between two points of the same step, at which a field of them changes its sign."""
+        ends = [tuple(zip(self.parts(a, b), (a, b), strict=True)) for a, b in pairs]
+
+        def at(numbers: list[int], places: list[float]) -> list[BalancePoint]:
+            stops = (pairs[k][0].stop for k in numbers)
+            return self.all_at([CurveStop(s.round, s.index, part) for s, part in zip(stops, places, strict=True)])
+
+        return roots(at, attrgetter(name), ends, 1e-15)
 
     def work(self, points: Sequence[BalancePoint]) -> FloatArray:
         """Return the work (points,) of the forces without a potential from the first point on [J].

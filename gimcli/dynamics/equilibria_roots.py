@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
-from gimcli.continuation.arclength import ArclengthConstants, beside
 from gimcli.dynamics.equilibria_curve import BALANCE, BalanceCurve, BalancePoint, distance
-
-CORRECTIONS = ArclengthConstants(corrections=12, rounding=1e-10, noise=1e-10, pull=0.2, bend=math.acos(0.9))
 
 DIVISIONS = 8
 """Most halvings of an interval in which a cubic has two extremes."""
@@ -45,34 +42,59 @@ class CurveRoot:
 def curve_roots(curve: BalanceCurve, points: list[BalancePoint], known: Sequence[CurveRoot] = ()) -> list[CurveRoot]:
     """Return the roots between resolved points that are not known, in their order; at the bound on work those found."""
     found: list[CurveRoot] = []
-    for here, there in pairwise(points):
-        if curve.ended(BALANCE.more):
-            break
-        for raw, sense in _isolated(curve, here, there, DIVISIONS):
-            root = _examined(curve, raw, max(here.size, there.size, raw.size), sense)
-            if not any(_same(curve, root, other) for other in (*known, *found)):
-                found.append(root)
+    raw = _isolated(curve, [Span(a, b, max(a.size, b.size)) for a, b in pairwise(points)])
+    for root in _examined(curve, sorted(raw, key=lambda one: one.at.mark)):
+        if not any(_same(curve, root, other) for other in (*known, *found)):
+            found.append(root)
     return sorted(found, key=lambda root: root.at.mark)
 
 
-def _isolated(curve: BalanceCurve, a: BalancePoint, b: BalancePoint, depth: int) -> Iterator[tuple[BalancePoint, int]]:
-    """Yield the roots between two points, and whether the force rises (1), falls (-1) or only touches 0 there (0)."""
-    steep = max(abs(a.slope), abs(b.slope)) * distance(a, b) > BALANCE.touching * max(a.size, b.size)
-    if steep and _sign(a.slope) != _sign(b.slope):
-        extreme = curve.between(a, b, "slope")
-        if abs(extreme.force) <= BALANCE.touching * max(a.size, b.size, extreme.size):
-            yield extreme, 0
-            return
-        for one, other in ((a, extreme), (extreme, b)):
-            if _sign(one.force) != _sign(other.force):
-                yield curve.between(one, other, "force"), -_sign(one.force)
-        return
-    if steep and depth and (part := _vertex(a, b)) is not None:
-        middle = curve.middle(a, b, part)
-        yield from _isolated(curve, a, middle, depth - 1)
-        yield from _isolated(curve, middle, b, depth - 1)
-    elif _sign(a.force) != _sign(b.force):
-        yield curve.between(a, b, "force"), -_sign(a.force)
+class Span(NamedTuple):
+    """Two points of the same step of the circuit."""
+
+    a: BalancePoint
+    b: BalancePoint
+    size: float  # greatest sum of contributions to the force at the ends of the whole interval
+
+    @property
+    def steep(self) -> bool:
+        """Whether the force changes in it."""
+        a, b = self.a, self.b
+        return max(abs(a.slope), abs(b.slope)) * distance(a, b) > BALANCE.touching * max(a.size, b.size)
+
+
+class RawRoot(NamedTuple):
+    """A root that was isolated."""
+
+    at: BalancePoint
+    sense: int  # whether the force rises (1), falls (-1) or only touches 0 there (0)
+    scale: float  # greatest sum of contributions near it
+
+
+def _isolated(curve: BalanceCurve, spans: list[Span], depth: int = DIVISIONS) -> list[RawRoot]:
+    """Return the roots in some spans."""
+    if not spans or curve.ended(BALANCE.more):
+        return []
+    found: list[RawRoot] = []
+    crossed, divided, bent = list[Span](), list[tuple[Span, float]](), list[Span]()
+    for span in spans:
+        if span.steep and _sign(span.a.slope) != _sign(span.b.slope):
+            bent.append(span)
+        elif span.steep and depth and (part := _vertex(span.a, span.b)) is not None:
+            divided.append((span, part))
+        else:
+            crossed.append(span)
+    for span, extreme in zip(bent, curve.between([(s.a, s.b) for s in bent], "slope"), strict=True):
+        if abs(extreme.force) <= BALANCE.touching * max(span.a.size, span.b.size, extreme.size):
+            found.append(RawRoot(extreme, 0, max(span.size, extreme.size)))
+        else:
+            crossed += [span._replace(b=extreme), span._replace(a=extreme)]
+    middles = curve.middles((span.a, span.b, part) for span, part in divided)
+    halves = [half for (s, _), m in zip(divided, middles, strict=True) for half in (s._replace(b=m), s._replace(a=m))]
+    crossed = [span for span in crossed if _sign(span.a.force) != _sign(span.b.force)]
+    for span, root in zip(crossed, curve.between([(s.a, s.b) for s in crossed], "force"), strict=True):
+        found.append(RawRoot(root, -_sign(span.a.force), max(span.size, root.size)))
+    return found + _isolated(curve, halves, depth - 1)
 
 
 def _sign(value: float) -> int:
@@ -92,35 +114,40 @@ def _vertex(a: BalancePoint, b: BalancePoint) -> float | None:
     return min(max(t, 0.1), 0.9) if inside else None
 
 
-def _examined(curve: BalanceCurve, raw: BalancePoint, scale: float, sense: int) -> CurveRoot:
-    """Return a root to full accuracy, with its multiplicity; `sense` as from `_isolated`."""
-    if sense == 0 or abs(raw.slope) <= BALANCE.flat * scale:
-        multiple = _multiple(curve, raw, scale)
-        if multiple is not None and not (sense == 0 and multiple.multiplicity == 2):
-            return multiple
-    if sense == 0:  # the root of the slope is more accurate
-        return CurveRoot(raw, 2, False, scale)
-    return CurveRoot(_polished(curve, raw), 1, sense > 0, scale)
+def _examined(curve: BalanceCurve, raw: list[RawRoot]) -> Iterator[CurveRoot]:
+    """Yield roots to full accuracy, with their multiplicity, in the order of `raw`."""
+    multiple = [_multiple(curve, one.at, one.scale) if _flat(one) else None for one in raw]
+    simple = iter(
+        _polished(curve, [one.at for one, own in zip(raw, multiple, strict=True) if own is None and one.sense])
+    )
+    for one, own in zip(raw, multiple, strict=True):
+        if own is not None and not (one.sense == 0 and own.multiplicity == 2):
+            yield own
+        elif one.sense == 0:  # the root of the slope is more accurate
+            yield CurveRoot(one.at, 2, False, one.scale)
+        else:
+            yield CurveRoot(next(simple), 1, one.sense > 0, one.scale)
 
 
-def _polished(curve: BalanceCurve, root: BalancePoint) -> BalancePoint:
-    """Return a simple root after Newton corrections that decrease the force."""
+def _flat(root: RawRoot) -> bool:
+    """Return whether a root may be a multiple one."""
+    return root.sense == 0 or abs(root.at.slope) <= BALANCE.flat * root.scale
+
+
+def _polished(curve: BalanceCurve, found: list[BalancePoint]) -> list[BalancePoint]:
+    """Return simple roots after Newton corrections that decrease the force."""
+    going = list(range(len(found)))
     for _ in range(POLISHED):
-        if not root.slope or not root.force or abs(root.force / root.slope) > BALANCE.cluster:
-            break
-        better = _beside(curve, root, -root.force / root.slope)
-        if better is None or abs(better.force) >= abs(root.force):
-            break
-        root = better
-    return root
-
-
-def _beside(curve: BalanceCurve, root: BalancePoint, offset: float) -> BalancePoint | None:
-    """Return the point at a distance along the tangent of another point."""
-    shift = np.append(np.zeros(len(root.p) - 1), root.stop.round * curve.turn)
-    target = root.p - shift + offset * root.tangent
-    found = beside(curve.circuit.curve, root.tangent, target, offset, CORRECTIONS, root.tangent)
-    return None if found is None else curve.near(root.stop, found)
+        going = [
+            k for k in going if (at := found[k]).slope and at.force and abs(at.force / at.slope) <= BALANCE.cluster
+        ]
+        each = [found[k] for k in going]
+        beside = zip(going, curve.beside(each, np.array([-at.force / at.slope for at in each])), strict=True)
+        better = {k: at for k, at in beside if at is not None and abs(at.force) < abs(found[k].force)}
+        going = list(better)
+        for k, at in better.items():
+            found[k] = at
+    return found
 
 
 def _multiple(curve: BalanceCurve, raw: BalancePoint, scale: float) -> CurveRoot | None:
@@ -129,7 +156,7 @@ def _multiple(curve: BalanceCurve, raw: BalancePoint, scale: float) -> CurveRoot
     The mean of the roots of a cluster is accurate, each of them is not.
     """
     offsets = BALANCE.window * np.cos(np.pi * (np.arange(9) + 0.5) / 9.0)
-    around = [_beside(curve, raw, float(s)) for s in offsets]
+    around = curve.beside([raw] * len(offsets), offsets)
     forces = np.array([at.force / scale for at in around if at is not None])
     if len(forces) < len(offsets):
         return None
@@ -139,7 +166,7 @@ def _multiple(curve: BalanceCurve, raw: BalancePoint, scale: float) -> CurveRoot
     if len(near) < 2:
         return None
     offset = float(np.mean(near.real)) * BALANCE.window
-    at = _beside(curve, raw, offset)
+    (at,) = curve.beside([raw], np.array([offset]))
     if at is None or abs(at.force) > BALANCE.residual * scale:
         return None
     rises = len(near) % 2 == 1 and float(fit(0.5)) > 0.0  # at the half of the window

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Protocol, TypeVar, cast
 
 import numpy as np
@@ -69,6 +69,8 @@ class Bracket:
     ends: list[float]
     values: list[float]  # at the ends; that of an end that stays is halved by the Illinois method
     last: int = -1  # the end that was replaced last
+    width: float = field(default=math.inf, init=False)  # at the last of each three trials
+    trials: int = field(default=0, init=False)
 
     @property
     def middle(self) -> float:
@@ -80,6 +82,17 @@ class Bracket:
         (a, b), (one, other) = self.ends, self.values
         zero = a + (b - a) * one / (one - other) if one != other else self.middle
         return min(max(zero, a), b)  # outside only by rounding errors
+
+    def trial(self) -> float:
+        """Return the place of the next trial: the guess, or the middle where three guesses did not halve the interval.
+
+        After many trials it is always the middle.
+        """
+        before, self.trials = self.width, self.trials + 1
+        if self.trials % 3 == 0:
+            self.width = self.ends[1] - self.ends[0]
+        halved = self.trials % 3 > 0 or self.width <= 0.5 * before
+        return self.guess() if halved and self.trials <= HALVINGS // 2 else self.middle
 
     def replace(self, place: float, value: float) -> None:
         """Use the value at a new place as that of an end."""
@@ -98,18 +111,26 @@ def root(
 
     at: the point at a place. It ends when one more trial would move the place by at most `close`.
     """
-    bracket, width = Bracket([low[0], high[0]], [value(low[1]), value(high[1])]), math.inf
-    for trial in range(2 * HALVINGS):
-        place = bracket.guess()
-        if trial % 3 == 2:  # bisected where three trials did not halve the interval
-            before, width = width, bracket.ends[1] - bracket.ends[0]
-            place = place if width <= 0.5 * before else bracket.middle
-        place = place if trial < HALVINGS // 2 else bracket.middle
-        point = at(place)
-        bracket.replace(place, value(point))
-        if abs(bracket.guess() - place) <= close:
-            break
-    return point
+    return roots(lambda _, places: [at(place) for place in places], value, [(low, high)], close)[0]
+
+
+def roots(
+    at: Callable[[list[int], list[float]], Sequence[Point]], value: Callable[[Point], float],
+    ends: Sequence[tuple[tuple[float, Point], tuple[float, Point]]], close: float,
+) -> list[Point]:  # fmt: skip
+    """Return the points at which a value changes its sign, each between two points, searched side by side.
+
+    at: the points at places, for the numbers of their searches. ends, close: as in `root`, for each search.
+    """
+    brackets = [Bracket([low[0], high[0]], [value(low[1]), value(high[1])]) for low, high in ends]
+    points, going = [high[1] for _, high in ends], list(range(len(ends)))
+    for _ in range(2 * HALVINGS):
+        places = [brackets[k].trial() for k in going]
+        for k, place, point in zip(going, places, at(going, places) if going else (), strict=True):
+            brackets[k].replace(place, value(point))
+            points[k] = point
+        going = [k for k, place in zip(going, places, strict=True) if abs(brackets[k].guess() - place) > close]
+    return points
 
 
 class Search(Protocol):

@@ -10,13 +10,14 @@ import math
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from gimcli.assemblies import all_configurations
 from gimcli.assemblies.assemblies import ConfigurationFinder
 from gimcli.branching.enumeration import CircuitSearch, EnumerationConstants
-from gimcli.branching.resampling import exact_tangent
+from gimcli.branching.resampling import exact_tangents
 from gimcli.branching.singular_positions import drawn_circuit
 from gimcli.canonical import first_least
 from gimcli.connected import connected
@@ -106,7 +107,7 @@ def _knots(task: WorkspaceTask, circuit: Circuit) -> Iterator[CriticalPoint]:
     first, last = nearby(circuit)
     for k in range(first, last):
         count = _parts(*circuit.places[k : k + 2])
-        yield from (_knot(task, *exact_tangent(circuit, k, part)) for part in np.arange(count) / count)
+        yield from map(partial(_knot, task), *exact_tangents(circuit, np.full(count, k), np.arange(count) / count))
     yield _knot(task, circuit.places[last].p, circuit.places[last].tangent)
 
 

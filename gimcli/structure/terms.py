@@ -105,8 +105,7 @@ class TermArrays:
         sign = np.array([DERIVATIVES[kind][0] for kind, _ in listed])
         after = np.array([number.get((DERIVATIVES[kind][1], u), 0) for kind, u in listed], dtype=np.int64)
         own = np.array([number[one] for one in zip(kinds, owners, strict=True)], dtype=np.int64)
-        self._owns = np.array([own, after[own], after[after[own]], after[after[after[own]]]])  # f and its derivatives
-        self._ends = np.array([self.second, self.first])  # the derivative by a has the factor b
+        self._owns = (own, after[own], after[after[own]], after[after[after[own]]])  # f and its three derivatives
         self._signs = np.cumprod([np.ones(len(own)), *(sign[one] for one in self._owns[:3])], axis=0)
         self._angles, self._lengths = np.array(angles, dtype=np.int64), np.array(lengths, dtype=np.int64)
         self._begin = np.flatnonzero(np.diff(self.row, prepend=-1))  # the first term of each equation
@@ -168,9 +167,8 @@ class TermArrays:
         return np.asarray(np.add.reduceat(outer, self._first_outer, axis=-1))
 
     def _slopes(self, v: FloatArray, every: FloatArray) -> FloatArray:
-        ends, functions = v.take(self._ends, axis=-1), self._weights[:2] * every.take(self._owns[:2], axis=-1)
-        by_ends = functions[..., :1, :] * ends
-        return self._table(by_ends, functions[..., 1:, :] * ends[..., :1, :] * ends[..., 1:, :])
+        a, b, (f, g) = v.take(self.first, axis=-1), v.take(self.second, axis=-1), self._functions(every, 1)
+        return self._table(f * b, f * a, g * a * b)
 
     def slopes_along(self, v: FloatArray, along: FloatArray) -> FloatArray:
         """Return the derivatives of the slopes (..., equations, columns) along a direction (..., columns).
@@ -179,17 +177,12 @@ class TermArrays:
         """
         (a, b, _), (da, db, du), (f, g, h) = self._factors(v), self._factors(along), self._functions(self._every(v), 2)
         turned, both = g * du, da * b + a * db
-        return self._table(
-            *(part[..., None, :] for part in (turned * b + f * db, turned * a + f * da, h * du * a * b + g * both))
-        )
+        return self._table(turned * b + f * db, turned * a + f * da, h * du * a * b + g * both)
 
     def third(self, v: FloatArray, along: FloatArray) -> FloatArray:
         """Return the third derivative of the equations (..., equations) along a direction, taken three times."""
-        (a, b, _), (da, db, du), (_, g, h, k) = (
-            self._factors(v),
-            self._factors(along),
-            self._functions(self._every(v), 3),
-        )
+        (a, b, _), (da, db, du) = self._factors(v), self._factors(along)
+        _, g, h, k = self._functions(self._every(v), 3)
         parts = du * (du * du * k * a * b + 3.0 * du * h * (da * b + a * db) + 6.0 * g * da * db)
         return np.asarray(np.add.reduceat(parts, self._begin, axis=-1))
 
@@ -213,9 +206,8 @@ class TermArrays:
         return np.concatenate(parts, axis=-1)
 
     def _table(self, *parts: FloatArray) -> FloatArray:
-        """Return a table (..., equations, columns) of the derivatives by a, by b and by u (..., 3, terms) in all."""
-        lead = parts[0].shape[:-2]
-        table = np.zeros((*lead, self.count * self.width))
-        every = np.concatenate(parts, axis=-2).reshape(*lead, -1).take(self._part, axis=-1)
+        """Return a table (..., equations, columns) of the derivatives by a, by b and by u (..., terms)."""
+        table = np.zeros((*parts[0].shape[:-1], self.count * self.width))
+        every = np.concatenate(parts, axis=-1).take(self._part, axis=-1)
         table[..., self._place] = np.add.reduceat(every, self._first_part, axis=-1)
         return table.reshape(*table.shape[:-1], self.count, self.width)
