@@ -62,7 +62,7 @@ def known(circuit: Circuit, k: IntArray, part: FloatArray, p: FloatArray) -> Boo
     for j in circuit.crossings:
         near = np.linalg.norm(p - circuit.places[j].p, axis=1) <= CIRCUIT.beside
         found |= ((k == j) | (k + 1 == j)) & near
-    return found
+    return np.asarray(found)
 
 
 def circuit_motion(circuit: Circuit, rows: int, tolerance: float) -> Motion:

@@ -240,10 +240,9 @@ class BalanceCurve:
         ahead, p = np.array([at.tangent for at in points]), np.array([at.p for at in points])
         p[:, -1] -= np.array([at.stop.round for at in points]) * self.turn
         found, there, good = all_beside(self.circuit.curve, ahead, p + offsets[:, None] * ahead, offsets, CORRECTIONS)
-        rows = np.flatnonzero(good)
-        each = self._in_rounds([points[k].stop for k in rows], found[rows], there[rows]) if len(rows) else []
-        own = dict(zip(rows.tolist(), each, strict=True))
-        return [own.get(k) for k in range(len(points))]
+        stops = [at.stop for at, own in zip(points, good, strict=True) if own]
+        each = iter(self._in_rounds(stops, found[good], there[good]) if stops else ())
+        return [next(each) if own else None for own in good]
 
     def _in_rounds(self, stops: Sequence[CurveStop], p: FloatArray, tangents: FloatArray) -> list[BalancePoint]:
         """Return the points at stops in their rounds, from positions and tangents (stops, n + 1) in the round 0."""
@@ -321,7 +320,7 @@ class BalanceCurve:
 
     def between(self, pairs: Sequence[tuple[BalancePoint, BalancePoint]], name: str) -> list[BalancePoint]:
         """Return the points, each between two points of the same step, at which a field of them changes its sign."""
-        ends = [tuple(zip(self.parts(a, b), (a, b), strict=True)) for a, b in pairs]
+        ends = [((low, a), (high, b)) for a, b in pairs for low, high in [self.parts(a, b)]]
 
         def at(numbers: list[int], places: list[float]) -> list[BalancePoint]:
             stops = (pairs[k][0].stop for k in numbers)

@@ -10,9 +10,9 @@ the configuration of the drawing. Source: Nocedal & Wright, Numerical Optimizati
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
-from itertools import islice
+from itertools import chain, islice
 
 import numpy as np
 
@@ -117,11 +117,12 @@ class EquilibriumSearch:
 
         The search ends too at its limit, or after SEARCH.longer times as many starts.
         """
-        places = list(islice(self._starts(seed), starts))
+        every = self._starts(seed)
+        places = list(islice(every, starts))
         self.scale = max(place.size for place in places)
         self.stiff = max(place.stiffness for place in places)
         everywhere = max(place.force for place in places) <= BALANCE.nothing * self.scale
-        roots, failed, tried = ([], 0, starts) if everywhere else self._roots(starts, seed, progress)
+        roots, failed, tried = ([], 0, starts) if everywhere else self._roots(chain(places, every), starts, progress)
         listed = self._listed(roots)
         z, inputs = self.freedoms.nodes(self.start.y), self.freedoms.inputs(self.start.y)
         return Equilibria(
@@ -129,13 +130,15 @@ class EquilibriumSearch:
             self.scale, starts=tried, failed=failed, limited=spend() or tried == SEARCH.longer * starts,
         )  # fmt: skip
 
-    def _roots(self, starts: int, seed: int, progress: Progress) -> tuple[list[BalancedPlace], int, int]:
-        """Return the equilibria, the number of starts without convergence, and that of all starts."""
+    def _roots(
+        self, places: Iterable[BalancedPlace], starts: int, progress: Progress
+    ) -> tuple[list[BalancedPlace], int, int]:
+        """Return the equilibria, the number of starts (`places`) without convergence, and that of all starts."""
         roots: list[BalancedPlace] = []
         failed, k, last = 0, 0, -1  # the last start that found something new
-        for k, place in enumerate(islice(self._starts(seed), SEARCH.longer * starts)):
+        for k, place in enumerate(islice(places, SEARCH.longer * starts)):
             progress(min(k - last, starts), starts)
-            if k - last > starts:
+            if k - last > starts or (k and spend()):
                 return roots, failed, k
             found = self._newton(place, SENSES[k % len(SENSES)] if self.balance.conservative else 0)
             if found is None and self.balance.conservative:

@@ -27,7 +27,6 @@ from gimcli.rates.derivatives import MotionRates, law_rates, rates_of_inputs
 from gimcli.structure.joints import sliding_pairs
 from gimcli.structure.kinematic_chain import kinematic_chain
 from gimcli.structure.mechanism_types import driving_links
-from gimcli.structure.plan import make_plan
 from gimcli.structure.steps import NONE
 
 
@@ -185,7 +184,6 @@ def _steps(mechanism: Mechanism) -> int:
 class _Summarizer:
     def __init__(self, mechanism: Mechanism, options: Options, motion: Motion, end: ComplexArray | None) -> None:
         self.mechanism, self.options, self.motion, self.end = mechanism, options, motion, end
-        self.plan = make_plan(mechanism)
         good = motion.good
         first, last = motion.z[:, 0], motion.z[:, -1]
         self.periodic = bool(good.all()) and float(np.max(mechanism.apart(last, first))) <= STILL * mechanism.size
@@ -225,7 +223,7 @@ class _Summarizer:
         return self._rows(time, motion.z[:, np.cumsum(apart)])
 
     def _rows(self, time: FloatArray, z: ComplexArray) -> RateRows:
-        rates = rates_of_inputs(self.mechanism, z, law_rates(self.mechanism, time, 3), self.plan)
+        rates = rates_of_inputs(self.mechanism, z, law_rates(self.mechanism, time, 3))
         rates.nodes[0] = z  # also where rates are not determined
         return RateRows(time, rates)
 

@@ -23,6 +23,7 @@ from gimcli.positions.newton import Run
 from gimcli.progress import Notify
 from gimcli.rates.plan_rates import Differentiated, carrier
 from gimcli.rates.slots import POSITION, Slot
+from gimcli.structure.derived import derived
 from gimcli.structure.plan import make_plan
 from gimcli.structure.steps import Plan
 
@@ -106,20 +107,20 @@ class MotionRates:
         return np.asarray(self.angles[:, index - 1])
 
 
-def rates(
-    mechanism: Mechanism, time: FloatArray, z: ComplexArray, order: int, plan: Plan | None = None, run: Run = plain
-) -> MotionRates:
+def rates(mechanism: Mechanism, time: FloatArray, z: ComplexArray, order: int) -> MotionRates:
     """Differentiate positions z (nodes, rows) at normalised times (rows,) up to an order of at most 3."""
-    return rates_of_inputs(mechanism, z, law_rates(mechanism, time, order), plan, run)
+    return rates_of_inputs(mechanism, z, law_rates(mechanism, time, order))
 
 
-def rates_of_inputs(
-    mechanism: Mechanism, z: ComplexArray, given: FloatArray, plan: Plan | None = None, run: Run = plain
-) -> MotionRates:
+def rates_of_inputs(mechanism: Mechanism, z: ComplexArray, given: FloatArray) -> MotionRates:
     """Differentiate positions z (nodes, rows) for given inputs and derivatives (order + 1, actuators, rows)."""
     order = len(given) - 1
-    made = Differentiator(mechanism, plan or make_plan(mechanism), ORDERS[:order], mechanism.nodes)
-    return MotionRates(mechanism, order, *made(z, given, run))
+    return MotionRates(mechanism, order, *_all_nodes(mechanism, order)(z, given, plain))
+
+
+@derived
+def _all_nodes(mechanism: Mechanism, order: int) -> Differentiator:
+    return Differentiator(mechanism, make_plan(mechanism), ORDERS[:order], mechanism.nodes)
 
 
 def law_rates(mechanism: Mechanism, time: FloatArray, order: int, inputs: FloatArray | None = None) -> FloatArray:

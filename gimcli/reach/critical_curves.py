@@ -80,17 +80,13 @@ class Fold:
     def __init__(self, stratum: Stratum) -> None:
         self.stratum = stratum
 
-    def residual(self, p: FloatArray) -> FloatArray:
-        """Return G, lambda' G_x - alpha' Y and |l|^2 - 1; p may have leading axes."""
+    def linearised(self, p: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return G, lambda' G_x - alpha' Y and |l|^2 - 1, and their derivatives; p may have leading axes."""
         form, n = self.stratum.form, self.stratum.n
         x, weights, alpha = p[..., :n], p[..., n:-2], p[..., -2:]
         balance = np.einsum("...mn,...m->...n", form.slope(x), weights) - alpha @ self.stratum.table
         length = np.sum(p[..., n:] ** 2, axis=-1, keepdims=True) - 1.0
-        return np.concatenate([form.value(x), balance, length], axis=-1)
-
-    def linearised(self, p: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the residual and its derivatives."""
-        return self.residual(p), self.jacobian(p)
+        return np.concatenate([form.value(x), balance, length], axis=-1), self.jacobian(p)
 
     def jacobian(self, p: FloatArray) -> FloatArray:
         """Return the derivatives of the residual by p."""

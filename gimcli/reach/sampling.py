@@ -69,7 +69,8 @@ class Bank:
             over, slopes = _beyond(task, p[:, :n])
             wide = np.zeros((*slopes.shape[:2], p.shape[1]))
             wide[..., :n] = slopes
-            return np.concatenate([curve.residual(p), over], axis=1), np.concatenate([curve.jacobian(p), wide], axis=1)
+            value, slope = curve.linearised(p)
+            return np.concatenate([value, over], axis=1), np.concatenate([slope, wide], axis=1)
 
         p, good = settle(equations, starts, BRIEF)
         return np.asarray(p[good & task.allowed(p[:, :n])])
