@@ -192,8 +192,8 @@ class Plane:
     ) -> None:
         self.value, self.slope, self.bend = value, slope, bend
 
-    def residual(self, p: FloatArray) -> FloatArray:
-        return np.array([self.value(*p[:2]), p[2] - p[0]])
+    def linearised(self, p: FloatArray) -> tuple[FloatArray, FloatArray]:
+        return np.array([self.value(*p[:2]), p[2] - p[0]]), self.jacobian(p)
 
     def jacobian(self, p: FloatArray) -> FloatArray:
         return np.array([[*self.slope(*p[:2]), 0.0], [-1.0, 0.0, 1.0]])
@@ -251,8 +251,8 @@ class Dwelling:
     def __init__(self, c: float) -> None:
         self.c = c
 
-    def residual(self, p: FloatArray) -> FloatArray:
-        return np.array([p[0] ** 3 - self.c * p[0] - p[1]])
+    def linearised(self, p: FloatArray) -> tuple[FloatArray, FloatArray]:
+        return np.array([p[0] ** 3 - self.c * p[0] - p[1]]), self.jacobian(p)
 
     def jacobian(self, p: FloatArray) -> FloatArray:
         return np.array([[3.0 * p[0] ** 2 - self.c, -1.0]])
