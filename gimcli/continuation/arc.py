@@ -13,10 +13,10 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from gimcli.continuation.arclength import ArclengthConstants, beside
+from gimcli.continuation.arclength import ArclengthConstants, all_beside
 from gimcli.continuation.bifurcation import Crossing
 from gimcli.continuation.curve import PositionCurve
-from gimcli.mechanism import FloatArray
+from gimcli.mechanism import BoolArray, FloatArray
 from gimcli.numerics.along import lagrange
 from gimcli.positions.inputs import BEYOND
 from gimcli.positions.position import Row
@@ -108,8 +108,9 @@ def make_arc(
         if arc is None:
             continue
         halfway = step * (NODES - 0.5)
-        checks = [(d, _beside(curve, p, tangent, d)) for d in (-halfway, halfway)]
-        miss = max(float(np.linalg.norm(one - arc.at(d))) if one is not None else math.inf for d, one in checks)
+        checks, good = _beside(curve, p, tangent, np.array([-halfway, halfway]))
+        gaps = [float(np.linalg.norm(one - arc.at(d))) for d, one in zip((-halfway, halfway), checks, strict=True)]
+        miss = max(gaps) if good.all() else math.inf
         if miss < least:
             best, least = arc, miss
         if miss <= FIT:
@@ -122,15 +123,18 @@ def _tried(
 ) -> SingularArc | None:
     """Return the arc with a distance `step`; None if it leaves the curve."""
     distances = step * np.arange(-NODES, NODES + 1.0)
-    table = [p if d == 0.0 else _beside(curve, p, tangent, d) for d in distances.tolist()]
-    found = [one for one in table if one is not None]
-    return SingularArc(curve, distances, np.array(found).T, met) if len(found) == len(table) else None
+    found, good = _beside(curve, p, tangent, distances)
+    found[NODES], good[NODES] = p, True
+    return SingularArc(curve, distances, found.T, met) if good.all() else None
 
 
-def _beside(curve: PositionCurve, p: FloatArray, tangent: FloatArray, distance: float) -> FloatArray | None:
-    """Return the position of the curve at a distance along the tangent of a singular one; None if it is not near."""
-    found = beside(curve, tangent, p + distance * tangent, distance, CORRECTIONS, tangent)
-    return None if found is None else found.p
+def _beside(
+    curve: PositionCurve, p: FloatArray, tangent: FloatArray, distances: FloatArray
+) -> tuple[FloatArray, BoolArray]:
+    """Return positions (rows, n + 1) at distances along the tangent of a singular one, and whether they are near."""
+    ahead = np.tile(tangent, (len(distances), 1))
+    found, _, good = all_beside(curve, ahead, p + distances[:, None] * ahead, distances, CORRECTIONS)
+    return found, good
 
 
 @dataclass(frozen=True)
