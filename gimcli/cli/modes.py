@@ -24,14 +24,12 @@ EXAMPLES = (
     "gim modes double_pendulum -o shapes.html",
 )
 SHOWN = 12
+"""Greatest number of modes whose shapes are printed."""
 SEEN = (
     "number", "kind", "frequency", "omega", "period", "damping_ratio", "damped_omega", "decay", "modal_mass",
     "modal_stiffness",
 )  # fmt: skip
 """Fields of the table of modes."""
-"""Greatest number of modes whose shapes are printed."""
-
-MODES = "Modes"
 
 
 def _print(result: ModesResult) -> None:

@@ -45,14 +45,11 @@ class GeometryCompiler:
         self.drawn: ComplexArray = (raw - self.origin) / self.scale
         self.units = {True: RADIANS[model.units.angle], False: 1.0 / self.scale}
         """The file's units of angle (True) and of length (False), in the normal frame."""
-        moving = [self._member(name, part) for name, part in parts.items() if name != held]
+        moving = [self._with_remote(self._shaped(name, part)) for name, part in parts.items() if name != held]
         self.members = [self._frame(held), *moving]
         self.number = {m.name: k for k, m in enumerate(self.members)}
 
     # -- members ------------------------------------------------------------------------------
-
-    def _member(self, name: str, part: schema.Link | schema.Element) -> Member:
-        return self._with_remote(self._shaped(name, part))
 
     def _shaped(self, name: str, part: schema.Link | schema.Element) -> Member:
         nodes = tuple(self.index[n] for n in part.nodes)
