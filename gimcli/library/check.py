@@ -26,7 +26,6 @@ from gimcli.progress import Phases, no_phases
 from gimcli.quantities.initial_coordinates import initial_coordinates
 from gimcli.quantities.quantity import angle_to_file
 from gimcli.structure.drive_check import explained
-from gimcli.structure.formation_report import class_of, described
 from gimcli.structure.loop_types import LoopType
 from gimcli.structure.mechanism_types import MechanismType, mechanism_type
 from gimcli.structure.mobility import assembled
@@ -214,7 +213,7 @@ class CheckResult(Result):
             "overdriven": found["overdriven"], "start": found["start"],
             "loops": [self._loop(loop) for loop in self._kind.loops],
             "groups": [
-                {"kind": described(g), "class": class_of(g), "links": [formation.links[k] for k in g.links]}
+                {"kind": g.description, "class": g.numeral, "links": [formation.links[k] for k in g.links]}
                 for g in groups
                 if formation is not None
             ],

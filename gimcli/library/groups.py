@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -10,9 +11,9 @@ from gimcli.library.machines import for_each_machine
 from gimcli.library.record import Records, RowField
 from gimcli.library.result import Result
 from gimcli.mechanism import FRAME, Mechanism
-from gimcli.structure.assur import Formation, formation
+from gimcli.structure.assur import AssurGroup, Formation, formation
 from gimcli.structure.drive_check import explained
-from gimcli.structure.formation_report import as_json, class_of, described, drivers, joined, layers
+from gimcli.structure.joints import Joint
 from gimcli.structure.mobility import assembled, require_driven
 from gimcli.structure.plan import make_plan
 
@@ -54,22 +55,42 @@ class GroupsResult(Result):
 
     def report(self) -> dict[str, Any]:
         """Return the report that --json prints."""
-        return as_json(self.mechanism, self._found)
+        found, names = self._found, self._found.links
+
+        def pairs(own: Sequence[Joint]) -> list[dict[str, Any]]:
+            return [{"kind": p.kind, "at": p.name, "links": [names[k] for k in p.bodies]} for p in own]
+
+        return {
+            "formula": list(found.formula), "links": {names[k]: number for k, number in found.numbers.items()},
+            "groups": [
+                {
+                    "kind": "driving link" if g.driving else "group", "dyad": g.dyad or None,
+                    "links": [names[k] for k in g.links], "class": g.grade, "order": g.order,
+                    "on": [names[k] for k in found.bases(g)], "outer": pairs(g.outer), "inner": pairs(g.inner),
+                    "driven_by": self._drivers(g), "redundant": g.surplus,
+                }
+                for g in found.groups
+            ],
+        }  # fmt: skip
+
+    def _drivers(self, group: AssurGroup) -> list[str]:
+        """Return the names of the actuators whose inputs determine a group."""
+        return [self.mechanism.actuators[k].name for k in group.drivers]
 
     @cached_property
     def _records(self) -> Records:
         """The groups, one row each."""
-        own, every, mechanism = self._found, self._found.groups, self.mechanism
+        own, every = self._found, self._found.groups
         surplus = [f", {one.surplus} redundant" if one.surplus else "" for one in every]
-        joints = [", ".join(f"{own.links[k]} at {' '.join(at)}" for k, at in joined(own, one).items()) for one in every]
+        joints = [", ".join(f"{own.links[k]} at {' '.join(at)}" for k, at in own.joined(one).items()) for one in every]
         return Records(
             RowField("group", own.formula, str, head=""),
-            RowField("kind", [described(one) + note for one, note in zip(every, surplus, strict=True)], str, head=""),
-            RowField("class", [class_of(one) for one in every], str, head="class"),
+            RowField("kind", [one.description + note for one, note in zip(every, surplus, strict=True)], str, head=""),
+            RowField("class", [one.numeral for one in every], str, head="class"),
             RowField("order", [one.order for one in every], int, head="order"),
             RowField("links", [", ".join(own.links[k] for k in one.links) for one in every], str, head="links"),
             RowField("joined to", joints, str, head="joined to"),
-            RowField("driven by", [", ".join(drivers(mechanism, one)) for one in every], str, head="driven by"),
+            RowField("driven by", [", ".join(self._drivers(one)) for one in every], str, head="driven by"),
         )
 
     def picture(self) -> Content:
@@ -89,13 +110,13 @@ class GroupsResult(Result):
 
         found, boxes = self._found, [Box(0, (f"0: {self._found.links[FRAME]}",), 0)]
         for k, (group, layer, formula) in enumerate(
-            zip(found.groups, layers(found), found.formula, strict=True), start=1
+            zip(found.groups, found.layers, found.formula, strict=True), start=1
         ):
             links = tuple(found.links[link] for link in group.links)
             own = [f"{found.numbers[link]}: {found.links[link]}" for link in group.links]
-            driven = [f"driven by {', '.join(drivers(self.mechanism, group))}"] if group.drivers else []
-            head = f"group {k}: {described(group)}, class {class_of(group)}, order {group.order}"
-            name = described(group) + (f" ({', '.join(links)})" if len(links) <= NAMED else "")
+            driven = [f"driven by {', '.join(self._drivers(group))}"] if group.drivers else []
+            head = f"group {k}: {group.description}, class {group.numeral}, order {group.order}"
+            name = group.description + (f" ({', '.join(links)})" if len(links) <= NAMED else "")
             boxes.append(Box(k, (head, formula, *_short(own), *driven), layer, name, links))
         return boxes
 
@@ -106,7 +127,7 @@ class GroupsResult(Result):
         found, joints = self._found, list[BoxJoint]()
         box_of = {link: k for k, group in enumerate(found.groups, start=1) for link in group.links} | {FRAME: 0}
         for k, group in enumerate(found.groups, start=1):
-            above = grouped((box_of[base], (base, names)) for base, names in joined(found, group).items())
+            above = grouped((box_of[base], (base, names)) for base, names in found.joined(group).items())
             for upper, own in above.items():
                 pairs = " ".join(name for _, names in own for name in names)
                 joints.append(BoxJoint(upper, k, pairs, ", ".join(str(found.numbers[base]) for base, _ in own)))

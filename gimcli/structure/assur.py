@@ -11,6 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from itertools import accumulate, permutations
 
+from gimcli.connected import grouped
 from gimcli.errors import StructureError
 from gimcli.mechanism import FRAME, Mechanism
 from gimcli.structure.dulmage_mendelsohn import split
@@ -20,6 +21,8 @@ from gimcli.structure.steps import NONE
 
 DYADS = ("RRR", "RRP", "RPR", "PRP", "RPP")
 """The kinds of groups of class II, by outer, inner and outer pair."""
+
+ROMAN = {1: "I", 2: "II", 3: "III", 4: "IV", 5: "V", 6: "VI", 7: "VII", 8: "VIII", 9: "IX", 10: "X"}
 
 
 @dataclass(frozen=True)
@@ -101,6 +104,18 @@ class AssurGroup:
                 return kinds
         return first + self.inner[0].kind + last
 
+    @property
+    def description(self) -> str:
+        """A short description, such as "dyad RRP"."""
+        if self.driving:
+            return "driving link, turning" if self.outer and self.outer[0].kind == REVOLUTE else "driving link, sliding"
+        return f"dyad {self.dyad}" if self.dyad else f"group of {len(self.links)} links"
+
+    @property
+    def numeral(self) -> str:
+        """Its class in Roman numerals."""
+        return ROMAN.get(self.grade, str(self.grade))
+
 
 @dataclass(frozen=True)
 class Formation:
@@ -119,6 +134,18 @@ class Formation:
     def bases(self, group: AssurGroup) -> list[int]:
         """Return the links that a group is joined to, one for each outer pair."""
         return [next(k for k in pair.bodies if k not in group.links) for pair in group.outer]
+
+    def joined(self, group: AssurGroup) -> dict[int, list[str]]:
+        """Return, for each link formed before, the names of the pairs that join a group to it."""
+        return grouped((base, pair.name) for pair, base in zip(group.outer, self.bases(group), strict=True))
+
+    @property
+    def layers(self) -> list[int]:
+        """The layer of every group: 1 if it is joined to the frame only, else 1 + the layer of its bases."""
+        layer: dict[int, int] = {FRAME: 0}
+        for group in self.groups:
+            layer |= dict.fromkeys(group.links, 1 + max((layer[base] for base in self.bases(group)), default=0))
+        return [layer[group.links[0]] for group in self.groups]
 
     @property
     def formula(self) -> tuple[str, ...]:

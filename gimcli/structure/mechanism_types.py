@@ -15,6 +15,13 @@ from gimcli.structure.loop_types import LoopType, loop_type
 
 COUNTS = {2: "two", 3: "three", 4: "four", 5: "five", 6: "six", 7: "seven", 8: "eight", 9: "nine", 10: "ten"}
 
+SIX_BARS: dict[tuple[int, ...], tuple[str, str, str]] = {
+    (0, 2, 2): ("Watt II six-bar", "", "Watt I six-bar"),
+    (1, 1, 2): ("Stephenson III six-bar", "Stephenson I six-bar", "Stephenson II six-bar"),
+}
+"""Names by the numbers of binary links on the three paths between the ternary links; by that of the frame's path, 0 if
+the frame is a ternary link."""
+
 Edge = tuple[int, int]
 
 
@@ -107,7 +114,8 @@ def _simple_name(chain: KinematicChain, edges: dict[Edge, str]) -> str:
     if sum(map(len, paths)) + 2 != len(near):
         return ""
     if len(near) == 6 and len(edges) == 7:
-        return _six_bar(hubs, paths)
+        names = SIX_BARS.get(tuple(sorted(map(len, paths))))
+        return names[next((len(path) for path in paths if FRAME in path), 0)] if names else ""
     return _platform(hubs, paths, edges)
 
 
@@ -122,18 +130,6 @@ def _paths(near: dict[int, list[int]], start: int, end: int) -> list[list[int]]:
         if link == end:
             paths.append(path)
     return paths
-
-
-def _six_bar(hubs: list[int], paths: list[list[int]]) -> str:
-    sizes = sorted(map(len, paths))
-    if sizes == [0, 2, 2]:
-        return "Watt II six-bar" if FRAME in hubs else "Watt I six-bar"
-    if sizes != [1, 1, 2]:
-        return ""
-    if FRAME in hubs:
-        return "Stephenson III six-bar"
-    own = next(path for path in paths if FRAME in path)
-    return "Stephenson I six-bar" if len(own) == 1 else "Stephenson II six-bar"
 
 
 def _platform(hubs: list[int], paths: list[list[int]], edges: dict[Edge, str]) -> str:
