@@ -321,10 +321,7 @@ class _LoopWriter:
 
 
 def _sum(a: Counter[Term], b: Counter[Term], factor: int = 1) -> Counter[Term]:
-    total = Counter(a)
-    for term, count in b.items():
-        total[term] += factor * count
-    return total
+    return Counter({term: a[term] + factor * b[term] for term in {**a, **b}})
 
 
 def group_of(linkage: Linkage, part: GroupPart) -> LoopGroup:

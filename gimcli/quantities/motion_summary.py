@@ -22,7 +22,7 @@ from gimcli.positions.inputs import law_inputs
 from gimcli.positions.options import Options
 from gimcli.quantities.extremes import Extreme, Extremes, RateRows, Sought, extremes
 from gimcli.quantities.state import State
-from gimcli.quantities.transmission import TransmissionJoint, dyad_joints
+from gimcli.quantities.transmission import TransmissionJoint, output_joints
 from gimcli.rates.derivatives import MotionRates, law_rates, rates_of_inputs
 from gimcli.structure.joints import sliding_pairs
 from gimcli.structure.kinematic_chain import kinematic_chain
@@ -192,7 +192,7 @@ class _Summarizer:
 
     def summary(self) -> MotionSummary:
         """Return everything; all quantities are refined together."""
-        outputs, joints, speeds = self._outputs(), dyad_joints(self.mechanism), self._speeds()
+        outputs, joints, speeds = self._outputs(), output_joints(self.mechanism, coupled=False), self._speeds()
         angles = [Sought(partial(flatness, joint)) for joint in joints]
         quantities: list[Sought] = [*(q for _, _, q in outputs), *angles, *(q for *_, q in speeds)]
         found = extremes(self.rows, quantities, self._solve, self.periodic)

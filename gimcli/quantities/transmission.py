@@ -92,21 +92,19 @@ def _joined(mechanism: Mechanism, joint: int) -> Iterator[tuple[ForceLine, Force
             yield from ((ForceLine(ram.name, other), line) for line in lines.values())
 
 
-def output_joints(mechanism: Mechanism) -> list[TransmissionJoint]:
-    """Return the joints inside the dyads, and the pins of strongly coupled groups."""
-    found = []
+def output_joints(mechanism: Mechanism, coupled: bool = True) -> list[TransmissionJoint]:
+    """Return the joints inside the dyads, and the pins of strongly `coupled` groups.
+
+    The transmission angles inside dyads are 0 or 180 degrees at dead points only. Joints inside a rigid triangle of
+    bars, whose angles are constant, are left out.
+    """
+    found, body = list[TransmissionJoint](), rigid_bodies(mechanism)
     for step in make_plan(mechanism).steps:
         if isinstance(step, Dyad):
             found += _of_dyad(mechanism, step)
-        elif isinstance(step, Coupled):
+        elif coupled and isinstance(step, Coupled):
             found += [TransmissionJoint(n, *pair) for n in step.nodes for pair in _joined(mechanism, n)]
-    return _movable(mechanism, found)
-
-
-def dyad_joints(mechanism: Mechanism) -> list[TransmissionJoint]:
-    """Return the joints inside the dyads, whose transmission angles are 0 or 180 degrees at dead points only."""
-    steps = (step for step in make_plan(mechanism).steps if isinstance(step, Dyad))
-    return _movable(mechanism, [joint for step in steps for joint in _of_dyad(mechanism, step)])
+    return [j for j in found if body.get(j.first.name, j.first.name) != body.get(j.second.name, j.second.name)]
 
 
 def _of_dyad(mechanism: Mechanism, step: Dyad) -> list[TransmissionJoint]:
@@ -119,12 +117,6 @@ def _of_dyad(mechanism: Mechanism, step: Dyad) -> list[TransmissionJoint]:
     if len(known) < 2 or all(line.slide is not None for line in known):
         return []
     return [TransmissionJoint(step.node, *sorted(known, key=lambda line: line.slide is not None))]
-
-
-def _movable(mechanism: Mechanism, joints: list[TransmissionJoint]) -> list[TransmissionJoint]:
-    """Return the joints that are not inside a rigid triangle of bars: its angles are constant."""
-    body = rigid_bodies(mechanism)
-    return [j for j in joints if body.get(j.first.name, j.first.name) != body.get(j.second.name, j.second.name)]
 
 
 def _locus_line(mechanism: Mechanism, locus: Locus) -> ForceLine | None:

@@ -12,7 +12,7 @@ from gimcli.model.source import read_source
 from gimcli.motion.motion import trace
 from gimcli.quantities.extremes import RateRows, Sought
 from gimcli.quantities.motion_summary import angular_speed, flatness, rotation, speed
-from gimcli.quantities.transmission import dyad_joints
+from gimcli.quantities.transmission import output_joints
 from gimcli.rates.derivatives import rates
 
 STEPS = 20_000
@@ -33,7 +33,10 @@ def test_derivatives_are_differences():
         partial(angular_speed, 3, 2),
     ]
     formulas += [partial(RateRows.travel, slide=k) for k in range(len(m.slides))]
-    quantities = [rotation(rows, 2), *map(Sought, [*formulas, *(partial(flatness, joint) for joint in dyad_joints(m))])]
+    quantities = [
+        rotation(rows, 2),
+        *map(Sought, [*formulas, *(partial(flatness, joint) for joint in output_joints(m, coupled=False))]),
+    ]
     assert len(quantities) >= 8
     step = 1.0 / STEPS
     for quantity in quantities:
