@@ -37,6 +37,23 @@ def phase(z: Any) -> Any:
     return principal(np.angle(z))
 
 
+def filled(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return values (..., rows) with the last known value in rows without one, at the start the first."""
+    known = np.isfinite(values)
+    last = np.maximum.accumulate(np.where(known, np.arange(values.shape[-1]), -1), axis=-1)
+    return np.take_along_axis(values, np.where(last >= 0, last, np.argmax(known, axis=-1)[..., None]), axis=-1)
+
+
+def counted(angle: NDArray[np.float64], turn: float = TURN, ahead: Any = 0.0) -> NDArray[np.float64]:
+    """Return angles (..., rows) with full turns counted; rows without a value stay NaN.
+
+    `ahead` (..., rows - 1) is the approximate change from each row to the next. By default it is 0: the change is then
+    taken to be less than half a turn.
+    """
+    turns = np.cumsum(np.round((ahead - np.diff(filled(angle))) / turn), axis=-1)
+    return angle + turn * np.concatenate([np.zeros_like(angle[..., :1]), turns], axis=-1)
+
+
 def ranks(value: NDArray[np.float64], same: float) -> NDArray[np.int64]:
     """Return the ranks of values (count,); one that is at most `same` above the one below it has the same rank."""
     order = np.argsort(value, kind="stable")

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from gimcli.calculus.series import Series
-from gimcli.canonical import beside
+from gimcli.canonical import beside, counted, filled
 from gimcli.mechanism import FRAME, HEIGHT, ComplexArray, FloatArray, Input, Mechanism, PairRow
 from gimcli.motion.motion import Motion
 from gimcli.positions.dispatch import choose
@@ -79,14 +79,9 @@ class Turns:
 
     def followed(self, key: int, angle: FloatArray, drawn: float) -> FloatArray:
         """Return an angle [rad] without jumps (rows,), continued from the last one or from the initial one."""
-        good = np.flatnonzero(np.isfinite(angle))
-        if not len(good):
-            return angle
-        path = np.unwrap(np.concatenate(([self.last.get(key, drawn)], angle[good])))[1:]
-        self.last[key] = float(path[-1])
-        result = np.full_like(angle, np.nan)
-        result[good] = path
-        return result
+        path = counted(np.append(self.last.get(key, drawn), angle))
+        self.last[key] = float(filled(path)[-1])
+        return path[1:]
 
 
 class SeparateTurns(Turns):

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 
 from gimcli.calculus.dual import Dual
-from gimcli.canonical import TURN, phase
+from gimcli.canonical import TURN, counted, filled, phase
 from gimcli.families.design_motions import DesignMotions
 from gimcli.families.family import ONE, kernel_name, mode_of
 from gimcli.families.four_bar_type import four_bar_types
@@ -85,12 +85,9 @@ def _counted(motions: DesignMotions, member: int, parts: int) -> tuple[FloatArra
         first, second = motions.mechanism.members[member].nodes[:2]
         angle = phase(z[:, second] - z[:, first])
         angle[:, ::parts] = np.where(np.isfinite(exact), exact, angle[:, ::parts])
-    complete = filled(angle)
-    change = np.diff(complete, axis=1)
-    change -= TURN * np.round(change / TURN)
-    wide = np.flatnonzero(np.any(np.abs(change) > CLEAR, axis=1))
-    total = complete[:, :1] + np.concatenate([np.zeros((len(z), 1)), np.cumsum(change, axis=1)], axis=1)
-    found = exact + TURN * np.round((total[:, ::parts] - exact) / TURN)
+    total = counted(angle)
+    wide = np.flatnonzero(np.any(np.abs(np.diff(filled(total), axis=1)) > CLEAR, axis=1))
+    found = np.where(np.isfinite(exact), total[:, ::parts], np.nan)
     found[_interrupted(angle, exact, parts)] = np.nan
     return found, wide
 
@@ -108,14 +105,6 @@ def _interrupted(angle: FloatArray, exact: FloatArray, parts: int) -> IntArray:
     every = np.arange(angle.shape[1])
     inside = (every >= first[:, None]) & (every <= last[:, None])
     return np.flatnonzero(np.any(inside & ~np.isfinite(angle), axis=1))
-
-
-def filled(values: FloatArray) -> FloatArray:
-    """Return values (designs, rows) with the last known value in rows without one, at the start the first."""
-    known = np.isfinite(values)
-    last = np.maximum.accumulate(np.where(known, np.arange(values.shape[1]), -1), axis=1)
-    last = np.where(last >= 0, last, np.argmax(known, axis=1)[:, None])
-    return np.take_along_axis(values, last, axis=1)
 
 
 class DesignColumns(State):

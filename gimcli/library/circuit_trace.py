@@ -11,6 +11,7 @@ import numpy as np
 from gimcli.branching.resampling import circuit_motion
 from gimcli.branching.singular_positions import drawn_circuit
 from gimcli.branching.singularities import STATIONARY, input_ends, interval, singularities
+from gimcli.canonical import counted
 from gimcli.continuation.branches import all_circuits
 from gimcli.continuation.circuit import Circuit
 from gimcli.errors import UsageError
@@ -23,7 +24,7 @@ from gimcli.motion.motion import Motion
 from gimcli.motion.summary import traced_paths
 from gimcli.progress import Phases
 from gimcli.quantities.point_ranges import PointRanges
-from gimcli.rates.member_angles import counted, direction
+from gimcli.rates.member_angles import direction, full_turn
 from gimcli.table import Column, Table
 
 if TYPE_CHECKING:
@@ -69,7 +70,8 @@ class CircuitTrace(UnderWay[TraceResult]):
         each = -(-max(DENSE, len(circuit.places)) // self.steps)
         if number not in self._dense:
             self._dense[number] = circuit_motion(circuit, each * self.steps + 1, self.tolerance)
-        return counted(self.mechanism, direction(self.mechanism, member, self._dense[number].z))[::each]
+        found = direction(self.mechanism, member, self._dense[number].z)
+        return counted(found, full_turn(self.mechanism))[::each]
 
     @cached_property
     def _tables(self) -> list[Table]:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gimcli.canonical import TURN, counted
 from gimcli.dynamics.force_motion import open_reactions
 from gimcli.dynamics.forces import Forces
 from gimcli.dynamics.integrators import CAREFUL, INTEGRATORS, STEPPED, WITH_DRY_FRICTION
@@ -41,7 +42,7 @@ from gimcli.positions.dispatch import choose, plain
 from gimcli.progress import Notify, Phases, limited, no_phases
 from gimcli.quantities.state import MotionState
 from gimcli.rates.derivatives import MotionRates
-from gimcli.rates.member_angles import counted
+from gimcli.rates.member_angles import full_turn
 from gimcli.status import Status
 from gimcli.structure.carried import carried_point
 from gimcli.structure.drive_check import explained
@@ -244,10 +245,10 @@ class SimulateResult(Placed, RowsResult):
     def _counted(self, name: str, angle: FloatArray) -> FloatArray:
         """Return the angles of a member (rows,); angular velocities show the full turns between two rows."""
         first, second = next(m for m in self.mechanism.members[FRAME + 1 :] if m.name == name).nodes[:2]
-        arm, rate = (self._found.nodes[k, second] - self._found.nodes[k, first] for k in (0, 1))
+        arm, rate = (self._nodes[k, second] - self._nodes[k, first] for k in (0, 1))
         omega = (arm.conj() * rate).imag / np.abs(arm) ** 2
-        ahead = 0.5 * (omega[1:] + omega[:-1]) * np.diff(self._found.time)
-        return counted(self.mechanism, angle, np.degrees(ahead) if self.mechanism.angle_unit == "deg" else ahead)
+        turn, ahead = full_turn(self.mechanism), 0.5 * (omega[1:] + omega[:-1]) * np.diff(self.times)
+        return counted(angle, turn, ahead * turn / TURN)
 
     @cached_property
     def _nodes(self) -> ComplexArray:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from gimcli.canonical import phase
+from gimcli.canonical import counted, phase
 from gimcli.mechanism import FRAME, BoolArray, ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.positions.inputs import divided, law_inputs, scales
 
@@ -50,20 +50,6 @@ def direction(mechanism: Mechanism, member: int, z: ComplexArray) -> FloatArray:
     return np.asarray(np.degrees(found) if mechanism.angle_unit == "deg" else found)
 
 
-def counted(mechanism: Mechanism, angle: FloatArray, ahead: FloatArray | float = 0.0) -> FloatArray:
-    """Return angles (rows,) with full turns counted; rows without a position stay NaN.
-
-    `ahead` (rows - 1,) is the approximate change from each row to the next. By default it is 0: the change is then
-    taken to be less than half a turn.
-    """
-    found, good, turn = angle.copy(), np.isfinite(angle), full_turn(mechanism)
-    change = np.diff(angle[good])
-    found[good] = (
-        angle[good] + turn * np.cumsum(np.concatenate([[0.0], np.round((ahead - change) / turn)]))[: good.sum()]
-    )
-    return found
-
-
 def full_turn(mechanism: Mechanism) -> float:
     """Return a full turn in the file's angle unit."""
     return 360.0 if mechanism.angle_unit == "deg" else 2.0 * np.pi
@@ -71,7 +57,7 @@ def full_turn(mechanism: Mechanism) -> float:
 
 def in_rows(motion: Motion, member: int) -> FloatArray:
     """Return the directions of a member (rows,) of a motion with close rows: no rows between are solved."""
-    return counted(motion.mechanism, direction(motion.mechanism, member, motion.z))
+    return counted(direction(motion.mechanism, member, motion.z), full_turn(motion.mechanism))
 
 
 class LawAngles:
@@ -136,7 +122,7 @@ class LawAngles:
         angle, rows = direction(self.mechanism, member, dense.z), np.searchsorted(dense.time, motion.time)
         angle[rows] = np.where(np.isfinite(own), own, angle[rows])
         before = [self._last[member]] if member in self._last else []
-        return counted(self.mechanism, np.concatenate([before, angle]))[len(before) :][rows]
+        return counted(np.concatenate([before, angle]), full_turn(self.mechanism))[len(before) :][rows]
 
     def _refined(self, dense: Motion, member: int) -> Motion:
         """Return a whole motion with more rows where a member turns far from one row to the next."""
