@@ -192,15 +192,16 @@ class Assembling:
         self.members = members = {n: own for n, own in self.bodies.items() if n not in self.fixed and len(own) > 1}
         nothing = not members and not self.prismatic
         draft.refuse(nothing, f"no moving links found: this is not a mechanism of {draft.program}")
+        slid = (n for p in self.prismatic.values() for n in [*p["guide"], *p.get("nodes", [p.get("node")])])
         driven = (n for own in inputs.values() for n in own.get("nodes", []))
-        used = {*self.ground, *(n for own in members.values() for n in own), *self._slid(), *driven}
+        used = {*self.ground, *(n for own in members.values() for n in own), *slid, *driven}
         mass = {"mass": draft.mass} if draft.masses and draft.mass != "kg" else {}
         points = {name: own for name, point in draft.tracers.items() if (own := self._point(name, *point))}
         traced = dict.fromkeys(self.same.get(name, name) for name in draft.traced)  # those whose paths it draws
         moving = used - {*self.ground} | {*points}
         data: dict[str, Any] = {
             "name": draft.name, "source": f"converted from {draft.program}", "units": {"length": draft.length, **mass},
-            "nodes": {n: _pair(z) for n, z in self.places.items() if n in used},
+            "nodes": {n: self._pair(z) for n, z in self.places.items() if n in used},
             "ground": self.ground,
             "links": {n: own for n, own in members.items() if len(own) == 2},
             "elements": {n: own for n, own in members.items() if len(own) > 2},
@@ -208,10 +209,14 @@ class Assembling:
             "points": points,
             "trace": [name for name in traced if name in moving] or None,
             "duration": draft.duration, "masses": self._masses(),
-            "gravity": None if draft.gravity is None else _pair(draft.gravity),
+            "gravity": None if draft.gravity is None else self._pair(draft.gravity),
             "loads": {name: own for name, load in draft.loads.items() if (own := self._load(name, load))},
         }  # fmt: skip
-        return {key: _clean(value, self.size) for key, value in data.items() if value not in (None, "", {})}
+        return {key: value for key, value in data.items() if value not in (None, "", {})}
+
+    def _pair(self, z: complex) -> list[float]:
+        """Return a place or a vector as in a model file, with 0 in place of coordinates that are rounding errors."""
+        return [0.0 if abs(value) <= ROUNDING * self.size else value for value in (z.real, z.imag)]
 
     def _gears(self, taken: list[str]) -> dict[str, Any]:
         found: dict[str, Any] = {}
@@ -222,13 +227,10 @@ class Assembling:
             }  # fmt: skip
         return found
 
-    def _slid(self) -> list[str]:
-        return [n for p in self.prismatic.values() for n in [*p["guide"], *p.get("nodes", []), p.get("node", "")] if n]
-
     def _point(self, name: str, body: str, place: complex) -> dict[str, Any] | None:
         owner, free = self._carrier(body), name not in self.places
         if free and owner in (GROUND, *self.members):
-            return {"on": owner, "at": _pair(place)}
+            return {"on": owner, "at": self._pair(place)}
         self.draft.note(free, f"point {name} is left out: its link {body} has one joint and may turn")
         return None
 
@@ -238,7 +240,7 @@ class Assembling:
             owner = self._carrier(body)
             if owner in self.members:
                 first = self.places[self.members[owner][0]]
-                centre = {"centre": _pair((own["centre"] - first) / self._ray(owner))} if "centre" in own else {}
+                centre = {"centre": self._pair((own["centre"] - first) / self._ray(owner))} if "centre" in own else {}
                 found[owner] = {**own, **centre}
             elif owner != GROUND and own["mass"]:  # a point mass
                 for node in self.bodies[owner][:1]:
@@ -250,10 +252,10 @@ class Assembling:
         [key] = load.keys() & {"force", "follower"}
         if owner in self.members:
             turned = self._ray(owner) if key == "follower" else 1.0
-            return {"on": owner, "at": _pair(load["at"]), key: _pair(load[key] / turned)}
+            return {"on": owner, "at": self._pair(load["at"]), key: self._pair(load[key] / turned)}
         self.draft.note(owner == GROUND, f"load {name} is left out: it acts on the ground")
         nodes = [] if owner == GROUND else self.bodies[owner]
-        return {"on": nodes[0], "force": _pair(load[key])} if nodes else None
+        return {"on": nodes[0], "force": self._pair(load[key])} if nodes else None
 
     def _ray(self, member: str) -> complex:
         """Return the direction of the own x axis of a member: from its first node to its second."""
@@ -268,17 +270,3 @@ def _with_range(keys: dict[str, Any], drawn: float) -> dict[str, Any]:
         return keys
     first, last = law.pop("over")
     return {**keys, "law": {"from": drawn + first, "to": drawn + last, **law}}
-
-
-def _pair(z: complex) -> list[float]:
-    """Return a place or a vector as in a model file."""
-    return [z.real, z.imag]
-
-
-def _clean(value: Any, size: float) -> Any:
-    """Return data with 0 in place of coordinates that are rounding errors of 0."""
-    if isinstance(value, dict):
-        return {key: _clean(part, size) for key, part in value.items()}
-    if isinstance(value, list):
-        return [0.0 if isinstance(v, float) and abs(v) <= ROUNDING * size else _clean(v, size) for v in value]
-    return value

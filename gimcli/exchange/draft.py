@@ -132,15 +132,16 @@ class Draft(Refusing):
 
     def slot(
         self, name: str, joint: str, carrier: str, direction: complex, *, body: str = "",
-        guide: tuple[str, str] | None = None,
+        guide: tuple[str, str] | None = None, driver: int | None = None, stroke: tuple[complex, complex] | None = None,
     ) -> None:  # fmt: skip
-        """Let a joint slide along a line through its place, fixed to a carrier: a body or GROUND.
+        """Let a joint slide along a line through its place, in a direction of length 1 that is fixed to a carrier.
 
         With `body` the joint is a block of this body, which slides without turning against the carrier. `guide`: two
-        joints of the carrier on the line, if the file names them.
+        joints of the carrier on the line, if the file names them. For `driver` and `stroke` see DrawnJoint.
         """
         kind, bodies = ("P", (carrier, body)) if body else ("RP", (carrier,))
-        self.slots.append(DrawnJoint(kind, bodies, self.joints[joint], direction / abs(direction), joint, name, guide))
+        place = self.joints[joint]
+        self.slots.append(DrawnJoint(kind, bodies, place, direction, joint, name, guide, driver=driver, stroke=stroke))
 
     def linked(self, joints: Iterable[DrawnJoint], key: Callable[[str], str]) -> list[DrawnJoint]:
         """Add the links of joints as bodies without joints; return the joints with the names of these bodies.
@@ -165,7 +166,8 @@ class Draft(Refusing):
             bodies = (GROUND, bodies[0])
         own = self.joint(name, joint.place, *(bodies if joint.kind == "R" else bodies[1:]))
         if joint.kind != "R" and len(bodies) > 1:
-            self.slot(f"{slot}_{own}", own, bodies[0], joint.direction, body=bodies[1] if joint.kind == "P" else "")
+            along = joint.direction / abs(joint.direction)
+            self.slot(f"{slot}_{own}", own, bodies[0], along, body=bodies[1] if joint.kind == "P" else "")
         return own
 
     def rotary(

@@ -119,14 +119,7 @@ class DrawnLinkage(Draft):
             nodes = [self.mechanism.nodes[row.node] for row in own]
             bodies = [body for body in self.common(*nodes) if body != guide] if len(nodes) > 1 else [""]
             self.refuse(not bodies, f"the pair {name} cannot be written for {self.program}: its nodes have no link")
-            self._slot(nodes[0], guide, direction, bodies[0])
-
-    def _slot(
-        self, joint: str, carrier: str, direction: complex, body: str = "", driver: int | None = None,
-        stroke: tuple[complex, complex] | None = None,
-    ) -> None:  # fmt: skip
-        kind, bodies = ("P", (carrier, body)) if body else ("RP", (carrier,))
-        self.slots.append(DrawnJoint(kind, bodies, 0j, direction, joint, driver=driver, stroke=stroke))
+            self.slot(name, nodes[0], guide, direction, body=bodies[0])
 
     # -- inputs ---------------------------------------------------------------------------------
 
@@ -144,7 +137,7 @@ class DrawnLinkage(Draft):
         rod = self.body(f"{actuator.name} rod", [b])
         piston = self.joint(f"{actuator.name} piston", self.joints[a] + inside * unit, rod)
         far = self.joints[a] + end * unit
-        self._slot(piston, barrel, unit, rod, number, (self.joints[a], far))
+        self.slot(actuator.name, piston, barrel, unit, body=rod, driver=number, stroke=(self.joints[a], far))
 
     def _turn(self, number: int, actuator: Input) -> None:
         pivot = self.mechanism.nodes[actuator.node]
@@ -176,8 +169,8 @@ class DrawnLinkage(Draft):
                 return
         carriage = self.body(f"{actuator.name} carriage", [])
         joint = self.joint(f"{actuator.name} slide", self.joints[node] + PIECE * self.span * direction, carriage)
-        self._slot(joint, guide, direction, carriage, number)
-        self._slot(node, carriage, 1j * direction)
+        self.slot(actuator.name, joint, guide, direction, body=carriage, driver=number)
+        self.slot(actuator.name, node, carriage, 1j * direction)
 
     # -- blocks and points ----------------------------------------------------------------------
 

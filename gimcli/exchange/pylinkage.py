@@ -118,7 +118,7 @@ class _Mechanism:
         across = abs(((self.draft.joints[name] - joint.line_point) / axis * abs(axis)).imag)
         off = f"the joint is {across:g} off its line (axis, line_point); move it there"
         joint.refuse(across > NEAR * self.draft.size(), off)
-        self.draft.slot(f"slot_{name}", name, GROUND, axis)
+        self.draft.slot(f"slot_{name}", name, GROUND, axis / abs(axis))
 
     def _add_tracker(self, joint: FileRecord) -> None:
         """Add a point; one that joins links is a joint of the link that carries it, too."""

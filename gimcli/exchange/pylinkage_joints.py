@@ -11,7 +11,7 @@ from __future__ import annotations
 import cmath
 import math
 
-from gimcli.exchange.draft import GROUND, Draft
+from gimcli.exchange.draft import GROUND, Draft, free_name
 from gimcli.exchange.records import FileRecord, by_key
 from gimcli.exchange.repeated import RepeatedInput, RepeatedMotion
 
@@ -38,13 +38,12 @@ def _chosen(name: str, other: str) -> str:
 
 
 class PylinkageJoints:
-    """The joints by name; `names` are those in the draft."""
+    """The joints by name; `named` are their names in the draft."""
 
     def __init__(self, file: FileRecord, draft: Draft) -> None:
         self.draft, self.motion = draft, RepeatedMotion(draft)
         self.joints = by_key("name", file.joints, "joint")
         self.cranks = sum(joint.type == "Crank" for joint in file.joints)
-        self.names: dict[str, str] = {}
 
     def convert(self) -> None:
         """Place the joints in an order in which each depends on earlier ones only."""
@@ -55,7 +54,7 @@ class PylinkageJoints:
             self.joints[next(iter(waiting))].refuse(not ready, circle)
             for name in ready:
                 del waiting[name]
-                self._add(name, self.joints[name])
+                self._add(self.joints[name], len(self.joints) - len(waiting))
         self.motion.complete()
 
     def _names_of(self, joint: FileRecord) -> list[str]:
@@ -65,93 +64,78 @@ class PylinkageJoints:
             own.at("ref").refuse(own.ref not in self.joints, f"there is no joint '{own.ref[:40]}'")
         return [own.ref for own in given]
 
-    def _parents(self, joint: FileRecord, count: int) -> list[str]:
-        """Return the draft's names of joints that are referred to; one that is given inline is fixed."""
-        found = []
-        for key in _KEYS[:count]:
-            own = getattr(joint, key)
-            joint.refuse(own is None, f"`{key}` is missing; name a joint")
-            inline = own.inline is not None
-            fixed = (_chosen(own.name, "fixed"), complex(own.x, own.y), GROUND)
-            found.append(self.draft.joint(*fixed) if inline else self.names[own.ref])
-        return found
+    def _parent(self, joint: FileRecord, key: str) -> str:
+        """Return the draft's name of a joint that is referred to; one that is given inline is fixed."""
+        own = getattr(joint, key)
+        joint.refuse(own is None, f"`{key}` is missing; name a joint")
+        if own.inline is None:
+            return str(self.joints[own.ref].named)
+        return self.draft.joint(_chosen(own.name, "fixed"), complex(own.x, own.y), GROUND)
 
-    def _add(self, name: str, joint: FileRecord) -> None:
-        add = {
-            "Static": lambda own, joint: self.draft.joint(own, complex(joint.x, joint.y), GROUND),
-            "Crank": self._crank, "Fixed": self._rigid, "Revolute": self._revolute, "Prismatic": self._prismatic,
-        }.get(SAME.get(joint.type, joint.type))  # fmt: skip
-        if add is None:
-            raise joint.at("type").refused(f"the joint type '{joint.type[:40]}' is not known")
-        self.names[name] = add(_chosen(name, f"joint{len(self.names) + 1}"), joint)
+    def _add(self, joint: FileRecord, number: int) -> None:
+        """Add a joint, the links that join it to its parents, and its slot or input."""
+        kinds = {"Static": (0, self._static), "Crank": (1, self._crank), "Fixed": (2, self._rigid),
+                 "Revolute": (2, self._revolute), "Prismatic": (3, self._prismatic)}  # fmt: skip
+        kind = SAME.get(joint.type, joint.type)
+        joint.at("type").refuse(kind not in kinds, f"the joint type '{joint.type[:40]}' is not known")
+        count, place = kinds[kind]
+        parents = [self._parent(joint, key) for key in _KEYS[:count]]
+        joint.named = free_name(_chosen(joint.name, f"joint{number}"), self.draft.joints)
+        joint.drawn = complex(joint.x, joint.y)
+        place(joint, parents, [self.draft.joints[parent] for parent in parents])
 
     # -- one of each type -----------------------------------------------------------------------
 
-    def _crank(self, name: str, joint: FileRecord) -> str:
-        [pivot] = self._parents(joint, 1)
-        centre = self.draft.joints[pivot]
-        ray = complex(joint.x, joint.y) - centre
+    def _static(self, joint: FileRecord, names: list[str], places: list[complex]) -> None:
+        self.draft.joint(joint.named, joint.drawn, GROUND)
+
+    def _crank(self, joint: FileRecord, names: list[str], places: list[complex]) -> None:
+        [pivot], [centre], name = names, places, joint.named
+        ray = joint.drawn - centre
         radius = abs(ray) if joint.distance is None else joint.distance
-        joint.refuse(
-            not radius > 0.0 or not abs(ray) > 0.0, "the crank has no length; correct `distance`, or its coordinates"
-        )
-        joint.refuse(
-            pivot not in self.draft.bodies[GROUND],
-            "the crank turns about a moving joint; only cranks on fixed joints are converted",
-        )
-        own = self.draft.joint(name, centre + ray / abs(ray) * radius)
-        body = self.draft.body(f"{name}_crank", [pivot, own])
+        joint.refuse(not (radius > 0.0 and ray), "the crank has no length; correct `distance`, or its coordinates")
+        turns = "the crank turns about a moving joint; only cranks on fixed joints are converted"
+        joint.refuse(pivot not in self.draft.bodies[GROUND], turns)
+        self.draft.joint(name, centre + ray / abs(ray) * radius)
         motor = "motor" if self.cranks == 1 else f"motor_{name}"
         law = self.motion.add(motor, RepeatedInput(math.degrees(joint.angle)))
-        self.draft.rotary(motor, pivot, body, arm=own, law=law)
-        return own
+        self.draft.rotary(motor, pivot, self.draft.body(f"{name}_crank", [pivot, name]), arm=name, law=law)
 
-    def _rigid(self, name: str, joint: FileRecord) -> str:
-        first, second = self._parents(joint, 2)
+    def _rigid(self, joint: FileRecord, names: list[str], places: list[complex]) -> None:
+        (first, second), (origin, along) = names, places
         carriers = self.draft.common(first, second)
         joint.refuse(joint.distance is None, "`distance` is missing; give a number")
-        joint.refuse(
-            not carriers, f"joint '{name[:40]}' is fixed to {first} and {second}, whose distance is not constant"
-        )
-        origin, along = self.draft.joints[first], self.draft.joints[second]
+        fault = f"joint '{joint.name[:40]}' is fixed to {first} and {second}, whose distance is not constant"
+        joint.refuse(not carriers, fault)
         place = origin + cmath.rect(joint.distance, cmath.phase(along - origin) + joint.angle)
-        return self.draft.joint(name, place, carriers[0])
+        self.draft.joint(joint.named, place, carriers[0])
 
-    def _revolute(self, name: str, joint: FileRecord) -> str:
-        first, second = self._parents(joint, 2)
-        a, b, drawn = self.draft.joints[first], self.draft.joints[second], complex(joint.x, joint.y)
+    def _revolute(self, joint: FileRecord, names: list[str], places: list[complex]) -> None:
+        (first, second), (a, b), drawn = names, places, joint.drawn
         ra = abs(drawn - a) if joint.distance0 is None else joint.distance0
         rb = abs(drawn - b) if joint.distance1 is None else joint.distance1
         gap = abs(b - a)
         along = (ra * ra - rb * rb + gap * gap) / (2.0 * gap) if gap else math.inf
-        joint.refuse(
-            not abs(along) <= ra * (1.0 + _TOUCH),
-            f"distances {ra:g} and {rb:g} to {first} and {second}, which are {gap:g} apart, do not meet",
-        )
+        apart = f"distances {ra:g} and {rb:g} to {first} and {second}, which are {gap:g} apart, do not meet"
+        joint.refuse(not abs(along) <= ra * (1.0 + _TOUCH), apart)
         height = math.sqrt(max(0.0, ra * ra - along * along))
         foot, unit = a + (b - a) / gap * along, 1j * (b - a) / gap
-        place = min((foot + height * unit, foot - height * unit), key=lambda z: abs(z - drawn))
-        own = self.draft.joint(name, place)
-        self.draft.body(f"{name}_{first}", [first, own])
-        self.draft.body(f"{name}_{second}", [second, own])
-        return own
+        self.draft.joint(joint.named, min((foot + height * unit, foot - height * unit), key=lambda z: abs(z - drawn)))
+        for parent in names:
+            self.draft.body(f"{joint.named}_{parent}", [parent, joint.named])
 
-    def _prismatic(self, name: str, joint: FileRecord) -> str:
-        centre, first, second = self._parents(joint, 3)
-        c, a, b, drawn = *(self.draft.joints[n] for n in (centre, first, second)), complex(joint.x, joint.y)
+    def _prismatic(self, joint: FileRecord, names: list[str], places: list[complex]) -> None:
+        (centre, first, second), (c, a, b), name = names, places, joint.named
         joint.refuse(not abs(b - a) > 0.0, "the two joints of its line coincide and define no direction; move one")
         carriers = self.draft.common(first, second)
         joint.refuse(not carriers, f"its line passes through {first} and {second}, whose distance is not constant")
         unit = (b - a) / abs(b - a)
-        radius = abs(drawn - c) if joint.revolute_radius is None else joint.revolute_radius
+        radius = abs(joint.drawn - c) if joint.revolute_radius is None else joint.revolute_radius
         local = (c - a) / unit
-        joint.refuse(
-            abs(local.imag) > radius * (1.0 + _TOUCH),
-            f"the line is {abs(local.imag):g} from {centre}, more than the distance {radius:g}",
-        )
+        far = f"the line is {abs(local.imag):g} from {centre}, more than the distance {radius:g}"
+        joint.refuse(abs(local.imag) > radius * (1.0 + _TOUCH), far)
         reach = math.sqrt(max(0.0, radius * radius - local.imag**2))
-        place = min((a + unit * (local.real + s * reach) for s in (1.0, -1.0)), key=lambda z: abs(z - drawn))
-        own = self.draft.joint(name, place)
-        self.draft.body(f"{name}_{centre}", [centre, own])
-        self.draft.slot(f"slot_{own}", own, carriers[0], b - a, guide=(first, second))
-        return own
+        ends = (a + unit * (local.real + sign * reach) for sign in (1.0, -1.0))
+        self.draft.joint(name, min(ends, key=lambda z: abs(z - joint.drawn)))
+        self.draft.body(f"{name}_{centre}", [centre, name])
+        self.draft.slot(f"slot_{name}", name, carriers[0], unit, guide=(first, second))

@@ -22,7 +22,6 @@ Value = TypeVar("Value")
 
 LARGEST = 1e12
 """Largest number in files of programs that write models of any size."""
-MOST_CHARACTERS = 4_000_000
 MOST_ENTRIES = 500
 """Most entries of a list: joints, links, or joints of a link."""
 _NUMBERS: dict[str, Any] = {
@@ -189,9 +188,6 @@ def by_key(key: str, records: Iterable[FileRecord], what: str) -> dict[str, File
 
 def read_json(text: str, source: str) -> FilePart:
     """Return the value of a JSON text; raise ModelError with line and column if it is not readable."""
-    FilePart(source).refuse(
-        len(text) > MOST_CHARACTERS, f"is too large; at most {MOST_CHARACTERS // 1_000_000} MB are read"
-    )
     try:
         return FilePart(source, json.loads(text.removeprefix("\ufeff"), **_NUMBERS))
     except json.JSONDecodeError as error:
