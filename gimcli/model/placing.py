@@ -152,13 +152,12 @@ def with_rough(model: Model, folder: Path, number: int = 0) -> Model:
 
 def _direction(data: PlacingData, slot: GivenLine, at: Mapping[str, complex]) -> complex:
     """Return the direction of a guide at rough positions of its member: that of the best fit of the member's shape."""
-    for shape in data.shapes:
-        if set(slot.guide) <= shape.local.keys():
-            names = list(shape.local)
-            own, there = ([places[n] for n in names] for places in (shape.local, at))
+    for shape in data.shapes.values():
+        if set(slot.guide) <= shape.keys():
+            own, there = ([places[n] for n in shape] for places in (shape, at))
             middle, centre = sum(own) / len(own), sum(there) / len(there)
             turn = sum((z - middle).conjugate() * (w - centre) for z, w in zip(own, there, strict=True))
-            return complex(unit(turn) * unit(shape.local[slot.guide[1]] - shape.local[slot.guide[0]]))
+            return complex(unit(turn) * unit(shape[slot.guide[1]] - shape[slot.guide[0]]))
     return complex(unit(at[slot.guide[1]] - at[slot.guide[0]]))
 
 
@@ -232,7 +231,7 @@ def _left(model: Model, placing: Placing) -> list[PartFault]:
 
 def _open_laws(model: Model, placing: Placing) -> Iterator[PartFault]:
     """Yield the actuators whose law starts at a value that only coordinates would give."""
-    known = {one.name for one in placing.data.distances} | {one.name for one in placing.data.lines}
+    known = {*placing.data.shapes, *(one.name for one in placing.data.lines)}
     for name, actuator in model.actuators.items():
         law = actuator.law
         given = name in known or (actuator.pivot is not None and law is not None and starts_by_value(law))
@@ -254,7 +253,11 @@ def _inputs(model: Model, data: PlacingData) -> str:
     unit = "" if units.length == "unit" else f" {units.length}"
     values = [
         *(f"{name} = {number(rad / RADIANS[units.angle])} {units.angle}" for name, (_, rad) in data.angles.items()),
-        *(f"{one.name} = {number([*one.local.values()][1])}{unit}" for one in data.distances),
+        *(
+            f"{name} = {number([*own.values()][1])}{unit}"
+            for name, own in data.shapes.items()
+            if name in model.actuators
+        ),
         *(f"{one.name} = {number(one.offset)}{unit}" for one in data.lines if one.square),
     ]
     return f" at {', '.join(values)}" if values else ""
@@ -324,19 +327,18 @@ class _Search:
 
 def _size(data: PlacingData, given: Mapping[str, complex]) -> float:
     """Return the largest dimension between nodes, or of a member."""
-    places = (shape.local for shape in (*data.shapes, *data.distances))
-    groups = [list(one.values()) for one in (given, *places)]
+    groups = [list(one.values()) for one in (given, *data.shapes.values())]
     return max((abs(z - group[0]) for group in groups for z in group[1:]), default=0.0)
 
 
 def _errors(data: PlacingData, at: Mapping[str, Any], opened: set[str]) -> Iterator[float]:
     """Yield the errors of the dimensions between nodes that are placed."""
-    for shape in (*data.shapes, *data.distances):
-        names = [n for n in shape.local if n in at]
+    for shape in data.shapes.values():
+        names = [n for n in shape if n in at]
         if len(names) > 1 and opened & set(names):
-            a, b = names[0], max(names, key=lambda n: abs(shape.local[n] - shape.local[names[0]]))
-            turned = unit(at[b] - at[a]) / unit(shape.local[b] - shape.local[a])
-            yield from (abs(at[a] + turned * (shape.local[n] - shape.local[a]) - at[n]) for n in names)
+            a, b = names[0], max(names, key=lambda n: abs(shape[n] - shape[names[0]]))
+            turned = unit(at[b] - at[a]) / unit(shape[b] - shape[a])
+            yield from (abs(at[a] + turned * (shape[n] - shape[a]) - at[n]) for n in names)
     for one in data.lines:
         for node in one.nodes:
             own = {node, *one.guide}

@@ -6,7 +6,7 @@ Numbers are in the file's units, angles in rad; they may be recorded numbers (se
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -20,12 +20,8 @@ from gimcli.model.units import RADIANS
 TINY = 1e-300
 
 
-@dataclass(frozen=True)
-class GivenShape:
-    """A member of known shape: the coordinates of its nodes in a frame of its own; or two nodes of known distance."""
-
-    name: str
-    local: Mapping[str, Any]
+Shape = Mapping[str, Any]
+"""The coordinates of the nodes of a member in a frame of its own; or two nodes of known distance."""
 
 
 @dataclass(frozen=True)
@@ -55,13 +51,12 @@ class PlacingData:
     """All that is known before nodes are placed; `order` is the order of the nodes in the file."""
 
     order: tuple[str, ...]
-    shapes: tuple[GivenShape, ...]
+    shapes: Mapping[str, Shape]
+    """Those of members, and then the distances that linear actuators drive."""
     lines: tuple[GivenLine, ...]
     """Those of sliding pairs, and then those of travels that actuators drive."""
     angles: Mapping[str, tuple[Actuator, Any]]
     """Those that rotary actuators drive [rad], from the ray pivot -> reference or +x to the ray pivot -> arm."""
-    distances: tuple[GivenShape, ...]
-    """Those that linear actuators drive."""
     missing: Mapping[str, Link | Element]
     """Members without `length` or `shape`."""
 
@@ -70,7 +65,7 @@ def placing_data(model: Model, folder: Path) -> PlacingData:
     """Return what a model gives; parts that name undeclared nodes are left out."""
     known = set(model.nodes)
     parts = {name: part for name, part in model.members.items() if known.issuperset(part.nodes)}
-    shapes = {name: shape for name, part in parts.items() if (shape := _shape(name, part)) is not None}
+    shapes = {name: shape for name, part in parts.items() if (shape := _shape(part)) is not None}
     inputs = {name: (a, _start(a, folder)) for name, a in model.actuators.items() if known.issuperset(a.named)}
     lines = (
         *(GivenLine(name, tuple(pair.sliding), (pair.guide[0], pair.guide[1]), pair.offset)
@@ -79,36 +74,35 @@ def placing_data(model: Model, folder: Path) -> PlacingData:
           for name, (a, value) in inputs.items()
           if a.node is not None and a.guide is not None and value is not None),
     )  # fmt: skip
+    missing = {name: part for name, part in parts.items() if name not in shapes}
+    shapes |= {name: {a.nodes[0]: 0.0j, a.nodes[1]: value} for name, (a, value) in inputs.items()
+               if a.nodes is not None and value is not None}  # fmt: skip
     return PlacingData(
-        tuple(model.nodes), tuple(_with_sliders(shape, lines) for shape in shapes.values()), lines,
+        tuple(model.nodes), {name: _with_sliders(shape, lines) for name, shape in shapes.items()}, lines,
         {name: (a, (value or 0.0) * RADIANS[model.units.angle]) for name, (a, value) in inputs.items()
          if a.pivot is not None and a.arm is not None},
-        tuple(
-            GivenShape(name, {a.nodes[0]: 0.0j, a.nodes[1]: value})
-            for name, (a, value) in inputs.items() if a.nodes is not None and value is not None
-        ),
-        {name: part for name, part in parts.items() if name not in shapes},
+        missing,
     )  # fmt: skip
 
 
-def _shape(name: str, part: Link | Element) -> GivenShape | None:
+def _shape(part: Link | Element) -> Shape | None:
     """Return the shape of a member, None if it is not given."""
     if isinstance(part, Link):
-        return None if part.length is None else GivenShape(name, {part.nodes[0]: 0.0j, part.nodes[1]: part.length})
+        return None if part.length is None else {part.nodes[0]: 0.0j, part.nodes[1]: part.length}
     if part.shape is None or not set(part.nodes) <= set(part.shape):
         return None
-    return GivenShape(name, dict(zip(part.nodes, places([part.shape[n] for n in part.nodes]).tolist(), strict=True)))
+    return dict(zip(part.nodes, places([part.shape[n] for n in part.nodes]).tolist(), strict=True))
 
 
-def _with_sliders(shape: GivenShape, lines: tuple[GivenLine, ...]) -> GivenShape:
+def _with_sliders(shape: Shape, lines: tuple[GivenLine, ...]) -> Shape:
     """Return a shape with the nodes whose line and travel on it are known."""
-    local = dict(shape.local)
+    local = dict(shape)
     for travel, slot in product((one for one in lines if one.square), (one for one in lines if not one.square)):
         node = travel.nodes[0]
-        if node in slot.nodes and node not in local and {*travel.guide, *slot.guide} <= set(shape.local):
-            met = meeting(slot.line(shape.local), travel.line(shape.local))
+        if node in slot.nodes and node not in local and {*travel.guide, *slot.guide} <= set(shape):
+            met = meeting(slot.line(shape), travel.line(shape))
             local |= {} if met is None else {node: met}
-    return replace(shape, local=local)
+    return local
 
 
 def starts_by_value(law: Law) -> bool:

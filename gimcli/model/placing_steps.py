@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 from gimcli.calculus.numbers import FUNCTIONS, nominal
 from gimcli.connected import grouped
-from gimcli.model.placing_data import GivenLine, GivenShape, Line, PlacingData, height, meeting, unit
+from gimcli.model.placing_data import GivenLine, Line, PlacingData, Shape, height, meeting, unit
 
 Places = Mapping[str, Any]
 """Positions of nodes as complex numbers, file's unit of length."""
@@ -46,7 +46,7 @@ class PlacingStep(NamedTuple):
     rank: int
     formula: Callable[[Places], list[Any]]
     """The positions of the node, or the factors that turn the member from its own frame: one, or left and right."""
-    shape: GivenShape | None = None
+    shape: Shape | None = None
     placed: str = ""  # the node of the member
     side: str | None = None  # the usual one, if there is a choice
 
@@ -67,7 +67,7 @@ class PlacingStep(NamedTuple):
         """
         if self.shape is None:
             return [{self.node: z} for z in self.formula(at)]
-        local, first = self.shape.local, self.placed
+        local, first = self.shape, self.placed
         return [
             {n: at[first] + turn * (local[n] - local[first]) for n in local if n in self.nodes}
             for turn in self.formula(at)
@@ -153,19 +153,19 @@ def _circle_and_line(circle: CircleLocus, line: GivenLine, at: Places) -> list[A
     return found
 
 
-def _direction(shape: GivenShape, pivot: str, tip: str, base: str | None, angle: Any, at: Places) -> list[Any]:
+def _direction(shape: Shape, pivot: str, tip: str, base: str | None, angle: Any, at: Places) -> list[Any]:
     """Return the only turn of a member whose ray pivot -> tip is at an angle to pivot -> base, or to +x."""
     zero = 1.0 + 0.0j if base is None else unit(at[base] - at[pivot])
     cos, sin = FUNCTIONS["cos"](angle), FUNCTIONS["sin"](angle)
-    return [zero * (cos + 1j * sin) / unit(shape.local[tip] - shape.local[pivot])]
+    return [zero * (cos + 1j * sin) / unit(shape[tip] - shape[pivot])]
 
 
-def _through(shape: GivenShape, placed: str, slot: GivenLine, slider: str, at: Places) -> list[Any]:
+def _through(name: str, local: Shape, placed: str, slot: GivenLine, slider: str, at: Places) -> list[Any]:
     """Return the turns of a member whose line passes through a node, which is behind or ahead of the placed one."""
-    local, ray = shape.local, at[slider] - at[placed]
+    ray = at[slider] - at[placed]
     far = float(nominal(abs(ray)))
     if far <= TOUCHING * max(abs(nominal(z)) for z in local.values()):
-        raise Gap(f"{slider} and {placed} coincide, and leave the direction of {shape.name} open")
+        raise Gap(f"{slider} and {placed} coincide, and leave the direction of {name} open")
     found, away = _on_line(slot.line(local), local[placed], abs(ray))
     if not found:
         text = f"{slider} is {number(far)} from {placed}, but the line of {slot.name} passes it at {number(away)}"
@@ -183,14 +183,13 @@ class Order:
 
     def __init__(self, data: PlacingData, placed: Set[str]) -> None:
         self.data, self.known = data, set(placed)
-        self.shapes = {shape.name: shape for shape in (*data.shapes, *data.distances)}
-        self.rank = {name: k for k, name in enumerate((*self.shapes, *data.order))}
+        self.rank = {name: k for k, name in enumerate((*data.shapes, *data.order))}
         self.beside = _neighbours(data)
         self.ready, self.queue = dict[Key, PlacingStep | None](), list[tuple[int, int, Key]]()
 
     def steps(self) -> Iterator[PlacingStep]:
         """Yield the steps; the first possible one is always taken."""
-        self._update([*(("member", name) for name in self.shapes), *(("node", name) for name in self.data.order)])
+        self._update([*(("member", name) for name in self.data.shapes), *(("node", name) for name in self.data.order)])
         while self.queue:
             rank, _, key = heapq.heappop(self.queue)
             step = self.ready[key]
@@ -201,32 +200,32 @@ class Order:
 
     def _update(self, keys: Iterable[Key]) -> None:
         for kind, name in keys:
-            steps = self._of_member(self.shapes[name]) if kind == "member" else self._of_node(name)
+            steps = self._of_member(name, self.data.shapes[name]) if kind == "member" else self._of_node(name)
             step = self.ready[kind, name] = next(steps, None)
             if step is not None:
                 heapq.heappush(self.queue, (step.rank, self.rank[name], (kind, name)))
 
     # -- members ------------------------------------------------------------------------------
 
-    def _of_member(self, shape: GivenShape) -> Iterator[PlacingStep]:
+    def _of_member(self, name: str, shape: Shape) -> Iterator[PlacingStep]:
         """Yield the steps that place a whole member, those without a choice first."""
-        have = [n for n in shape.local if n in self.known]
-        if not have or len(have) == len(shape.local):
+        have = [n for n in shape if n in self.known]
+        if not have or len(have) == len(shape):
             return
-        first, lack = have[0], tuple(n for n in shape.local if n not in self.known)
+        first, lack = have[0], tuple(n for n in shape if n not in self.known)
         for turn in self._turns(shape, have):
             yield PlacingStep(lack, CERTAIN, partial(_direction, shape, *turn), shape, first)
         for slot in self.data.lines if len(have) == 1 else ():
-            if not slot.square and set(slot.guide) <= shape.local.keys():
+            if not slot.square and set(slot.guide) <= shape.keys():
                 nodes = tuple(dict.fromkeys((*(n for n in slot.guide if n in lack), *lack)))
-                for slider in (node for node in slot.nodes if node in self.known and node not in shape.local):
-                    yield PlacingStep(nodes, MEMBERS, partial(_through, shape, first, slot, slider), shape, first)
+                for slider in (node for node in slot.nodes if node in self.known and node not in shape):
+                    yield PlacingStep(nodes, MEMBERS, partial(_through, name, shape, first, slot, slider), shape, first)
 
-    def _turns(self, shape: GivenShape, have: Sequence[str]) -> Iterator[tuple[str, str, str | None, Any]]:
+    def _turns(self, shape: Shape, have: Sequence[str]) -> Iterator[tuple[str, str, str | None, Any]]:
         """Yield pivot and tip of a known direction of a member, the node from whose direction it is, and the angle."""
         if len(have) > 1:
             yield have[0], have[1], have[1], 0.0
-        own = shape.local.keys()
+        own = shape.keys()
         for one, angle in self.data.angles.values() if len(have) == 1 else ():
             pivot, arm, base = str(one.pivot), str(one.arm), one.reference
             if {pivot, arm} <= own and (base is None or (base not in own and {pivot, base} <= self.known)):
@@ -260,7 +259,7 @@ class Order:
         """Return the circles on which a node is, one for each centre, in the order of the file's nodes."""
         found: dict[str, CircleLocus] = {}
         for kind, name in self.beside[node]:
-            if kind == "member" and node in (local := self.shapes[name].local):
+            if kind == "member" and node in (local := self.data.shapes[name]):
                 for other in (n for n in local if n in self.known):
                     found.setdefault(other, CircleLocus(name, other, abs(local[node] - local[other])))
         return [found[name] for name in sorted(found, key=self.rank.__getitem__)]
@@ -269,12 +268,11 @@ class Order:
 def _neighbours(data: PlacingData) -> dict[str, dict[Key, None]]:
     """Return the members and nodes whose steps may change when a node is placed, by node."""
     found: dict[str, dict[Key, None]] = defaultdict(dict)
-    shapes = (*data.shapes, *data.distances)
-    of_member = grouped((node, shape.name) for shape in shapes for node in shape.local)
+    of_member = grouped((node, name) for name, shape in data.shapes.items() for node in shape)
     groups = [(*one.guide, *one.nodes) for one in data.lines] + [(*one.named,) for one, _ in data.angles.values()]
     counts = (Counter(member for node in names for member in of_member.get(node, ())) for names in groups)
     two = [(names, [m for m, n in count.items() if n > 1]) for names, count in zip(groups, counts, strict=True)]
-    for names, members in (*((tuple(shape.local), [shape.name]) for shape in shapes), *two):
+    for names, members in (*((tuple(shape), [name]) for name, shape in data.shapes.items()), *two):
         keys = dict.fromkeys([*(("member", name) for name in members), *(("node", name) for name in names)])
         for node in names:
             found[node].update(keys)
