@@ -130,7 +130,7 @@ class BranchRates:
 def rates(curve: PositionCurve, p: FloatArray, v: FloatArray) -> BranchRates:
     """Return the rates along the tangent v (n + 1,) of a branch."""
     mechanism, turns = curve.mechanism, curve.turning(p, v)
-    driven = curve.travel(v, float(p[-1]))[curve.system.coordinated :] * (abs(v[-1]) > BOUNDS.still)
+    driven = curve.input_rates(p, v) * (abs(v[-1]) > BOUNDS.still)
     degree = float(np.degrees(1.0)) if mechanism.angle_unit == "deg" else 1.0
     inputs = {
         a.name: rate * (degree if a.rotary else mechanism.scale)

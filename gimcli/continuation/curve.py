@@ -16,7 +16,8 @@ from functools import cached_property
 
 import numpy as np
 
-from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
+from gimcli.continuation.released import ReleasedPositions
+from gimcli.mechanism import FRAME, FloatArray, Mechanism
 from gimcli.positions.inputs import (
     InputLine,
     driven,
@@ -26,8 +27,6 @@ from gimcli.positions.inputs import (
     leading,
     turns_until_repeated,
 )
-from gimcli.structure.carried import read_inputs
-from gimcli.structure.system import system_of
 
 EVEN = 1e-9
 """Second derivative of a law, relative to its total change, below which the law is linear."""
@@ -48,17 +47,19 @@ class Domain:
     ends: bool = True  # whether the curve itself ends there; else it is only not followed further
 
 
-class PositionCurve:
+class PositionCurve(ReleasedPositions):
     """Positions and parameter p = (x, q) (n + 1,) of a mechanism, as the solutions of m >= n equations.
 
     line: the straight line of the inputs; None: that of their laws.
     """
 
     def __init__(self, mechanism: Mechanism, line: InputLine | None = None) -> None:
-        self.mechanism, self.system, self.driven = mechanism, system_of(mechanism), driven(mechanism)
-        self.rotary = np.array([a.rotary for a in mechanism.actuators])
+        self.driven, self.rotary = driven(mechanism), np.array([a.rotary for a in mechanism.actuators])
         self.single = leading(self.driven) is not None and (line is None or not mechanism.couplings)
         self.line = line or input_line(self.driven)
+        still = np.zeros(len(self.rotary))
+        base, along = (still, still) if self.line is None else (self.line.base, self.line.along)
+        super().__init__(mechanism, base, along[:, None])
         self.span, self.domain = 1.0, Domain()
         if self.line is None:
             self._stretch()
@@ -105,15 +106,6 @@ class PositionCurve:
         """The name of the constraint of each equation."""
         return self.system.names
 
-    def point(self, z: ComplexArray, q: float) -> FloatArray:
-        """Return p of positions z (nodes,)."""
-        inputs = read_inputs(self.mechanism, z, self.given(q)) if self.system.followers else None
-        return np.append(self.system.coordinates(z, inputs), q)
-
-    def nodes(self, p: FloatArray) -> ComplexArray:
-        """Return positions (nodes,) of p (n + 1,), or (nodes, rows) of p (n + 1, rows)."""
-        return self.system.nodes(p[:-1])
-
     def at_time(self, time: float) -> float:
         """Return the parameter at a time 0..1 of the laws."""
         if self.line is None:
@@ -140,29 +132,23 @@ class PositionCurve:
         moved = values[np.abs(values - values[0]) > 0.0]
         return -1.0 if len(moved) and moved[0] < values[0] else 1.0
 
-    def given(self, q: float) -> FloatArray:
-        """Return the inputs (actuators,) at a parameter; those that follow the linkage are not determined by it."""
-        return self._inputs(q, 0)
+    def given(self, q: FloatArray | float) -> FloatArray:
+        """Return the inputs (..., actuators) at q (..., 1); those that follow the linkage are not determined by it."""
+        return super().given(q) if self.line is not None else self._by_laws(q, 0)
 
-    def inputs(self, p: FloatArray) -> FloatArray:
-        """Return all inputs (actuators,) at p (n + 1,), or (actuators, rows) at p (n + 1, rows)."""
-        return self._completed(self._inputs(p[-1:].T, 0), p.T).T
+    def rates(self, q: FloatArray | float) -> FloatArray:
+        """Return the derivatives of the inputs (actuators, 1), or (..., actuators, 1), at q (..., 1)."""
+        return self.along if self.line is not None else self._by_laws(q, 1)[..., None]
 
-    def travel(self, v: FloatArray, q: float) -> FloatArray:
-        """Convert a direction v (n + 1,) to coordinates and inputs (coordinates + actuators,)."""
-        return np.concatenate([v[: self.system.coordinated], self._completed(v[-1] * self._inputs(q, 1), v)])
+    def travel(self, p: FloatArray, v: FloatArray) -> FloatArray:
+        """Convert a direction v (n + 1,) at p (n + 1,) to coordinates and inputs (coordinates + actuators,)."""
+        return np.concatenate([v[: self.system.coordinated], self.input_rates(p, v)])
 
     def apart(self, p: FloatArray, other: FloatArray) -> FloatArray:
         """Return p minus another point in coordinates and inputs (coordinates + actuators,), angles modulo 2 pi."""
         change, turn = self.inputs(p) - self.inputs(other), 2.0 * math.pi
         change = np.where(self.rotary, (change + math.pi) % turn - math.pi, change)
         return np.concatenate([(p - other)[: self.system.coordinated], change])
-
-    def _completed(self, inputs: FloatArray, p: FloatArray) -> FloatArray:
-        """Return inputs (..., actuators), or rates, with those that follow the linkage from p (..., n + 1)."""
-        if self.system.followers:
-            inputs[..., self.system.followers] = self.system.following(p[..., :-1])
-        return inputs
 
     def turning(self, p: FloatArray, v: FloatArray) -> dict[str, float]:
         """Return {member: rotation [rad] per unit of a direction v (n + 1,)} of all moving members."""
@@ -174,46 +160,28 @@ class PositionCurve:
             turns[member.name] = float((arm.conjugate() * (rate[b] - rate[a])).imag / abs(arm) ** 2)
         return turns
 
-    def linearised(self, p: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the equations (..., m) at p (..., n + 1) and their derivatives (..., m, n + 1)."""
-        value, table = self.system.linearised(p[..., :-1], self._inputs(p[..., -1:], 0))
-        return value, self._along(table, p)
-
-    def jacobian(self, p: FloatArray) -> FloatArray:
-        """Return the derivatives of the equations (..., m, n + 1) at p (..., n + 1)."""
-        return self._along(self.system.jacobians(p[..., :-1], self._inputs(p[..., -1:], 0)), p)
-
-    def _along(self, table: FloatArray, p: FloatArray) -> FloatArray:
-        """Return derivatives (..., m, n + 1) of those (..., m, n + actuators) by coordinates and inputs at p."""
-        n = self.system.n
-        return np.concatenate([table[..., :n], table[..., n:] @ self._inputs(p[..., -1:], 1)[..., None]], axis=-1)
-
     def jacobian_along(self, p: FloatArray, v: FloatArray) -> FloatArray:
         """Return the derivative of the Jacobian (m, n + 1) along v (n + 1,)."""
-        x, q, n = p[:-1], float(p[-1]), len(p) - 1
-        u, rate = self._inputs(q, 0), self._inputs(q, 1)
-        table = self.system.jacobian_along(x, u, np.concatenate([v[:-1], v[-1] * rate]))
-        column = table[:, n:] @ rate
+        x, q = p[:-1], p[-1:]
+        u = self.given(q)
+        table = self._along(self.system.jacobian_along(x, u, np.concatenate([v[:-1], self.rates(q) @ v[-1:]])), q)
         if self.line is None:
-            column = column + v[-1] * self.system.along_inputs(x, u, self._inputs(q, 2))
-        return np.hstack([table[:, :n], column[:, None]])
+            table[:, -1] += v[-1] * self.system.along_inputs(x, u, self._by_laws(q, 2))
+        return table
 
     def third(self, p: FloatArray, v: FloatArray) -> FloatArray:
         """Return the third derivative of the equations (m,) along v (n + 1,), taken three times."""
-        x, q, n = p[:-1], float(p[-1]), self.system.n
-        u, rest = self._inputs(q, 0), np.zeros(n)
-        first, second, third = (v[-1] ** k * self._inputs(q, k) for k in (1, 2, 3))
-        along = np.concatenate([v[:-1], first])
+        x, q = p[:-1], p[-1:]
+        u, along = self.given(q), np.concatenate([v[:-1], self.rates(q) @ v[-1:]])
         found = self.system.third(x, u, along)
         if self.line is not None:
             return found
-        mixed = self.system.second(x, u, along, np.concatenate([rest, second]))
+        second, third = (v[-1] ** k * self._by_laws(q, k) for k in (2, 3))
+        mixed = self.system.second(x, u, along, np.concatenate([np.zeros(self.system.n), second]))
         return np.asarray(found + 3.0 * mixed + self.system.along_inputs(x, u, third))
 
-    def _inputs(self, q: float | FloatArray, order: int) -> FloatArray:
-        """Return the inputs (..., actuators), or their derivatives of an order, at parameters q (..., 1)."""
-        if self.line is not None:
-            return self.line.base + self.line.along * q if order == 0 else self.line.along * (order == 1)
+    def _by_laws(self, q: float | FloatArray, order: int) -> FloatArray:
+        """Return the inputs (..., actuators) under the laws, or their derivatives of an order, at q (..., 1)."""
         time = np.atleast_1d(q) / self.span
         rows = time.ravel() if order == 0 else np.clip(time.ravel(), 0.0, 1.0)
         each = [a.law(rows, order) for a in self.driven.actuators]

@@ -25,7 +25,7 @@ from gimcli.calculus.dual import Dual
 from gimcli.calculus.jet import Jet
 from gimcli.calculus.numbers import nominal, phase
 from gimcli.canonical import beside
-from gimcli.continuation.arclength import ArclengthConstants, correct
+from gimcli.continuation.released import ReleasedPositions
 from gimcli.dynamic_data import TIME, DrivingEffort, LoadCurve, Release, SpringForce
 from gimcli.dynamics.kinematic_history import Course
 from gimcli.dynamics.load_arrays import is_vector, moving_loads
@@ -34,8 +34,7 @@ from gimcli.dynamics.physical import require_action
 from gimcli.dynamics.statics import statics
 from gimcli.kernels import laws
 from gimcli.mechanism import SPAN, ComplexArray, FloatArray, Input, Mechanism
-from gimcli.structure.carried import measured, read_inputs, unit_of
-from gimcli.structure.system import system_of
+from gimcli.structure.carried import measured, unit_of
 
 
 @dataclass(frozen=True)
@@ -229,13 +228,6 @@ def _integral(curve: LoadCurve, at: FloatArray) -> FloatArray:
     return np.asarray(inside + curve(at) * (at - knots[len(curve.at) :]))
 
 
-SETTLING = ArclengthConstants(corrections=12)
-"""Constants of the corrections of a position."""
-
-LOST = 1e-10
-"""Singular values below this fraction of the greatest are 0."""
-
-
 def released_inputs_line(
     mechanism: Mechanism, released: Sequence[int], inputs: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
@@ -248,82 +240,14 @@ def released_inputs_line(
     return values - along @ values[list(released)], along
 
 
-class Freedoms:
-    """Positions of a mechanism with released inputs: u = base + along q; inputs that follow the linkage are in x."""
+def position_jet(positions: ReleasedPositions, y: FloatArray, first: FloatArray, second: FloatArray) -> PositionJet:
+    """Return positions y (rows, n + k) with derivatives (j, rows, n + k) and (j, j, rows, n + k)."""
+    system, nodes = positions.system, len(positions.mechanism.nodes)
 
-    def __init__(self, mechanism: Mechanism, base: FloatArray, along: FloatArray) -> None:
-        self.mechanism, self.system = mechanism, system_of(mechanism)
-        self.base, self.along, linked = base.copy(), along.copy(), self.system.followers  # (actuators,), (actuators, k)
-        self.base[linked], self.along[linked] = 0.0, 0.0
-        self.all = np.hstack([np.zeros((len(base), self.system.n)), self.along])  # (actuators, n + k)
-        self.all[linked, self.system.coordinated + np.arange(len(linked))] = 1.0
+    def by_node(v: FloatArray) -> ComplexArray:
+        moved = np.moveaxis(v, -1, 0)
+        placed = system.placed(np.zeros((nodes, *moved.shape[1:]), dtype=complex), moved[: system.n])
+        return np.moveaxis(placed, 0, -2)
 
-    @property
-    def count(self) -> int:
-        """The number k of released inputs."""
-        return int(self.along.shape[1])
-
-    def point(self, z: ComplexArray, q: FloatArray) -> FloatArray:
-        """Return y (n + k,) of positions z (nodes,)."""
-        inputs = read_inputs(self.mechanism, z, self.base + self.along @ q)
-        return np.concatenate([self.system.coordinates(z, inputs), q])
-
-    def nodes(self, y: FloatArray) -> ComplexArray:
-        """Return the positions (nodes,) of y (n + k,), or (nodes, rows) of y (n + k, rows)."""
-        return self.system.nodes(y[: self.system.n])
-
-    def inputs(self, y: FloatArray) -> FloatArray:
-        """Return the inputs (actuators,) of y (n + k,), or (actuators, rows) of y (n + k, rows)."""
-        free = self.all @ y
-        return np.asarray(self.base.reshape(-1, *[1] * (free.ndim - 1)) + free)
-
-    def linearised(self, y: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the equations (..., m) at y (..., n + k) and their derivatives (..., m, n + k)."""
-        n, (value, table) = self.system.n, self.system.linearised(*self._parts(y))
-        return value, np.concatenate([table[..., :n], table[..., n:] @ self.along], axis=-1)
-
-    def jacobian(self, y: FloatArray) -> FloatArray:
-        """Return the derivatives of the equations (..., m, n + k) at y (..., n + k)."""
-        return self.linearised(y)[1]
-
-    def directions(self, y: FloatArray) -> FloatArray:
-        """Return orthonormal directions of motion (k, n + k)."""
-        return np.asarray(np.linalg.svd(self.jacobian(y), full_matrices=True)[2][self.system.n :])
-
-    def bends(self, y: FloatArray, directions: FloatArray) -> FloatArray:
-        """Return the second derivatives (..., j, j, n + k) at y (..., n + k) along directions (..., j, n + k).
-
-        They are perpendicular to all directions of motion; in a singular position they are those of least norm.
-        """
-        x, u = self._parts(y[..., None, :])
-        n, inverse = self.system.n, np.linalg.pinv(self.jacobian(y), rcond=LOST)[..., None, None, :, :]
-        full = np.concatenate([directions[..., :n], directions[..., n:] @ self.along.T], axis=-1)
-        right = np.einsum("...imc,...jc->...ijm", self.system.jacobian_along(x, u, full), full)
-        return np.asarray(-(inverse @ right[..., None])[..., 0])
-
-    def _parts(self, y: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the coordinates (..., n) and the inputs (..., actuators) of y (..., n + k)."""
-        n = self.system.n
-        return y[..., :n], self.base + y[..., n:] @ self.along.T
-
-    def settled(self, y: FloatArray) -> FloatArray | None:
-        """Return the solution nearest to y (n + k,); None without convergence."""
-        return correct(self, y, SETTLING, freedoms=self.count)
-
-    def jet(self, y: FloatArray, first: FloatArray, second: FloatArray) -> PositionJet:
-        """Return positions y (n + k, rows) with derivatives (j, n + k, rows) and (j, j, n + k, rows)."""
-        n, nodes = self.system.n, self.nodes(y)
-        j, rows = first.shape[0], y.shape[1]
-
-        def by_node(v: FloatArray) -> ComplexArray:
-            lead = v.shape[:-2]
-            result = np.zeros((*lead, len(self.mechanism.nodes), rows), dtype=complex)
-            placed = self.system.placed(np.moveaxis(result, -2, 0), np.moveaxis(v[..., :n, :], -2, 0))
-            return np.moveaxis(placed, 0, -2)
-
-        rates = np.einsum("uk,jkr->jur", self.all, first)
-        bends = np.einsum("uk,ijkr->ijur", self.all, second)
-        return PositionJet(
-            nodes, by_node(first), by_node(second), self.inputs(y).reshape(-1, rows),
-            rates.reshape(j, -1, rows), bends.reshape(j, j, -1, rows),
-        )  # fmt: skip
+    rates, bends = (np.moveaxis(positions.input_rates(y, v), -1, -2) for v in (first, second))
+    return PositionJet(positions.nodes(y.T), by_node(first), by_node(second), positions.inputs(y.T), rates, bends)

@@ -21,7 +21,7 @@ import numpy as np
 from gimcli.branching.resampling import exact_tangents
 from gimcli.continuation.arclength import ArclengthConstants, all_beside
 from gimcli.continuation.circuit import CIRCUIT, Circuit
-from gimcli.dynamics.equilibria_balance import Freedoms, GeneralisedForces, StaticBalance
+from gimcli.dynamics.equilibria_balance import GeneralisedForces, StaticBalance, position_jet
 from gimcli.mechanism import ComplexArray, FloatArray
 from gimcli.numerics.along import roots
 from gimcli.progress import spend
@@ -170,8 +170,6 @@ class BalanceCurve:
     def __init__(self, circuit: Circuit, balance: StaticBalance) -> None:
         assert circuit.curve.line is not None
         self.circuit, self.balance, self.evaluated = circuit, balance, 0
-        line = circuit.curve.line
-        self.freedoms = Freedoms(circuit.mechanism, line.base, line.along[:, None])
         self.count = len(circuit.places) - 1
 
     def ended(self, more: float = 1.0) -> bool:
@@ -256,10 +254,10 @@ class BalanceCurve:
     ) -> list[BalancePoint]:
         """Return points with the forces; `near` as in `StaticBalance`."""
         self.evaluated += len(stops)
-        bends = self.freedoms.bends(p, tangents[:, None])[:, 0, 0]
+        bends = self.circuit.curve.bends(p, tangents[:, None])[:, 0, 0]
         for k, stop in enumerate(stops):
             self._correct_bend(bends[k], stop, p[k])
-        jet = self.freedoms.jet(p.T, tangents.T[None], bends.T[None, None])
+        jet = position_jet(self.circuit.curve, p, tangents[None], bends[None, None])
         return self._split(stops, p, tangents, bends, self.balance(jet, near))
 
     def _correct_bend(self, bend: FloatArray, stop: CurveStop, p: FloatArray) -> None:

@@ -17,7 +17,8 @@ from itertools import chain, islice
 import numpy as np
 
 from gimcli.canonical import ROUNDING, beside, ranks
-from gimcli.dynamics.equilibria_balance import Freedoms, StaticBalance, released_inputs_line
+from gimcli.continuation.released import ReleasedPositions
+from gimcli.dynamics.equilibria_balance import StaticBalance, position_jet, released_inputs_line
 from gimcli.dynamics.equilibria_curve import BALANCE, STABLE, UNDECIDED, UNSTABLE, Equilibria, Equilibrium
 from gimcli.dynamics.physical import input_units
 from gimcli.errors import UnassembledError
@@ -84,7 +85,7 @@ def released_search(
     start = start_position(mechanism, make_plan(mechanism), inputs, plain, tolerance)
     if start.status not in (Status.OK, Status.SINGULAR):
         raise UnassembledError(f"{mechanism.name} cannot be assembled at the start: {start.status.text}")
-    freedoms = Freedoms(mechanism, *released_inputs_line(mechanism, released, inputs))
+    freedoms = ReleasedPositions(mechanism, *released_inputs_line(mechanism, released, inputs))
     y = freedoms.settled(freedoms.point(settled(mechanism, start), inputs[list(released)]))
     if y is None:
         raise UnassembledError(f"{mechanism.name} cannot be assembled at the start: {Status.SINGULAR.text}")
@@ -95,7 +96,7 @@ class EquilibriumSearch:
     """The search from one start position y (n + k,)."""
 
     def __init__(
-        self, freedoms: Freedoms, balance: StaticBalance, start: FloatArray, released: tuple[int, ...]
+        self, freedoms: ReleasedPositions, balance: StaticBalance, start: FloatArray, released: tuple[int, ...]
     ) -> None:  # fmt: skip
         self.freedoms, self.balance, self.released = freedoms, balance, released
         self.start = self.place(start, balance.initial_angles())
@@ -104,7 +105,7 @@ class EquilibriumSearch:
     def place(self, y: FloatArray, near: FloatArray) -> BalancedPlace:
         """Return the forces at a settled position; `near` are the angles of a position nearby."""
         freedoms, basis = self.freedoms, self.freedoms.directions(y)
-        jet = freedoms.jet(y[:, None], basis[:, :, None], freedoms.bends(y, basis)[..., None])
+        jet = position_jet(freedoms, y[None], basis[:, None], freedoms.bends(y, basis)[:, :, None])
         found = self.balance(jet, near[:, None])
         size = float(np.max(found.size, initial=0.0))
         return BalancedPlace(

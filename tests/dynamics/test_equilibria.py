@@ -15,7 +15,8 @@ from in_process import gim
 from scipy import optimize
 
 from gimcli import equilibrium, forces, load, solve
-from gimcli.dynamics.equilibria_balance import Freedoms, StaticBalance, released_inputs_line
+from gimcli.continuation.released import ReleasedPositions
+from gimcli.dynamics.equilibria_balance import StaticBalance, released_inputs_line
 from gimcli.dynamics.equilibria_search import EquilibriumSearch
 from gimcli.dynamics.small_motions import linearised
 from gimcli.motion.solve import solve as solve_position
@@ -506,7 +507,7 @@ def test_forces_and_slopes_agree_with_the_linearised_equations(name):
     position = solve_position(mechanism, inputs, Options())
     assert position.status is Status.OK
     expected = linearised(mechanism, position.z, inputs, released)
-    freedoms = Freedoms(mechanism, *released_inputs_line(mechanism, released, inputs))
+    freedoms = ReleasedPositions(mechanism, *released_inputs_line(mechanism, released, inputs))
     start = freedoms.settled(freedoms.point(position.z, inputs[list(released)]))
     search = EquilibriumSearch(freedoms, StaticBalance(mechanism, released, 0.0), start, released)
     scale = np.abs(expected.stiffness).max()
