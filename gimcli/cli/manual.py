@@ -27,7 +27,7 @@ def command(page: str = typer.Argument("", metavar="PAGE", help="A page or a com
     if sys.stdout.isatty():
         _show(text)
     else:
-        typer.echo(_plain(text), nl=False)
+        typer.echo(re.sub(r"(?m)^```(\w+) .*$", r"```\1", _without_links(text)), nl=False)  # words are for the tests
 
 
 def _list() -> None:
@@ -48,11 +48,6 @@ def _show(text: str) -> None:
     console.width = min(console.width, WIDEST)
     with console.pager(styles=True):
         console.print(Markdown(_without_links(text), code_theme="ansi_dark"))
-
-
-def _plain(text: str) -> str:
-    """Return Markdown for a pipe: without links, and without the words of a fence that are for the tests."""
-    return re.sub(r"(?m)^```(\w+) .*$", r"```\1", _without_links(text))
 
 
 def _without_links(text: str) -> str:

@@ -21,7 +21,7 @@ from gimcli.status import Status
 from gimcli.table import Table
 
 if TYPE_CHECKING:
-    from gimcli.library.under_way import UnderWay
+    from gimcli.library.result import UnderWay
     from gimcli.output.printed import PictureOptions
 
 CSV = FORMATS[".csv"]

@@ -71,12 +71,8 @@ def _dimensions(found: SensitivityResult, k: int, derivatives: dict[str, Any]) -
         RowField("tolerance", allowed, float, head="tolerance" if tolerated else None, text="{:.4g}".format),
         RowField("effect", effects, float, head=heads[1] if tolerated else None, text="{:.4g}".format),
         RowField("unit", [one["unit"] for one in own], head="unit"),
-        RowField("at", [_where(found, one) for one in own], head="at" if moves else None),
+        RowField("at", [at_inputs(found.mechanism, one.get("at", {})) for one in own], head="at" if moves else None),
     )
-
-
-def _where(found: SensitivityResult, own: dict[str, Any]) -> str:
-    return at_inputs(found.mechanism, own.get("at", {}))
 
 
 def _short(value: float | None) -> str:
@@ -104,7 +100,7 @@ def _print_spread(found: SensitivityResult, report: dict[str, Any]) -> None:
     if sampled is not None:
         fields.append(field("sd, random designs", sampled.deviation, "{:.4g} ± {:.2g}", sampled.deviation_error))
         fields.append(field("mean shift", sampled.mean, "{:.4g} ± {:.2g}", sampled.mean_error))
-    at = [_where(found, report[name]["sd"]) for name in found.names]
+    at = [at_inputs(found.mechanism, report[name]["sd"].get("at", {})) for name in found.names]
     title = "Spread within the tolerances" + ", where it is largest" * moves
     print_records(title, Records(*fields, RowField("at", at, head="at" if moves else None)))
     drawn = sampled and (

@@ -173,18 +173,14 @@ def _entries(
         for finer, tolerance in enumerate(sorted(tolerances, reverse=True)):
             before = time.process_time()
             if finer and before - began > share:
-                yield _left_out(method, tolerance, rows, before - began), None
+                why = f"left out: coarser tolerances took {before - began:.1f} s; more `seconds` allow it"
+                yield _empty(method, tolerance, rows, why), None
                 continue
             found = solver.solve(tolerance)
             entry = _entry(method, tolerance, found, truth)
             yield entry, found if entry.solved else None
     except StructureError as error:
         yield _empty(method, math.nan, rows, str(error)), None
-
-
-def _left_out(method: MotionMethod, tolerance: float, rows: int, spent: float) -> Entry:
-    """Return the entry for a tolerance at which a slow method is not run."""
-    return _empty(method, tolerance, rows, f"left out: coarser tolerances took {spent:.1f} s; more `seconds` allow it")
 
 
 def _empty(method: MotionMethod, tolerance: float, rows: int, reason: str) -> Entry:
@@ -299,12 +295,13 @@ def advise(found: Tradeoff, digits: Sequence[int] = DIGITS) -> list[Advice]:
     """
     whole = [e for e in found.entries if e.complete]
     tools, references = ([e for e in whole if bool(e.method.options) == offered] for offered in (True, False))
+    accurate = min(tools, key=lambda e: (e.compared_error, e.time.seconds), default=None)
     advice: list[Advice] = []
     for count in sorted(digits):
         best, other = _fastest(tools, count), _fastest(references, count)
         if best is not None and other is not None and not other.time.is_less(best.time):
             other = None
-        advice.append(Advice(count, best, _most_accurate(tools), other, advice[-1] if advice else None))
+        advice.append(Advice(count, best, accurate, other, advice[-1] if advice else None))
     return advice
 
 
@@ -327,7 +324,3 @@ def _tolerance(entries: Sequence[Entry], digits: int) -> Entry:
     least = min(e.operations for e in entries)
     near = [e for e in entries if e.operations <= EQUAL_WORK * least]
     return min(near, key=lambda e: (e.compared_error, max(e.tolerance, 10.0**-digits), -e.tolerance))
-
-
-def _most_accurate(entries: Sequence[Entry]) -> Entry | None:
-    return min(entries, key=lambda e: (e.compared_error, e.time.seconds), default=None)

@@ -15,7 +15,7 @@ from gimcli.families.design_columns import DesignColumns
 from gimcli.families.design_motions import DesignMotions
 from gimcli.families.design_table import DesignTable
 from gimcli.families.sweep_job import DESIGN, GOAL, STATUS, Rows
-from gimcli.families.sweep_tables import SweepTables
+from gimcli.families.sweep_run import SweepTables
 from gimcli.graphs.motion_animation import returns, words
 from gimcli.mechanism import ComplexArray, FloatArray, IntArray
 from gimcli.output.animation import Animation, Clip, DimensionSlider, Graph

@@ -123,7 +123,8 @@ def drawn(
     if plan.title:
         curves, units, overs = _without_zeros(curves, units, overs)
     if len({over.unit for over in overs}) > 1:
-        raise UsageError(f"plot: the curves of one graph need abscissae with one unit, got {_listed(overs)}")
+        named = ", ".join(dict.fromkeys(f"{over.name} [{over.unit or '-'}]" for over in overs))
+        raise UsageError(f"plot: the curves of one graph need abscissae with one unit, got {named}")
     names = list(dict.fromkeys(over.name for over in overs))
     unit = units[0] if len(set(units)) == 1 else ""
     if len(set(units)) > 1:
@@ -164,10 +165,6 @@ def _joined(names: Sequence[str]) -> str:
     """Return names as one text that is not too long."""
     text = ", ".join(names)
     return text if len(text) <= LONGEST else f"{names[0]}, ..."
-
-
-def _listed(columns: Sequence[Column]) -> str:
-    return ", ".join(dict.fromkeys(f"{c.name} [{c.unit or '-'}]" for c in columns))
 
 
 def _radians(column: Column) -> FloatArray:

@@ -17,8 +17,8 @@ from gimcli.continuation.circuit import Circuit
 from gimcli.errors import UsageError
 from gimcli.graphs.extras import Extras
 from gimcli.library.inputs import in_file_units, interval_of
+from gimcli.library.result import UnderWay
 from gimcli.library.trace_result import TraceResult
-from gimcli.library.under_way import UnderWay
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.motion.motion import Motion
 from gimcli.motion.summary import traced_paths

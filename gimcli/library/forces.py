@@ -19,8 +19,7 @@ from gimcli.graphs.plots import PlannedGraph, drawn, usual_graphs, varying, with
 from gimcli.library.inputs import Jit, Steps, checked, refuse_unmoved
 from gimcli.library.machines import accepted, loaded_machines
 from gimcli.library.record import Records, RowField
-from gimcli.library.result import RowsResult
-from gimcli.library.under_way import UnderWay, in_parts
+from gimcli.library.result import RowsResult, UnderWay, in_parts
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.motion.motion import Motion, stream
 from gimcli.motion.summary import events, reachable

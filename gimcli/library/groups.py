@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from gimcli.output.picture import Content
     from gimcli.output.structure import Box, BoxJoint
 
-NAMED = 4
-"""Largest number of links that the legend names."""
+NAMED, ABREAST = 4, 3
+"""Largest numbers of links that the legend names, and in a line of a box."""
 
 
 @for_each_machine()
@@ -117,7 +117,8 @@ class GroupsResult(Result):
             driven = [f"driven by {', '.join(self._drivers(group))}"] if group.drivers else []
             head = f"group {k}: {group.description}, class {group.numeral}, order {group.order}"
             name = group.description + (f" ({', '.join(links)})" if len(links) <= NAMED else "")
-            boxes.append(Box(k, (head, formula, *_short(own), *driven), layer, name, links))
+            short = (", ".join(own[first : first + ABREAST]) for first in range(0, len(own), ABREAST))
+            boxes.append(Box(k, (head, formula, *short, *driven), layer, name, links))
         return boxes
 
     def _joints(self) -> list[BoxJoint]:
@@ -132,8 +133,3 @@ class GroupsResult(Result):
                 pairs = " ".join(name for _, names in own for name in names)
                 joints.append(BoxJoint(upper, k, pairs, ", ".join(str(found.numbers[base]) for base, _ in own)))
         return joints
-
-
-def _short(names: list[str], width: int = 3) -> list[str]:
-    """Return lines of at most `width` names."""
-    return [", ".join(names[k : k + width]) for k in range(0, len(names), width)]

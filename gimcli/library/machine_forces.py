@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from gimcli.errors import UsageError
 from gimcli.library.machines import MachinesResult
-from gimcli.library.under_way import UnderWay
+from gimcli.library.result import UnderWay
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.status import Status
 from gimcli.table import Column, Table

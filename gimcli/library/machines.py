@@ -14,8 +14,7 @@ import numpy as np
 
 from gimcli.errors import GimError, UsageError
 from gimcli.library.inputs import inputs_of, refuse_follower, refuse_given, refuse_unmoved
-from gimcli.library.result import Result, joined
-from gimcli.library.under_way import UnderWay
+from gimcli.library.result import Result, UnderWay, joined
 from gimcli.mechanism import Machine, Mechanism
 from gimcli.nearest import guess
 from gimcli.progress import limited

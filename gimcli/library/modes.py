@@ -191,10 +191,6 @@ class ModesResult(Result):
         """Whether no mode grows or has no stiffness."""
         return bool(self.modes) and all(mode.kind in ("vibration", "decay") for mode in self.modes)
 
-    def _turns(self, k: int) -> bool:
-        """Return whether the quantity of participation 1 in mode k (from 0) is an angle: modal masses are in kg m^2."""
-        return self._found is not None and self._found.units[self.modes[k].lead] == "rad"
-
     def _rough(self, k: int) -> float:
         """Return the modal stiffness of mode k (from 0) if all contributions had the same sign."""
         size = np.abs(self.modes[k].shape)
@@ -235,7 +231,8 @@ class ModesResult(Result):
     def _records(self) -> Records:
         """The modes, one row each: frequencies, damping, modal mass and stiffness, and the shape."""
         found, shapes, numbers = self.modes, self._shapes, range(1, len(self.modes) + 1)
-        units = [("kg m^2", "N m/rad") if self._turns(k - 1) else ("kg", "N/m") for k in numbers]
+        leads = [] if self._found is None else [self._found.units[mode.lead] for mode in found]  # of participation 1
+        units = [("kg m^2", "N m/rad") if lead == "rad" else ("kg", "N/m") for lead in leads]
         masses = [f"{number(m.mass)} {unit}" for m, (unit, _) in zip(found, units, strict=True)]
         stiff = [f"{number(found[k].stiffness, self._rough(k))} {unit}" for k, (_, unit) in enumerate(units)]
         damping = ("damping ratio", "damped", "decay") if any(m.decay for m in found) else (None, None, None)

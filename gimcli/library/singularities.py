@@ -93,10 +93,6 @@ class SingularitiesResult(Result):
         ends = input_ends(self._found.branches.circuits[number], self._found.reach[number])
         return interval_of(*(in_file_units(self.mechanism, end, ZERO) for end in ends))
 
-    def _tangents(self, one: Found) -> list[BranchRates]:
-        """Return the rates of inputs and members on each branch through a singular position."""
-        return [rates(self._found.curve, one.what.p, v) for v in one.what.branches]
-
     def headline(self) -> str:
         """Return the result in one line."""
         still = sum(one.what.kind == STATIONARY for one in self._found.found)
@@ -109,7 +105,7 @@ class SingularitiesResult(Result):
         """The singular positions, one row each."""
         found, curve = self._found.found, self._found.curve
         kinds = [f"{one.what.kind}{' (' + one.what.end + ')' if one.what.end else ''}" for one in found]
-        tangents = [self._tangents(one) for one in found]
+        tangents = [[rates(curve, one.what.p, v) for v in one.what.branches] for one in found]
         texts = [_compared(own, one.what.loose) for own, one in zip(tangents, found, strict=True)]
         return Records(
             RowField("number", range(1, len(found) + 1), int, head="", key=False),

@@ -18,14 +18,12 @@ from gimcli.families.family import ONE, kernel_name, mode_of
 from gimcli.families.grid import contents_hash, model_hash
 from gimcli.families.quantity_text import texts_of
 from gimcli.families.sweep_job import SweepJob, chunk_size, default_keep
-from gimcli.families.sweep_run import SweepRun
-from gimcli.families.sweep_tables import SweepTables
+from gimcli.families.sweep_run import SweepRun, SweepTables
 from gimcli.families.variation import MOST_VALUES, varied
 from gimcli.library.inputs import OneOf, Range, Seed, Steps, checked, refuse_linked, refuse_unmoved
 from gimcli.library.machines import accepted, driven_machines
 from gimcli.library.record import Records, RowField
-from gimcli.library.result import RowsResult
-from gimcli.library.under_way import UnderWay, in_parts
+from gimcli.library.result import RowsResult, UnderWay, in_parts
 from gimcli.mechanism import Mechanism
 from gimcli.model.dimensions import written
 from gimcli.output.parts import Parts, header_of

@@ -12,8 +12,8 @@ import numpy as np
 from gimcli.errors import UsageError
 from gimcli.graphs.extras import Extras
 from gimcli.library.inputs import MOST_STEPS, Jit, Method, OneOf, Range, Steps, Strategy, checked, refuse_unmoved
+from gimcli.library.result import UnderWay, in_parts
 from gimcli.library.trace_result import TraceResult
-from gimcli.library.under_way import UnderWay, in_parts
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.motion.motion import PIECE, Motion, stream
 from gimcli.motion.summary import Summary, events, reachable, traced_paths

@@ -1,19 +1,22 @@
-"""The symbols of a mechanism, for pictures and pages: members, pairs, drives, springs, loads, marks of points."""
+"""The symbols of a mechanism, for pictures and pages: members, pairs, drives, gears, springs, loads, marks of points.
+
+Gears, belts and racks are pitch circles (dash-dotted) with marks that turn, belts, and pitch lines.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import chain
-from typing import Any
 
 import numpy as np
 
 from gimcli.mechanism import FRAME, FloatArray
 from gimcli.output import style, symbols
 from gimcli.output.anchors import Anchor
+from gimcli.output.gear_outlines import TICKS, BeltLoop, GearOutlines, PitchLine, Wheel
 from gimcli.output.scene import Drive, ForceElement, LoadArrow, MemberOutline, Scene, Slider
-from gimcli.output.style import Fill, Mark, Pen, tint
+from gimcli.output.style import PALE, Fill, Mark, Pen, tint
 from gimcli.output.symbols import Seat, Stroke, Symbol
 
 GROUND = "frame"
@@ -26,7 +29,7 @@ COLOURED = {style.LINK, style.BEAM, style.UPPER, style.ROD, style.PLATE, style.B
 def strong_symbols(scene: Scene) -> Iterator[Symbol]:
     """Yield all symbols of a mechanism but the marks of its points."""
     if scene.gears:
-        yield from gear_symbols().gears(scene, scene.gears)
+        yield from gears(scene, scene.gears)
     yield from (_body(scene, body, _style(body)) for body in scene.bodies)
     yield from chain.from_iterable(_slider(scene, slider) for slider in scene.sliders)
     for support in scene.supports:
@@ -43,17 +46,10 @@ def light_symbols(scene: Scene) -> Iterator[Symbol]:
     for body in scene.bodies:
         yield _body(scene, body, style.GHOST_PLATE if body.kind == "plate" else style.GHOST)
     if scene.gears:
-        yield from gear_symbols().light_gears(scene, scene.gears)
+        yield from light_gears(scene, scene.gears)
     rod = Stroke(style.GHOST, share=(0.0, 1.0))
     yield from (_between(drive, (rod,)) for drive in scene.cylinders)
     yield from (_block(scene, slider, style.GHOST_BLOCK) for slider in scene.sliders)
-
-
-def gear_symbols() -> Any:
-    """Import the symbols of gears, which few mechanisms have."""
-    from gimcli.output import gear_symbols
-
-    return gear_symbols
 
 
 def point_marks(scene: Scene) -> Iterator[tuple[str, Mark, Anchor]]:
@@ -146,3 +142,65 @@ def coloured(own: Pen | Fill, colour: str | None) -> Pen | Fill:
     if colour is None or own not in COLOURED:
         return own
     return replace(own, color=colour) if isinstance(own, Pen) else replace(own, face=tint(colour), edge=colour)
+
+
+PITCH = Pen(0.9, dash=(9.0, 2.5, 1.5, 2.5), layer=3.5)
+RIM = Pen(1.4, layer=3.5)
+BELT = Pen(1.5, layer=3.5)
+MARK = Pen(1.1, layer=3.5)
+GHOST_PITCH = Pen(0.6, PALE, (9.0, 2.5, 1.5, 2.5), layer=2)
+GHOST_BELT = Pen(0.7, PALE, layer=2)
+
+TICK, WALL = 6.0, 7.0
+"""Length of a mark, and thickness of a ring [pt]."""
+
+CIRCLE = np.exp(2j * np.pi * np.arange(121) / 120)
+"""The closed polyline of a circle."""
+
+
+def gears(scene: Scene, outlines: GearOutlines) -> Iterator[Symbol]:
+    """Yield the symbols of gears."""
+    for wheel in outlines.wheels:
+        yield Symbol(
+            f"gear:{wheel.gear}", tuple(_wheel(scene, wheel)), Seat(Anchor(wheel.pivot), None, 1.0, wheel.member)
+        )
+    for belt in outlines.belts:
+        yield _belt(scene, belt, BELT)
+    for rack in outlines.racks:
+        walls = (Stroke(MARK, (-0.5j * TICK, 0.5j * TICK), end) for end in (0.0, 1.0))
+        yield _rack(rack, Stroke(PITCH, share=(0.0, 1.0)), *walls)
+
+
+def light_gears(scene: Scene, outlines: GearOutlines) -> Iterator[Symbol]:
+    """Yield the symbols of gears in light poses, without those whose pivots do not move."""
+    for wheel in outlines.wheels:
+        if wheel.pivot not in scene.fixed:
+            pitch = Stroke(GHOST_PITCH, lengths=wheel.radius * CIRCLE)
+            yield Symbol(f"gear:{wheel.gear}", (pitch,), Seat(Anchor(wheel.pivot), None, 1.0))
+    for belt in outlines.belts:
+        if not set(belt.pivots) <= scene.fixed:
+            yield _belt(scene, belt, GHOST_BELT)
+    for rack in outlines.racks:
+        yield _rack(rack, Stroke(GHOST_PITCH, share=(0.0, 1.0)))
+
+
+def _wheel(scene: Scene, wheel: Wheel) -> Iterator[Stroke]:
+    """Yield a pitch circle and its marks; a ring has a rim outside."""
+    yield Stroke(PITCH, lengths=wheel.radius * CIRCLE)
+    if wheel.ring:
+        yield Stroke(RIM, WALL * CIRCLE, lengths=wheel.radius * CIRCLE)
+    if wheel.member != FRAME or scene.mechanism.floating:
+        end = WALL if wheel.ring else -TICK
+        for tick in TICKS:
+            yield Stroke(MARK, (0j, end * tick), lengths=wheel.radius * tick)
+
+
+def _belt(scene: Scene, belt: BeltLoop, pen: Pen) -> Symbol:
+    """Return a belt; the distance of its pivots is constant."""
+    first, second = (complex(scene.poses[0][pivot]) for pivot in belt.pivots)
+    seat = Seat(Anchor(belt.pivots[0]), Anchor(belt.pivots[1]))
+    return Symbol(f"gear:{belt.gear}", (Stroke(pen, lengths=belt.path(0j, abs(second - first) + 0j)),), seat)
+
+
+def _rack(rack: PitchLine, *strokes: Stroke) -> Symbol:
+    return Symbol(f"gear:{rack.gear}", strokes, Seat(*rack.ends))

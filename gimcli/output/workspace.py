@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+from gimcli.mechanism import ComplexArray, Mechanism
 from gimcli.output.picture import LAYOUT, Picture, PictureLayout, composition
 from gimcli.output.pose import Drawing, solved
 from gimcli.output.style import INK, PAPER, TRACER, Fill, Pen
@@ -111,7 +111,7 @@ def _draw_density(picture: Picture, places: ComplexArray) -> None:
     width = int(column.max()) + 1
     counts = np.bincount(row * width + column)
     filled = np.flatnonzero(counts)
-    level = _levels(counts[filled].astype(float))
+    level = np.searchsorted(np.quantile(counts[filled], np.arange(1, len(GREYS)) / len(GREYS)), counts[filled])
     for k, grey in enumerate(GREYS):
         chosen = filled[level == k]
         corners = low + cell * (chosen % width + 1j * (chosen // width))
@@ -119,8 +119,3 @@ def _draw_density(picture: Picture, places: ComplexArray) -> None:
         picture.draw(Fill(grey, grey, 0.2, layer=1), *boxes)
     picture.legend.append(("few positions of the grid", Pen(6.0, GREYS[0], layer=1)))
     picture.legend.append(("many", Pen(6.0, GREYS[-1], layer=1)))
-
-
-def _levels(counts: FloatArray) -> np.ndarray:
-    """Return the level of each count, 0 to the number of greys - 1, with about equal numbers of cells."""
-    return np.searchsorted(np.quantile(counts, np.arange(1, len(GREYS)) / len(GREYS)), counts, side="left")

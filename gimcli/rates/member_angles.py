@@ -102,7 +102,8 @@ class LawAngles:
         """Solve the rows between those of the next piece, if they are needed; `ends` has the row before, too."""
         if self._denser is not None or np.any(_parts(self.mechanism, ends.inputs) > 1):
             if self._denser is None:
-                self._denser = self._again(between=lambda times: divided(times, self._law_parts(times)))
+                own, laws = self.mechanism, law_inputs(self.mechanism)
+                self._denser = self._again(between=lambda times: divided(times, _parts(own, laws(times))))
                 for _ in range(self._done - 1):
                     next(self._denser)
             self._dense = next(self._denser)
@@ -110,9 +111,6 @@ class LawAngles:
     def _solved(self, times: FloatArray, motion: Motion) -> Motion:
         """Return a whole motion at times that include its own."""
         return motion if len(times) == len(motion.time) else next(self._again(between=lambda _: times))
-
-    def _law_parts(self, times: FloatArray) -> IntArray:
-        return _parts(self.mechanism, law_inputs(self.mechanism)(times))
 
     def _count(self, motion: Motion, member: int, own: FloatArray) -> FloatArray:
         """Return directions (rows,) with full turns counted, continued from the last piece; `own` has no turns."""

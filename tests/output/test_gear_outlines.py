@@ -12,7 +12,7 @@ from in_process import gim
 import gimcli
 from gimcli.output.drawing import motion_picture
 from gimcli.output.gear_outlines import BeltLoop
-from gimcli.output.gear_symbols import MARK, PITCH, RIM
+from gimcli.output.mechanism_symbols import MARK, PITCH, RIM
 from gimcli.output.scene import Scene
 
 
@@ -100,4 +100,4 @@ def test_svg_pictures_and_pages_have_the_gears(tmp_path):
     scene = json.loads(re.search(r'id="data">(.*?)</script>', page, re.DOTALL)[1])["scene"]
     dashed = [one for one in scene["strong"] if one.get("dash") == list(PITCH.dash)]
     assert len(dashed) == len(scene_of("belt_drive", 4).gears.wheels)
-    assert "gimcli.output.gear_symbols" in sys.modules
+    assert "gimcli.output.mechanism_symbols" in sys.modules
