@@ -9,7 +9,6 @@ coordinates of a few base nodes; all its other nodes are carried and linear in t
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from itertools import pairwise
 
 from gimcli.errors import StructureError
@@ -23,79 +22,57 @@ Unknown = tuple[str, int]
 """("x", body), ("y", body) or ("t", rotation class). A body is a member, or -1 - n for a loose node n."""
 
 
-@dataclass
 class CoupledSystem:
-    """The equations of the members that are not placed yet, as sets of unknowns."""
+    """The unknowns of the bodies that are not placed yet, and those in each equation of a pair, slide or actuator."""
 
-    rows: list[tuple[str, list[Unknown]]] = field(default_factory=list)
-    bodies: dict[int, list[Unknown]] = field(default_factory=dict)
+    def __init__(self, layout: Layout) -> None:
+        self.layout, self.rows, self.bodies = layout, list[list[Unknown]](), dict[int, list[Unknown]]()
+        for index in range(1, len(layout.mechanism.members)):
+            turn: list[Unknown] = [("t", layout.rotation.of[index])] if layout.source(index) is None else []
+            if turn or layout.anchor(index) is None:
+                self.bodies[index] = [("x", index), ("y", index), *turn]
+        for node in layout.free_points:
+            if node not in layout.placed:
+                self.bodies[-1 - node] = [("x", -1 - node), ("y", -1 - node)]
+        for node in range(len(layout.mechanism.nodes)):
+            self._join(node)
+        for row in (row for row in pair_rows(layout.mechanism) if not row.implied):
+            nodes = [n for n in row.nodes if row.kind != ANGLE and n not in layout.placed]
+            parts = [own for n in nodes for own in self._at(n)[:1]] + [self.bodies.get(m, []) for m in row.members]
+            self._add([u for own in parts for u in own if row.kind != ANGLE or u[0] == "t"])
 
-    def add(self, name: str, unknowns: list[Unknown]) -> None:
+    def _add(self, unknowns: list[Unknown]) -> None:
         """Add an equation, unless it has no unknowns (such an equation is only checked, with the residual)."""
         if unknowns:
-            self.rows.append((name, list(dict.fromkeys(unknowns))))
+            self.rows.append(list(dict.fromkeys(unknowns)))
+
+    def _at(self, node: int) -> list[list[Unknown]]:
+        """Return the unknowns of each body at a node."""
+        members = [m for m in self.layout.members[node] if node in self.layout.kinematic[m]]
+        return [self.bodies[body] for body in (*members, -1 - node) if body in self.bodies]
+
+    def _join(self, node: int) -> None:
+        """Add the equations of the revolute pairs at a node."""
+        parts = self._at(node)
+        for pair in ((part,) for part in parts) if node in self.layout.placed else pairwise(parts):
+            for axis in ("x", "y"):
+                self._add([u for part in pair for u in part if u[0] in (axis, "t")])
 
 
 def next_group(layout: Layout) -> None:
     """Find the next coupled group, add its step to the plan, and mark its nodes as placed."""
-    system = structural_system(layout)
-    group = _first_group(layout, system)
-    builder = Builder(layout, group)
+    builder = Builder(layout, _first_group(layout, CoupledSystem(layout)))
     layout.steps.append(builder.build())
     for node in sorted(builder.placed - layout.placed):
         layout.mark_placed(node)
     layout.carry()
 
 
-def structural_system(layout: Layout) -> CoupledSystem:
-    """Return the unknowns in the equations of every pair, slide and actuator."""
-    mechanism, system = layout.mechanism, CoupledSystem()
-    for index in range(1, len(mechanism.members)):
-        if layout.source(index) is None or layout.anchor(index) is None:
-            turn: list[Unknown] = [("t", layout.rotation.of[index])] if layout.source(index) is None else []
-            system.bodies[index] = [("x", index), ("y", index), *turn]
-    for node in layout.free_points:
-        if node not in layout.placed:
-            system.bodies[-1 - node] = [("x", -1 - node), ("y", -1 - node)]
-    for node in range(len(mechanism.nodes)):
-        _join(layout, system, node)
-    for row in pair_rows(mechanism):
-        if row.implied:
-            continue
-        if row.kind == ANGLE:
-            system.add(row.name, [u for m in row.members for u in system.bodies.get(m, []) if u[0] == "t"])
-        else:
-            parts = [_body_at(layout, system, n) for n in row.nodes] + [system.bodies.get(m, []) for m in row.members]
-            system.add(row.name, [u for part in parts for u in part])
-    return system
-
-
-def _bodies_at(layout: Layout, system: CoupledSystem, node: int) -> list[int]:
-    at = [m for m in layout.members[node] if m in system.bodies and node in layout.kinematic[m]]
-    return at + [b for b in (-1 - node,) if b in system.bodies]
-
-
-def _body_at(layout: Layout, system: CoupledSystem, node: int) -> list[Unknown]:
-    if node in layout.placed:
-        return []
-    at = _bodies_at(layout, system, node)
-    return system.bodies[at[0]] if at else []
-
-
-def _join(layout: Layout, system: CoupledSystem, node: int) -> None:
-    parts = [system.bodies[b] for b in _bodies_at(layout, system, node)]
-    pairs = [(p, []) for p in parts] if node in layout.placed else list(pairwise(parts))
-    for first, second in pairs:
-        both = [*first, *second]
-        for axis in ("x", "y"):
-            system.add(layout.mechanism.nodes[node], [u for u in both if u[0] in (axis, "t")])
-
-
 def _first_group(layout: Layout, system: CoupledSystem) -> list[int]:
     """Return the bodies of the smallest group that depends on no other."""
     unknowns = list(dict.fromkeys(u for body in system.bodies.values() for u in body))
     column = {u: k for k, u in enumerate(unknowns)}
-    rows = [sorted(column[u] for u in row) for _, row in system.rows]
+    rows = [sorted(column[u] for u in row) for row in system.rows]
     matched = match(len(unknowns), rows)
     if len(set(matched) - {NONE}) < len(unknowns):
         raise undriven(layout, _reachable_bodies(system, unknowns, rows, matched))
