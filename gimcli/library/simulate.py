@@ -31,7 +31,7 @@ from gimcli.errors import UsageError
 from gimcli.graphs.extras import Extras, texts
 from gimcli.graphs.plots import drawn
 from gimcli.library.by_name import ByName, angles
-from gimcli.library.inputs import MOST_STEPS, Jit, OneOf, Range, refuse_linked
+from gimcli.library.inputs import MOST_STEPS, Jit, OneOf, Range
 from gimcli.library.machines import accepted, driven_machines, for_each_machine
 from gimcli.library.result import RowsResult
 from gimcli.library.trace_result import Placed
@@ -135,10 +135,6 @@ def simulate(
         raise UsageError(f"rtol: expected a number from 1e-14 to 1e-2, got {rtol:g}")
     if integrator:
         OneOf(INTEGRATORS).refuse("integrator", integrator)
-        if INTEGRATORS[integrator].over_input:
-            refuse_linked(mechanism, f"simulate with the integrator {integrator}")
-    if any(friction.mu for friction in mechanism.dynamics.frictions):
-        refuse_linked(mechanism, "simulate with dry friction")
     _check_slip(mechanism, slip)
     extras = _extras(mechanism, measure, plot)
     turns = duration * max((abs(r.speed) / math.tau for r in mechanism.dynamics.releases if r.free), default=0.0)

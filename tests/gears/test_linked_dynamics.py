@@ -1,6 +1,7 @@
 """Dynamics of gears that the linkage turns: forces, reduced inertia, free motion and vibrations, by closed forms."""
 
 import numpy as np
+import pytest
 from coupled_models import rack
 
 import gimcli
@@ -57,3 +58,39 @@ def test_a_torsion_spring_on_the_pinion_vibrates_with_both_inertias():
     n = slope(np.pi / 3.0)
     found = gimcli.modes(gimcli.load(data))
     assert np.allclose(found["omega"][0], np.sqrt(2.0 * n**2 / (0.02 + 0.01 * n**2)), rtol=1e-9)
+
+
+def energy(found):
+    turn, speed = np.radians(found["motor"]), np.radians(found["motor.speed"])
+    return 0.5 * (0.02 + 0.01 * slope(turn) ** 2) * speed**2
+
+
+@pytest.mark.parametrize("integrator", ["rk45", "radau", "lsoda", "rk4"])
+def test_every_integrator_keeps_the_energy(integrator):
+    found = gimcli.simulate(gimcli.load(heavy({"start": 30, "speed": 600})), duration=0.2, integrator=integrator)
+    assert np.allclose(energy(found), energy(found)[0], rtol=1e-7)
+
+
+@pytest.mark.parametrize("integrator", ["euler", "euler-exact"])
+def test_steps_of_the_input_are_of_first_order(integrator):
+    """The error of the energy is in proportion to the step."""
+    m, errors = gimcli.load(heavy({"start": 30, "speed": 600})), []
+    for step in (0.02, 0.01):
+        found = gimcli.simulate(m, duration=0.2, integrator=integrator, step=step)
+        errors.append(np.max(abs(energy(found) / energy(found)[0] - 1.0)))
+    assert errors[0] / errors[1] == pytest.approx(2.0, rel=0.1)
+
+
+def test_dry_friction_beside_a_pinion_that_the_linkage_turns():
+    """In the pins of crank and rod it is that of a slider-crank whose slider has the mass J/r^2 of the pinion besides."""
+    friction = {"O": {"mu": 0.1, "radius": 5}, "A": {"mu": 0.1, "radius": 4}, "B": {"mu": 0.2, "radius": 3}}
+    geared = heavy({"start": 30, "speed": 600}, friction=friction)
+    plain = {**geared, "ground": ["O", "G", "H"], "trace": ["A"]}
+    del plain["gears"]
+    plain["nodes"] = {n: at for n, at in geared["nodes"].items() if n not in "QT"}
+    plain["links"] = {n: own for n, own in geared["links"].items() if n != "pinion"}
+    slider_mass = {"mass": 0.01 / 0.02**2, "inertia": 0.1, "centre": [10, 0]}
+    plain["masses"] = {"crank": geared["masses"]["crank"], "bar": slider_mass}
+    one, other = (gimcli.simulate(gimcli.load(data), duration=0.5) for data in (geared, plain))
+    assert one["motor.speed"][-1] < 590.0
+    assert np.allclose(one["motor"], other["motor"], atol=1e-4)
