@@ -91,11 +91,11 @@ class DesignMotions:
     def with_slopes(self) -> DesignMotions:
         """Return the motions in dual numbers, whose tangents are the dimensions.
 
-        Raises ApartError for redundant constraints, with which one dimension alone cannot change, and for laws that
-        change from design to design, in rows that were moved.
+        Raises ApartError for redundant constraints, with which one dimension alone cannot change, for inputs that
+        follow the linkage, and for laws that change from design to design, in rows that were moved.
         """
         family, solved = self.family, self.solved
-        if family.plan.surplus or (family.drawn_laws and np.any(self.time != solved.time)):
+        if family.linked or family.plan.surplus or (family.drawn_laws and np.any(self.time != solved.time)):
             raise ApartError
         designs = variables(solved.designs)
         tables = family.tables(designs)
@@ -114,6 +114,8 @@ class DesignMotions:
 
         Raises ApartError for laws whose changes from design to design are not known.
         """
+        if self.family.linked:
+            raise ApartError
         actuators, orders = self.mechanism.actuators, range(1, order + 1)
         by_time = [[np.stack([a.law(row, k) for a in actuators]) for k in orders] for row in self.time]
         found = np.array(by_time) / np.stack([self.durations**k for k in orders], axis=1)[..., None, None]
@@ -188,6 +190,9 @@ class DesignMotions:
         family, parts = self.family, np.array_split(np.arange(len(chosen)), -(-len(chosen) // TOGETHER))
 
         def inputs(time: FloatArray) -> FloatArray:
+            if family.linked:
+                own = [self.alone(k) or self.mechanism for k in chosen.tolist()]
+                return np.concatenate([law_inputs(m)(time[k : k + 1]) for k, m in enumerate(own)], axis=1).T
             if not family.drawn_laws:
                 return law_inputs(self.mechanism)(time).T
             found = []

@@ -75,8 +75,8 @@ class Family:
         self.maker = TableMaker(recording, listed(recorded, own))
         self.drawn_laws = bool(self.maker.slots[-1][1])
         self._rates: dict[int, DesignRates] = {}
-        self.couplings = CouplingSlopes(recorded, recording)
-        if self.couplings.varied and not all(hasattr(law, "start") for law in self.couplings.laws):
+        self.couplings, self.linked = CouplingSlopes(recorded, recording), mechanism.complete is not None
+        if self.couplings.varied and not self.linked and not all(hasattr(law, "start") for law in self.couplings.laws):
             raise StructureError(
                 f"{mechanism.name}: these dimensions change how inputs follow others, whose laws are tables or"
                 " polynomials; choose other dimensions, or laws with `to`, `by` or `turns`"
@@ -110,9 +110,10 @@ class Family:
         return found
 
     def _changes_time(self, name: str, value: float) -> bool:
-        """Return whether another value of a dimension changes the duration of the motion, or is not possible."""
+        """Return whether another value of a dimension changes the duration or a coupling, or is not possible."""
         try:
-            return self.mechanism.with_({name: value}).duration != self.mechanism.duration
+            own, nominal = self.mechanism.with_({name: value}), self.mechanism
+            return own.duration != nominal.duration or own.couplings != nominal.couplings
         except ModelError:
             return True
 
@@ -194,6 +195,7 @@ class Family:
         count, rows, place = len(designs), len(time), np.full(len(grid), -1)
         place[own] = np.arange(rows)
         jit = "on" if reachable or inputs is not None else mode_of(self.plan, jit)
+        jit, values = ("off", np.repeat(values, count, axis=0)) if self.linked and inputs is None else (jit, values)
         run = choose(jit, count * ONE, notify, (kernel_name(self.plan),))
         outcome = np.full(count, kernels.CAREFUL)
         z = np.full((count, len(self.mechanism.nodes), rows), complex(math.nan, math.nan))
@@ -212,7 +214,9 @@ class Family:
             if first[d]:
                 self._from_row(designs[d], int(first[d]), z[d], residual[d], codes[d])
             else:
-                z[d], residual[d], codes[d] = self._by_itself(designs[d], rows, inputs is None)
+                z[d], residual[d], codes[d], own_inputs = self._by_itself(designs[d], rows, inputs is None)
+                if own_inputs is not None and self.linked:
+                    values[d] = own_inputs
         bad = codes > Status.TANGENT
         z.transpose(0, 2, 1)[bad] = complex(math.nan, math.nan)
         residual[bad] = math.nan
@@ -252,19 +256,22 @@ class Family:
         codes[outcome == kernels.CONTRADICTS] = int(Status.CONTRADICTORY)
         return codes
 
-    def _by_itself(self, design: FloatArray, rows: int, law: bool) -> tuple[ComplexArray, FloatArray, IntArray]:
-        """Solve one design as a single motion; return z (nodes, rows), residual (rows,) and codes (rows,)."""
+    def _by_itself(
+        self, design: FloatArray, rows: int, law: bool
+    ) -> tuple[ComplexArray, FloatArray, IntArray, FloatArray | None]:
+        """Solve one design as a single motion; return z (nodes, rows), residual (rows,), codes (rows,) and inputs."""
         nominal = self.mechanism
         empty = np.full((len(nominal.nodes), rows), complex(math.nan, math.nan))
         failed = np.full(rows, int(Status.NOT_CONVERGED))
         if not law:
-            return empty, np.full(rows, math.nan), failed
+            return empty, np.full(rows, math.nan), failed, None
         try:
             own = nominal.with_(dict(zip(self.names, design.tolist(), strict=True)))
             motion = trace(self._on_nominal_branch(own), rows - 1, Options(tolerance=self.tolerance))
         except GimError:
-            return empty, np.full(rows, math.nan), np.full(rows, int(Status.NOT_ASSEMBLED))
-        return self._here(own, motion.z), motion.residual, motion.codes
+            return empty, np.full(rows, math.nan), np.full(rows, int(Status.NOT_ASSEMBLED)), None
+        units = np.where([a.rotary for a in own.actuators], 1.0, own.scale / nominal.scale)
+        return self._here(own, motion.z), motion.residual, motion.codes, units[:, None] * motion.inputs
 
     def _from_row(self, design: FloatArray, row: int, z: ComplexArray, residual: FloatArray, codes: IntArray) -> None:
         """Solve one design as a single motion from its first position in z (nodes, rows) on, and the row before it."""
@@ -297,7 +304,7 @@ class Family:
         It is unchanged if it cannot be assembled there, or if a coupled group has to be followed from the nominal one.
         """
         plan = make_plan(own)
-        if self.start is None or plan.coupled or plan_program(own, plan).tables.steps != self.program.tables.steps:
+        if self.linked or self.start is None or plan.coupled or plan_program(own, plan).tables.steps != self.program.tables.steps:
             return own
         inputs = own.start_inputs
         found = Assembler(own, plan, plain, self.tolerance).assemble(inputs, own.drawn, signs=self.start[1].copy())

@@ -20,7 +20,7 @@ from gimcli.families.quantity_text import texts_of
 from gimcli.families.sweep_job import SweepJob, chunk_size, default_keep
 from gimcli.families.sweep_run import SweepRun, SweepTables
 from gimcli.families.variation import MOST_VALUES, varied
-from gimcli.library.inputs import OneOf, Range, Seed, Steps, checked, refuse_linked, refuse_unmoved
+from gimcli.library.inputs import OneOf, Range, Seed, Steps, checked, refuse_unmoved
 from gimcli.library.machines import accepted, driven_machines
 from gimcli.library.record import Records, RowField
 from gimcli.library.result import RowsResult, UnderWay, in_parts
@@ -92,7 +92,6 @@ def sweep(
         UsageError: an unknown name, an invalid argument, or arguments that exclude each other.
         StructureError: the mechanism has no actuator, or is not fully driven, over-driven or contradictory.
     """
-    refuse_linked(mechanism, "sweep")
     if scheduler and workers > 1:
         raise UsageError("workers are processes on this machine, scheduler uses those of a cluster: remove one of them")
     if resume and folder is None:
