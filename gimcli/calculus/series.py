@@ -44,6 +44,11 @@ class Series(ArrayNumber):
                 found.append(slope.c[k - 1] / k)
         return Series(np.stack(found))
 
+    def __array_function__(self, function: Any, types: Any, arguments: Any, options: Any) -> Any:
+        if function is np.isrealobj:
+            return np.isrealobj(self.c)
+        return super().__array_function__(function, types, arguments, options)
+
     def _constant(self, number: Any) -> Any:
         """Return the coefficients of a constant."""
         rest = 0.0 * (self.c + number)

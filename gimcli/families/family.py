@@ -304,7 +304,12 @@ class Family:
         It is unchanged if it cannot be assembled there, or if a coupled group has to be followed from the nominal one.
         """
         plan = make_plan(own)
-        if self.linked or self.start is None or plan.coupled or plan_program(own, plan).tables.steps != self.program.tables.steps:
+        if (
+            self.linked
+            or self.start is None
+            or plan.coupled
+            or plan_program(own, plan).tables.steps != self.program.tables.steps
+        ):
             return own
         inputs = own.start_inputs
         found = Assembler(own, plan, plain, self.tolerance).assemble(inputs, own.drawn, signs=self.start[1].copy())

@@ -19,7 +19,7 @@ from gimcli.families.motion_sensitivity import MotionNumber, motion_number
 from gimcli.families.position_state import PositionState, position_items
 from gimcli.families.quantity_text import ColumnNames
 from gimcli.families.tolerances import DEVIATIONS, SampledSpread, drawn, sampled_spread
-from gimcli.library.inputs import MOST_STEPS, Jit, OneOf, Range, Seed, Steps, inputs_of, refuse_linked
+from gimcli.library.inputs import MOST_STEPS, Jit, OneOf, Range, Seed, Steps, inputs_of
 from gimcli.library.machines import accepted, driven_machines, for_each_machine, names_of
 from gimcli.library.sensitivity_result import SensitivityResult
 from gimcli.mechanism import FloatArray, Machine, Mechanism
@@ -122,7 +122,6 @@ def sensitivity(
         UsageError: an unknown name or an invalid argument.
         StructureError: the mechanism is not fully driven, over-driven or contradictory.
     """
-    refuse_linked(mechanism, "sensitivity")
     whole = bool(mechanism.drivers) and not at and not inputs
     with explained(mechanism):
         make_plan(mechanism)
@@ -139,7 +138,10 @@ def sensitivity(
     chosen, fixed, rows = _derivatives(motion, quantities, chosen, bool(by), run)
     allowed = _tolerances(mechanism, chosen)
     given = np.flatnonzero(allowed > 0.0)
-    count = (SAMPLES if len(given) else 0) if samples is None else samples
+    linked = mechanism.complete is not None
+    if samples and linked:
+        raise UsageError("samples: not where the linkage turns gears; `gim sweep` solves random designs of it")
+    count = (SAMPLES if len(given) and not linked else 0) if samples is None else samples
     if count and not len(given):
         own = ", ".join(tolerances(mechanism))
         why = f"those with a tolerance ({own}) move no node, or are not chosen" if own else "none has a tolerance"
