@@ -27,6 +27,22 @@ class CouplingSlopes:
         """Whether a dimension changes a ratio or a phase."""
         return bool(self._places)
 
+    def all_inputs(self, designs: Any, own: Any, driver: int) -> Any:
+        """Return the inputs (designs, actuators, rows) of designs (designs, dimensions) with one driver, plain or dual.
+
+        own: the input of the driver (designs, rows).
+        """
+        found = self.recording.evaluate([designs[:, k, None] for k in range(designs.shape[1])], self._places)
+        every = {driver: own}
+
+        def number(value: Any) -> Any:
+            return found[value.place] if isinstance(value, Recorded) else value
+
+        for one in self.couplings:
+            followed = (number(ratio) * every[k] for k, ratio in one.terms)
+            every[one.follower] = sum(followed, number(one.phase))
+        return np.stack([every[k] for k in range(len(every))], axis=1)
+
     def moving(self, nominal: FloatArray, given: FloatArray) -> Dual:
         """Return inputs and their derivatives (orders, actuators, rows) in dual numbers, for dimensions (dimensions,).
 

@@ -50,7 +50,7 @@ def varied_ends(family: Family, lower: FloatArray, upper: FloatArray) -> FloatAr
     designs = np.tile(family.nominal, (1 + 2 * len(lower), 1))
     every = np.arange(len(lower))
     designs[1 + every, every], designs[1 + len(lower) + every, every] = lower, upper
-    return np.asarray(family.law_inputs(ENDS, family.tables(designs))[:, 0])
+    return np.asarray(family.law_inputs(ENDS, family.tables(designs))[:, family.mechanism.drivers[0]])
 
 
 class LawQuantity:
@@ -60,12 +60,13 @@ class LawQuantity:
     """
 
     def __init__(self, quantity: MotionQuantity) -> None:
-        self.quantity, self.family = quantity, quantity.family
-        self.ends: FloatArray = self.family.law_inputs(ENDS, self.family.tables(self.family.nominal[None]))[0, 0]
+        self.quantity, self.family, self.driver = quantity, quantity.family, quantity.driver
+        tables = self.family.tables(self.family.nominal[None])
+        self.ends: FloatArray = self.family.law_inputs(ENDS, tables)[0, self.driver]
 
     def inputs(self, designs: FloatArray, inputs: FloatArray) -> FloatArray:
         """Return the inputs (designs, rows) of designs for inputs (designs, rows) of the nominal law."""
-        ends = self.family.tables(designs).laws[:, 0]
+        ends = self.family.tables(designs).laws[:, self.driver]
         part = self._part(inputs)
         return np.asarray(ends[:, :1] * (1.0 - part) + ends[:, 1:] * part)
 
@@ -79,7 +80,7 @@ class LawQuantity:
             return self.quantity.rates(designs, inputs)
         found = self.quantity.rates(designs, self.inputs(designs, inputs))
         laws: Any = self.family.tables(variables(designs)).laws
-        ends, slopes = laws.value[:, 0], np.moveaxis(laws.slopes[:, :, 0], 0, 1)
+        ends, slopes = laws.value[:, self.driver], np.moveaxis(laws.slopes[:, :, self.driver], 0, 1)
         part = self._part(inputs)[..., None]
         moved = slopes[:, None, :, 0] * (1.0 - part) + slopes[:, None, :, 1] * part  # (designs, rows, dimensions)
         ratio = ((ends[:, 1] - ends[:, 0]) / (self.ends[1] - self.ends[0]))[:, None, None]
@@ -99,6 +100,7 @@ class MotionQuantity:
 
     def __init__(self, family: Family, items: Sequence[Item], notify: Notify | None = None) -> None:
         self.family, self.items, self.notify = family, tuple(items), notify
+        self.driver = family.mechanism.drivers[0]
         units = [np.pi / 180.0 if one.quantity.circular and one.head.unit == "deg" else 1.0 for one in items]
         self._units = np.array(units)
         self._run = choose("on", SECONDS, notify, ("play_designs",))
@@ -116,12 +118,24 @@ class MotionQuantity:
             nothing = self.values(designs, inputs)
             return QuantityRates(nothing, np.empty((*nothing.shape, len(self.family.names))), nothing)
         found, mechanism = self._solved(designs, inputs), self.family.mechanism
-        by, _ = self.family.slopes(designs, found.z, found.inputs, self._run)
-        z, tables = Dual(found.z, np.moveaxis(by, 1, 0)), self.family.tables(variables(designs, 1))
+        moving = variables(designs, 1)
+        if mechanism.couplings:
+            own = Dual(inputs, np.eye(1, len(moving.slopes), len(moving.slopes) - 1).T[..., None])
+            z, _ = self.family.slopes.moving(designs, found.z, self._every(moving, own), self._run)
+        else:
+            by, _ = self.family.slopes(designs, found.z, found.inputs, self._run)
+            z = Dual(found.z, np.moveaxis(by, 1, 0))
+        tables = self.family.tables(moving)
         at = PositionState(mechanism, z, tables)
         values = np.moveaxis(at.values(self.items), 0, -1) * self._units
         rates = np.moveaxis(at.slopes(self.items), 0, -1) * self._units  # (designs, dimensions + input, rows, columns)
         return QuantityRates(values, np.moveaxis(rates[:, :-1], 1, -1), rates[:, -1])
 
     def _solved(self, designs: FloatArray, inputs: FloatArray) -> Designs:
-        return self.family.solve(designs, inputs=np.ascontiguousarray(inputs[:, None]), notify=self.notify)
+        every = np.ascontiguousarray(self._every(designs, inputs))
+        return self.family.solve(designs, inputs=every, notify=self.notify)
+
+    def _every(self, designs: Any, inputs: Any) -> Any:
+        """Return all inputs (designs, actuators, rows) for that of the driver (designs, rows)."""
+        coupled = self.family.mechanism.couplings
+        return self.family.couplings.all_inputs(designs, inputs, self.driver) if coupled else inputs[:, None]

@@ -104,8 +104,8 @@ def fit(
     """
     from gimcli.model.dimensions import written
 
-    if mechanism.couplings:
-        raise StructureError(f"{mechanism.name} has inputs that follow others: `fit` cannot vary it; `gim sweep` can")
+    if mechanism.complete is not None and not goal:
+        raise StructureError(f"{mechanism.name}: the linkage turns gears: `fit` takes a goal, but no targets")
     refuse_unmoved(mechanism, "add an actuator")
     lower, upper = _bounds(vary)
     task = None if goal else task_of(mechanism, columns_of(through), timing, point, output, any_order)
@@ -238,8 +238,8 @@ def _refuse_other_laws(family: Family, lower: FloatArray, upper: FloatArray) -> 
             design[k] = bound
             with suppress(ModelError):
                 own = family.mechanism.with_({name: float(bound)})
-                law = np.array([actuator.law(time) for actuator in own.actuators])
-                assumed = family.law_inputs(time, family.tables(design[None]))[0]
+                law = np.array([own.actuators[k].law(time) for k in own.drivers])
+                assumed = family.law_inputs(time, family.tables(design[None]))[0][list(own.drivers)]
                 if np.max(np.abs(law - assumed)) > SAME_LAW * (1.0 + np.max(np.abs(law))):
                     raise UsageError(f"vary {name}: it changes the form of the law, which a fit cannot vary; remove it")
 

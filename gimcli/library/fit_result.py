@@ -137,7 +137,7 @@ class FitResult(Result):
         limits, inputs = self._task.targets.range, self._found.inputs
         if limits.turning and self._task.targets.timing != GIVEN:
             inputs = limits.low + (inputs - limits.low) % (limits.high - limits.low)
-        return np.asarray(self.nominal.value_to_file(0, inputs))
+        return np.asarray(self.nominal.value_to_file(self.nominal.drivers[0], inputs))
 
     @property
     def _distances(self) -> FloatArray:
@@ -173,7 +173,8 @@ class FitResult(Result):
         """The targets, one row each: input, values, those of the motion, and their distance."""
         if self._found is None:
             return Records()
-        actuator, own = self.nominal.actuators[0], {"target.": self._task.targets.values, "": self._found.motion.values}
+        actuator = self.nominal.actuators[self.nominal.drivers[0]]
+        own = {"target.": self._task.targets.values, "": self._found.motion.values}
         heads = [one.head for one in self._task.components]
         turned = [
             math.degrees(1.0) if one.quantity.circular and self._degrees else 1.0 for one in self._task.components

@@ -91,8 +91,8 @@ def task_of(
             )
         )
     limits = input_range(mechanism)
-    count = len(next(iter(own.values()), ()))
-    inputs = np.zeros(count) if given is None else np.array([mechanism.value_from_file(0, float(u)) for u in given])
+    driver, places = mechanism.drivers[0], np.zeros(len(next(iter(own.values()), ()))) if given is None else given
+    inputs = np.array([mechanism.value_from_file(driver, float(u)) for u in places])
     _refuse_beyond(mechanism, inputs, timing, limits)
     values, weights, components, kind, points = _compared(mechanism, own, point, output)
     if len(values) < 2:
@@ -106,20 +106,24 @@ def task_of(
 
 
 def input_range(mechanism: Mechanism, turning: bool = True) -> FitRange:
-    """Return the range of the law of the only actuator; `turning`: a law of a turn or more is a turn without ends."""
-    law = mechanism.actuators[0].law
+    """Return the range of the law of the only driver; `turning`: a law of a turn or more is a turn without ends.
+
+    With inputs that follow it is a range, since these may be others after a turn.
+    """
+    actuator = mechanism.actuators[mechanism.drivers[0]]
+    law = actuator.law
     start, values = float(law(np.zeros(1))[0]), law(np.linspace(0.0, 1.0, 361))
     low, high = float(values.min()), float(values.max())
-    if turning and mechanism.actuators[0].rotary and high - low >= TURN * (1.0 - 1e-9):
+    if turning and actuator.rotary and not mechanism.couplings and high - low >= TURN * (1.0 - 1e-9):
         low = start - TURN if float(law(np.ones(1))[0]) < start else start
         return FitRange(low, low + TURN, True)
     if not high > low:
-        raise UsageError(f"the law of {mechanism.actuators[0].name} does not move; give it `from` and `to`")
+        raise UsageError(f"the law of {actuator.name} does not move; give it `from` and `to`")
     return FitRange(low, high, False)
 
 
 def _actuator(mechanism: Mechanism) -> str:
-    names = [a.name for a in mechanism.actuators]
+    names = [mechanism.actuators[k].name for k in mechanism.drivers]
     if len(names) != 1:
         raise UsageError(
             f"a fit needs a mechanism with one actuator; {mechanism.name} has {len(names) or 'none'}"
@@ -137,8 +141,9 @@ def _refuse_beyond(mechanism: Mechanism, inputs: FloatArray, timing: str, limits
     if timing == STEP:
         beyond = np.array([np.ptp(inputs) > limits.high - limits.low + room])
     if beyond.any():
-        low, high = mechanism.value_to_file(0, np.array([limits.low, limits.high])).tolist()
-        name, unit = mechanism.actuators[0].name, mechanism.unit_of(mechanism.actuators[0])
+        driver = mechanism.drivers[0]
+        low, high = mechanism.value_to_file(driver, np.array([limits.low, limits.high])).tolist()
+        name, unit = mechanism.actuators[driver].name, mechanism.unit_of(mechanism.actuators[driver])
         raise UsageError(f"through: the inputs are beyond the law of {name}, {low:g} to {high:g} {unit}; change one")
 
 

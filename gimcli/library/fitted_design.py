@@ -21,6 +21,7 @@ from gimcli.fitting.conditions import DesignQuantities
 from gimcli.fitting.least_squares import FitProblem, Trials
 from gimcli.fitting.motion_quantity import MotionQuantity
 from gimcli.fitting.targets import TURN, FitRange
+from gimcli.input_laws import SummedLaw
 from gimcli.library.fit_targets import FittedTask, input_range
 from gimcli.library.trace import MotionTraceResult, trace
 from gimcli.mechanism import FRAME, FloatArray, IntArray, Mechanism
@@ -78,8 +79,12 @@ class FitMotion:
 def fit_motion(mechanism: Mechanism, task: FittedTask, inputs: FloatArray) -> FitMotion:
     """Trace a mechanism over its law, from its start, through the inputs (targets,) of the targets."""
     rows, places = _rows(mechanism, input_range(mechanism, task.targets.range.turning), inputs)
-    actuator = replace(mechanism.actuators[0], law=RowsLaw(rows))
-    own = replace(mechanism, actuators=(actuator,))
+    actuators, driver = list(mechanism.actuators), mechanism.drivers[0]
+    actuators[driver] = replace(actuators[driver], law=RowsLaw(rows))
+    for one in mechanism.couplings:
+        law = SummedLaw(tuple((ratio, actuators[k].law) for k, ratio in one.terms), one.phase)
+        actuators[one.follower] = replace(actuators[one.follower], law=law)
+    own = replace(mechanism, actuators=tuple(actuators))
     found = cast(MotionTraceResult, trace(own, len(rows) - 1, measure=_measured(mechanism)))
     values = [_component(found, one)[places] for one in task.components]
     return FitMotion(found, places, np.stack(values, axis=-1))
@@ -93,7 +98,7 @@ def law_motion(mechanism: Mechanism) -> FitMotion:
 
 def _rows(mechanism: Mechanism, limits: FitRange, inputs: FloatArray) -> tuple[FloatArray, IntArray]:
     """Return the inputs of the rows, which include those of the targets, and the rows of the targets."""
-    first, last = (float(v) for v in mechanism.actuators[0].law(np.array([0.0, 1.0])))
+    first, last = (float(v) for v in mechanism.actuators[mechanism.drivers[0]].law(np.array([0.0, 1.0])))
     sense = -1.0 if last < first else 1.0
     begin, span = (
         (first, TURN) if limits.turning else (limits.low if sense > 0.0 else limits.high, limits.high - limits.low)
@@ -165,7 +170,8 @@ class DesignChecker:
             return self._plain.with_(changes)
         read = read_text(written_with(nominal, changes), nominal.written.source.folder)
         read = next(one.mechanism for one in read.machines if one.mechanism.nodes == nominal.nodes)
-        return replace(read, name=nominal.name, files=nominal.files, path=nominal.path)
+        read = replace(read, name=nominal.name, files=nominal.files, path=nominal.path)
+        return read if nominal.complete is None else nominal.complete(read)
 
     def quantities_of(self, mechanism: Mechanism) -> tuple[bool, float]:
         """Return whether a mechanism satisfies all conditions, and its goal, if there is one."""
@@ -185,10 +191,10 @@ class DesignChecker:
         moving = [name for name in moving if name not in written.model.open.parts]
         drawn = [p.name for p in mechanism.points if p.member != FRAME and written.model.points[p.name].at is not None]
         parts = [item for name in (*moving, *drawn) for item in position_items(mechanism, name)]
-        if not parts:
+        if not parts or self.family.linked:
             return {}
         quantity = MotionQuantity(self.family, parts)
-        values = quantity.values(design[None], mechanism.start_inputs[None])[0, 0]
+        values = quantity.values(design[None], mechanism.start_inputs[None, list(mechanism.drivers)])[0, 0]
         named = {one.head.name: float(v) for one, v in zip(parts, values, strict=True)}
         return {
             name: value for name, value in named.items()
@@ -202,7 +208,8 @@ def _as_written(mechanism: Mechanism) -> Mechanism:
 
     own = mechanism.written
     plain = compile_model(own.model, own.source.folder)
-    return replace(plain, files=mechanism.files, path=mechanism.path, written=own)
+    plain = replace(plain, files=mechanism.files, path=mechanism.path, written=own)
+    return plain if mechanism.complete is None else mechanism.complete(plain)
 
 
 class GoalChecker(DesignChecker):

@@ -14,7 +14,7 @@ from gimcli.comparison.timing import TIMING, Clock
 from gimcli.comparison.tradeoff import STEPS, TOLERANCES, Tradeoff, advise, tradeoff as compare
 from gimcli.connected import grouped
 from gimcli.errors import UsageError
-from gimcli.library.inputs import Jit, Steps, refuse_linked, refuse_unmoved
+from gimcli.library.inputs import Jit, Steps, refuse_unmoved
 from gimcli.library.machines import driven_machines, for_each_machine
 from gimcli.library.record import Records, RowField
 from gimcli.library.result import Result
@@ -52,7 +52,6 @@ def tradeoff(
         UsageError: an invalid argument.
         StructureError: the mechanism has no actuator, or is not fully driven or over-driven.
     """
-    refuse_linked(mechanism, "tradeoff")
     if not seconds >= 1.0:
         raise UsageError(f"seconds: expected a number of at least 1, got {seconds:g}")
     for value in tolerances:

@@ -111,3 +111,9 @@ def test_stationary_positions_of_the_beam_of_a_sun_and_planet_gear():
     for one in still:
         a, b = (complex(*one["nodes"][n]) for n in "AB")
         assert abs((a * b.conjugate()).imag) < 1e-5 * abs(a * b)
+
+
+def test_methods_agree_where_the_linkage_turns_a_pinion():
+    found = gimcli.tradeoff(gimcli.load(rack()), steps=8, tolerances=[1e-8], jit="off").table()
+    errors = dict(zip(found["method"], found["error"], strict=True))
+    assert all(errors[name] < 1e-7 for name in ("gim-spectral", "newton", "auto", "absolute", "natural"))
