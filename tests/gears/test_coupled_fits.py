@@ -1,4 +1,4 @@
-"""Fits of mechanisms with inputs that follow others: the design of the targets, and goals where a linkage turns gears."""
+"""Fits with inputs that follow others: the design of the targets, and goals where a linkage turns gears."""
 
 import numpy as np
 import pytest

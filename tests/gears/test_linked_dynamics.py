@@ -82,7 +82,7 @@ def test_steps_of_the_input_are_of_first_order(integrator):
 
 
 def test_dry_friction_beside_a_pinion_that_the_linkage_turns():
-    """In the pins of crank and rod it is that of a slider-crank whose slider has the mass J/r^2 of the pinion besides."""
+    """The motion is that of a slider-crank whose slider has the mass J/r^2 of the pinion besides."""
     friction = {"O": {"mu": 0.1, "radius": 5}, "A": {"mu": 0.1, "radius": 4}, "B": {"mu": 0.2, "radius": 3}}
     geared = heavy({"start": 30, "speed": 600}, friction=friction)
     plain = {**geared, "ground": ["O", "G", "H"], "trace": ["A"]}
