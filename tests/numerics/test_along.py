@@ -1,8 +1,10 @@
 """Roots and interpolation against zeros of Bessel functions, roots of Wallis's cubic and polynomials themselves."""
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
-from scipy.special import jn_zeros, jv
+from scipy.special import jn_zeros, jnp_zeros, jv, jvp
 
 from gimcli.numerics import along
 
@@ -40,6 +42,38 @@ def test_the_root_of_wallis_is_found_by_few_points() -> None:
     assert found(lambda x: np.expm1(20.0 * x), -1.0, 1.0) == pytest.approx(0.0, abs=1e-15)
     assert found(lambda x: (x - 0.25) ** 3, -1.0, 2.0) == pytest.approx(0.25, abs=1e-12)
     assert found(lambda x: np.sign(x - np.pi), 3.0, 4.0) == pytest.approx(np.pi, rel=1e-15)
+
+
+class Extreme(along.Bracket):
+    """The search of an extreme of a Bessel function, from the zeros of its derivative."""
+
+    def __init__(self, order: int, low: float, high: float) -> None:
+        super().__init__([low, high], [jvp(order, low), jvp(order, high)])
+        self.quantity, self.shift = order, 1.0
+
+    def next(self) -> float | None:
+        return self.guess() if self.shift > 1e-14 else None
+
+    def take(self, place: float, found: float) -> None:
+        self.replace(place, float(found))
+        self.shift = abs(self.guess() - place)
+
+
+def test_extremes_of_several_functions_are_searched_together() -> None:
+    """Zeros of the derivatives of J_1 and J_2; each round asks once, at increasing places, of those not found yet."""
+    searches = [Extreme(order, z - 1.0, z + 1.0) for order in (1, 2) for z in jnp_zeros(order, 3)]
+    asked: list[int] = []
+
+    def evaluate(places: np.ndarray) -> Callable[[int], np.ndarray]:
+        assert np.all(np.diff(places) > 0.0)
+        asked.append(len(places))
+        return lambda order: jvp(order, places)
+
+    along.search_together(searches, evaluate, 40)
+    assert len(asked) < 20
+    assert asked[0] == 6
+    assert asked == sorted(asked, reverse=True)
+    assert [s.guess() for s in searches] == pytest.approx([*jnp_zeros(1, 3), *jnp_zeros(2, 3)], rel=1e-14)
 
 
 @pytest.mark.parametrize("t", [0.0, 0.3, 1.0, 1.7])
