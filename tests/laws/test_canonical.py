@@ -8,7 +8,7 @@ from fences import compare, is_near
 
 import gimcli
 from gimcli import equilibrium, loads
-from gimcli.canonical import ROUNDING, beside, counted, filled, first_greatest, first_least, phase, principal, ranks
+from gimcli.canonical import ROUNDING, beside, first_greatest, first_least, phase, principal, ranks
 from gimcli.structure.coordinate_partitioning import free_choice
 from gimcli.structure.equations import coupled_terms
 
@@ -22,17 +22,6 @@ def test_half_a_turn_is_at_the_upper_end(error, turns):
     assert principal(angle) == pytest.approx(math.pi, abs=1e-10)
     assert beside(angle, 2.0) == pytest.approx(math.pi, abs=1e-10)
     assert principal((turns + 0.5) * 360.0 + error, 360.0) == pytest.approx(180.0, abs=1e-9)
-
-
-def test_turns_are_counted_over_missing_rows():
-    """Angles of uniform rotations, also faster than half a turn a row, whose principal values have gaps."""
-    rates = np.array([[0.7], [-1.3], [5.0]])
-    angle = rates * np.arange(20) - 0.4
-    gaps = phase(np.exp(1j * angle))
-    gaps[0, [5, 9, 10]] = gaps[1, [1, 19]] = math.nan
-    found = counted(gaps, ahead=np.where(rates > math.pi, rates, 0.0))
-    assert found == pytest.approx(np.where(np.isnan(gaps), math.nan, angle), abs=1e-12, nan_ok=True)
-    assert filled(np.array([math.nan, 2.0, math.nan, 3.0, math.nan])).tolist() == [2.0, 2.0, 2.0, 3.0, 3.0]
 
 
 def test_angles_off_the_end_stay():
