@@ -129,15 +129,18 @@ class BranchRates:
 
 def rates(curve: PositionCurve, p: FloatArray, v: FloatArray) -> BranchRates:
     """Return the rates along the tangent v (n + 1,) of a branch."""
-    mechanism, turns = curve.mechanism, curve.turning(p, v)
+    mechanism, turns = curve.mechanism, curve.turning(p, v).tolist()
     driven = curve.input_rates(p, v) * (abs(v[-1]) > BOUNDS.still)
     degree = float(np.degrees(1.0)) if mechanism.angle_unit == "deg" else 1.0
     inputs = {
         a.name: rate * (degree if a.rotary else mechanism.scale)
         for a, rate in zip(mechanism.actuators, driven.tolist(), strict=True)
     }
-    dust = REST * max(map(abs, turns.values()), default=0.0)  # rotations below this are rounding
-    members = {name: degree * rate if abs(rate) > dust else 0.0 for name, rate in turns.items()}
+    dust = REST * max(map(abs, turns), default=0.0)  # rotations below this are rounding
+    members = {
+        member.name: degree * rate if abs(rate) > dust else 0.0
+        for member, rate in zip(mechanism.members[FRAME + 1 :], turns, strict=True)
+    }
     fast = np.array([0.0, *(inputs if any(inputs.values()) else members).values()])
     unit = float(fast[first_greatest(np.abs(fast))]) or 1.0
     return BranchRates({k: r / unit + 0.0 for k, r in inputs.items()}, {k: r / unit + 0.0 for k, r in members.items()})

@@ -169,7 +169,7 @@ def ordered(curve: PositionCurve, met: Crossing) -> tuple[FloatArray, ...]:
     first is that whose members rotate faster counter-clockwise.
     """
     directed = [oriented(curve, met.p, t) for t in met.tangents]
-    turns = [[*curve.turning(met.p, t).values()] for t in directed]
+    turns = [curve.turning(met.p, t).tolist() for t in directed]
     keys = [(-round(abs(float(t[-1])), 6), [-round(w, 6) for w in own]) for t, own in zip(directed, turns, strict=True)]
     return tuple(directed[k] for k in sorted(range(len(directed)), key=lambda k: keys[k]))
 
@@ -181,7 +181,7 @@ def oriented(curve: PositionCurve, p: FloatArray, tangent: FloatArray) -> FloatA
     """
     if abs(tangent[-1]) > RESTS:
         return tangent if tangent[-1] * curve.forward() > 0.0 else -tangent
-    turns = [*curve.turning(p, tangent).values(), *tangent[np.abs(tangent) > 0.0].tolist()]
+    turns = [*curve.turning(p, tangent).tolist(), *tangent[np.abs(tangent) > 0.0].tolist()]
     most = max(map(abs, turns))
     first = next(rate for rate in turns if abs(rate) > RESTS * most)
     return tangent if first > 0.0 else -tangent

@@ -17,7 +17,7 @@ from functools import cached_property
 import numpy as np
 
 from gimcli.continuation.released import ReleasedPositions
-from gimcli.mechanism import FRAME, FloatArray, Mechanism
+from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.positions.inputs import (
     InputLine,
     driven,
@@ -27,6 +27,7 @@ from gimcli.positions.inputs import (
     leading,
     turns_until_repeated,
 )
+from gimcli.structure.carried import turn_rates
 
 EVEN = 1e-9
 """Second derivative of a law, relative to its total change, below which the law is linear."""
@@ -150,15 +151,10 @@ class PositionCurve(ReleasedPositions):
         change = np.where(self.rotary, (change + math.pi) % turn - math.pi, change)
         return np.concatenate([(p - other)[: self.system.coordinated], change])
 
-    def turning(self, p: FloatArray, v: FloatArray) -> dict[str, float]:
-        """Return {member: rotation [rad] per unit of a direction v (n + 1,)} of all moving members."""
-        z, rate = self.nodes(p), self.system.placed(np.zeros(len(self.mechanism.nodes), dtype=complex), v[:-1])
-        turns = {}
-        for member in self.mechanism.members[FRAME + 1 :]:
-            a, b, _ = member.ends
-            arm = z[b] - z[a]
-            turns[member.name] = float((arm.conjugate() * (rate[b] - rate[a])).imag / abs(arm) ** 2)
-        return turns
+    def turning(self, p: FloatArray, v: FloatArray) -> FloatArray:
+        """Return the rotations (moving members,) [rad] per unit of a direction v (n + 1,)."""
+        rates = self.system.placed(np.zeros(len(self.mechanism.nodes), dtype=complex), v[:-1])
+        return turn_rates(self.mechanism, self.nodes(p), rates)
 
     def jacobian_along(self, p: FloatArray, v: FloatArray) -> FloatArray:
         """Return the derivative of the Jacobian (m, n + 1) along v (n + 1,)."""

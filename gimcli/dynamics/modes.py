@@ -20,7 +20,7 @@ from gimcli.dynamics.physical import input_units
 from gimcli.dynamics.small_motions import Linearisation, Linearised
 from gimcli.errors import ModelError
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray
-from gimcli.structure.carried import carried_point
+from gimcli.structure.carried import carried_point, turn_rates
 
 VIBRATION, DECAY, RIGID, UNSTABLE = "vibration", "decay", "rigid body", "unstable"
 """Kinds of modes: oscillating; returning without oscillation; without stiffness; growing."""
@@ -94,14 +94,6 @@ def natural_modes(found: Linearised) -> tuple[Mode, ...]:
     if found.symmetric and not found.damping.any():
         return _conservative(found, root)
     return _damped(found, root)
-
-
-def member_rates(found: Linearised) -> FloatArray:
-    """Return the rotations of all members but the frame by each coordinate (k, members) [rad]."""
-    arms = [member.ends[:2] for member in found.mechanism.members[FRAME + 1 :]]
-    u, v = (np.array([arm[side] for arm in arms], dtype=int) for side in (0, 1))
-    arm, rates = found.z[v] - found.z[u], found.node_rates
-    return np.asarray((np.conj(arm) * (rates[:, v] - rates[:, u])).imag / np.abs(arm) ** 2)
 
 
 def _root(found: Linearised) -> FloatArray:
@@ -245,7 +237,7 @@ def mode_shape(found: Linearised, mode: Mode) -> ModeShape:
         if k in found.released or np.any(found.input_rates[:, k]):
             columns.append((f"{actuator.name}.shape", "rad" if actuator.rotary else "m"))
             values.append(complex(shape @ found.input_rates[:, k]) * units[k])
-    turns = shape @ member_rates(found)
+    turns = shape @ turn_rates(mechanism, found.z, found.node_rates)
     for member, turn in zip(mechanism.members[FRAME + 1 :], turns, strict=True):
         columns.append((f"{member.name}.turn", "rad"))
         values.append(complex(turn))
@@ -297,7 +289,7 @@ def swing(found: Linearised, mode: Mode, time: float, phases: FloatArray) -> Swi
 def _visible(found: Linearised, mode: Mode) -> float:
     """Return the amplitude of a mode for pictures."""
     far = float(np.max(np.abs(mode.shape @ found.node_rates.real) + np.abs(mode.shape @ found.node_rates.imag)))
-    turn = float(np.max(np.abs(mode.shape @ member_rates(found)), initial=0.0))
+    turn = float(np.max(np.abs(mode.shape @ turn_rates(found.mechanism, found.z, found.node_rates)), initial=0.0))
     limits = [SEEN * found.mechanism.size / far] if far > 0.0 else []
     limits += [TURNED / turn] if turn > 0.0 else []
     return min(limits, default=math.inf) if limits else 0.0

@@ -51,6 +51,13 @@ def unit_of(mechanism: Mechanism, z: Any, index: int) -> Any:
     return (z[v] - z[u]) * (1.0 / span)
 
 
+def turn_rates(mechanism: Mechanism, z: ComplexArray, rates: ComplexArray) -> FloatArray:
+    """Return the rotations (..., members) [rad] of all members but the frame for rates (..., nodes) at z (nodes,)."""
+    u, v = np.array([member.ends[:2] for member in mechanism.members[FRAME + 1 :]], dtype=int).reshape(-1, 2).T
+    arm = z[v] - z[u]
+    return np.asarray((np.conj(arm) * (rates[..., v] - rates[..., u])).imag / np.abs(arm) ** 2)
+
+
 def turned(mechanism: Mechanism, gauge: PairRow, z: Any) -> Any:
     """Return e^(i angle) of the angle that a gauge or an actuator measures."""
     reference = unit_of(mechanism, z, gauge.guide) * scalar(gauge.reference)
