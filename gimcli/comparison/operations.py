@@ -19,7 +19,7 @@ from gimcli.kernels import bodies, points
 from gimcli.mechanism import ANGLE, CLOSURE, FRAME, HEIGHT, SPAN, Mechanism
 from gimcli.structure.kinematic_nodes import free_nodes
 from gimcli.structure.restrictions import Move
-from gimcli.structure.steps import NONE, Circle, Constraint, Coupled, Dyad, Line, Orient, Place, Plan, Tilt, Vector
+from gimcli.structure.steps import NONE, Constraint, Coupled, Dyad, Orient, Place, Plan, Tilt, Vector
 
 MULTIPLY = 6
 """Operations of a product of two complex numbers."""
@@ -143,15 +143,14 @@ def _closed(step: object) -> int:
         return 2 + 23 + GUARD
     assert isinstance(step, Dyad)
     loci = (step.first, step.second)
-    lines = sum(isinstance(locus, Line) for locus in loci)
+    lines = sum(locus.kind == HEIGHT for locus in loci)
     return sum(_locus(locus) for locus in loci) + (47, 29, 25)[lines] + GUARD
 
 
-def _locus(locus: Circle | Line) -> int:
-    value = locus.radius if isinstance(locus, Circle) else locus.distance
-    count = 2 if value.actuator != NONE else 0
+def _locus(locus: Constraint) -> int:
+    count = 2 if locus.value.actuator != NONE else 0
     count += _vector(locus.offset) + 2 if locus.offset is not None else 0
-    return count + (_vector(locus.normal) if isinstance(locus, Line) else 0)
+    return count + _vector(locus.vector)
 
 
 def _vector(vector: Vector | None) -> int:

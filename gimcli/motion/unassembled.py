@@ -20,7 +20,7 @@ from gimcli.rounding import input_value, interval, length, number
 from gimcli.status import Status
 from gimcli.structure.plan import make_plan
 from gimcli.structure.residual import Check, checks, errors
-from gimcli.structure.steps import NONE, Circle, Dyad, Line, Place, Plan, Vector
+from gimcli.structure.steps import NONE, Constraint, Dyad, Place, Plan, Vector
 
 SAMPLES = 180
 """Values of an input at which the mechanism is assembled."""
@@ -128,23 +128,23 @@ class Unassembled:
         if not isinstance(step, Dyad):
             return None
         loci = step.first, step.second
-        vectors = (v for one in loci for v in (one.offset, one.normal if isinstance(one, Line) else None))
+        vectors = (v for one in loci for v in (one.offset, one.vector))
         if any(v is not None and v.register != NONE for v in vectors):
             return None
         first, second = loci
-        if isinstance(first, Circle) and isinstance(second, Circle):
+        if first.kind == second.kind == SPAN:
             return self._of_circles(first, second)
         for circle, line in (loci, loci[::-1]):
-            if isinstance(circle, Circle) and isinstance(line, Line):
-                return self._of_line(circle, line)
+            if circle.kind == SPAN and line.vector is not None:
+                return self._of_line(circle, line, self._value(line.vector))
         return None
 
-    def _of_circles(self, first: Circle, second: Circle) -> str | None:
+    def _of_circles(self, first: Constraint, second: Constraint) -> str | None:
         centres = self._centre(first), self._centre(second)
-        a, b = (abs(float(one.radius.at(self.inputs))) for one in (first, second))
+        a, b = (abs(float(one.value.at(self.inputs))) for one in (first, second))
         apart = abs(centres[0] - centres[1])
-        base = f"{self._node(first.centre)}-{self._node(second.centre)}"
-        own = [(first.constraint, a), (second.constraint, b)]
+        base = f"{self._node(first.q)}-{self._node(second.q)}"
+        own = [(first.name, a), (second.name, b)]
         if apart > a + b:
             return self._at_every_input(first, second, a + b) or (
                 f"{_and(map(self._sized, own))} cannot span {base} ({self._length(apart)}):"
@@ -158,33 +158,32 @@ class Unassembled:
             )
         return None
 
-    def _of_line(self, circle: Circle, line: Line) -> str:
-        radius = abs(float(circle.radius.at(self.inputs)))
-        normal = self._value(line.normal)
-        place = self.z[line.anchor] + (self._value(line.offset) if line.offset is not None else 0.0)
-        distance = ((self._centre(circle) - place) * normal.conjugate()).real - float(line.distance.at(self.inputs))
+    def _of_line(self, circle: Constraint, line: Constraint, normal: complex) -> str:
+        radius = abs(float(circle.value.at(self.inputs)))
+        apart = self._centre(circle) - self._centre(line)
+        distance = (apart * normal.conjugate()).real - float(line.value.at(self.inputs))
         away = abs(distance) / (abs(normal) or 1.0)
-        where = f"which is {self._length(away)} from {self._node(circle.centre)}"
+        where = f"which is {self._length(away)} from {self._node(circle.q)}"
         return (
-            f"{self._sized((circle.constraint, radius))} does not reach the line of {line.constraint}, {where}:"
+            f"{self._sized((circle.name, radius))} does not reach the line of {line.name}, {where}:"
             f" {self._length(away - radius)} too short{self._at()}"
         )
 
-    def _at_every_input(self, first: Circle, second: Circle, reach: float) -> str:
+    def _at_every_input(self, first: Constraint, second: Constraint, reach: float) -> str:
         """Return the sentence for a loop with a crank that is too short at every angle of the crank; else ""."""
         frame = self.mechanism.members[FRAME].nodes
         for moved, fixed in ((first, second), (second, first)):
-            place = next((s for s in self.plan.steps if isinstance(s, Place) and s.node == moved.centre), None)
-            whole = place is not None and place.anchor in frame and fixed.centre in frame
+            place = next((s for s in self.plan.steps if isinstance(s, Place) and s.node == moved.q), None)
+            whole = place is not None and place.anchor in frame and fixed.q in frame
             if place is None or not whole or place.vector.actuator == NONE or moved.offset or fixed.offset:
                 continue
             crank = abs(self._value(place.vector))
-            base = abs(self.z[place.anchor] - self.z[fixed.centre])
+            base = abs(self.z[place.anchor] - self.z[fixed.q])
             if base > crank + reach:
-                names = [self._between(place.anchor, place.node), moved.constraint, fixed.constraint]
-                sizes = [crank, *(abs(float(one.radius.at(self.inputs))) for one in (moved, fixed))]
+                names = [self._between(place.anchor, place.node), moved.name, fixed.name]
+                sizes = [crank, *(abs(float(one.value.at(self.inputs))) for one in (moved, fixed))]
                 parts = " + ".join(self._sized(one) for one in zip(names, sizes, strict=True))
-                ends = f"{self._node(place.anchor)}-{self._node(fixed.centre)} ({self._length(base)})"
+                ends = f"{self._node(place.anchor)}-{self._node(fixed.q)} ({self._length(base)})"
                 return f"{parts} cannot span {ends}: {self._length(base - crank - reach)} too short at every input"
         return ""
 
@@ -281,9 +280,9 @@ class Unassembled:
 
     # -- words ----------------------------------------------------------------------------------
 
-    def _centre(self, circle: Circle) -> complex:
-        offset = self._value(circle.offset) if circle.offset is not None else 0.0
-        return complex(self.z[circle.centre] + offset)
+    def _centre(self, locus: Constraint) -> complex:
+        offset = self._value(locus.offset) if locus.offset is not None else 0.0
+        return complex(self.z[locus.q] + offset)
 
     def _value(self, vector: Vector) -> complex:
         base = self.z[vector.v] - self.z[vector.u] if vector.u != NONE else 1.0

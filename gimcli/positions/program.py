@@ -13,17 +13,15 @@ import numpy as np
 from gimcli.kernels import jit, plan_steps as kernels
 from gimcli.kernels.circular import cos_sin
 from gimcli.kernels.lanes import aligned
-from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
+from gimcli.mechanism import FRAME, HEIGHT, ComplexArray, FloatArray, Mechanism
 from gimcli.positions.newton import Accuracy, NewtonConstants, Packed
 from gimcli.positions.position import Row
 from gimcli.structure.derived import derived
 from gimcli.structure.residual import checks
 from gimcli.structure.steps import (
     NONE,
-    Circle,
+    Constraint,
     Coupled,
-    Line,
-    Locus,
     Orient,
     Place,
     Plan,
@@ -45,13 +43,13 @@ class _ProgramWriter:
     """Collects the vectors, loci and groups, to which steps refer by number."""
 
     vectors: list[Vector] = field(default_factory=list)
-    loci: list[Locus] = field(default_factory=list)
+    loci: list[Constraint] = field(default_factory=list)
     groups: list[Packed] = field(default_factory=list)
 
     def vector(self, vector: Vector | None) -> int:
         return NONE if vector is None else _add(self.vectors, vector)
 
-    def locus(self, locus: Locus) -> int:
+    def locus(self, locus: Constraint) -> int:
         return _add(self.loci, locus)
 
     def step(self, step: Step) -> tuple[int, ...]:
@@ -65,21 +63,18 @@ class _ProgramWriter:
         if isinstance(step, Coupled):
             return kernels.COUPLED, NONE, _add(self.groups, Packed(step)), NONE, NONE, NONE
         first, second = step.first, step.second
-        if isinstance(first, Line) and isinstance(second, Circle):
+        lines = (first.kind == HEIGHT) + (second.kind == HEIGHT)
+        if lines == 1 and first.kind == HEIGHT:
             first, second = second, first
-        kind = kernels.TWO_CIRCLES
-        if isinstance(second, Line):
-            kind = kernels.CIRCLE_AND_LINE if isinstance(first, Circle) else kernels.TWO_LINES
+        kind = (kernels.TWO_CIRCLES, kernels.CIRCLE_AND_LINE, kernels.TWO_LINES)[lines]
         return kind, step.node, self.locus(first), self.locus(second), NONE, step.branch
 
     def loci_tables(self) -> tuple[list[Any], list[Any]]:
         heads, values = [], []
         for locus in self.loci:
-            value = locus.radius if isinstance(locus, Circle) else locus.distance
-            normal = NONE if isinstance(locus, Circle) else self.vector(locus.normal)
-            node = locus.centre if isinstance(locus, Circle) else locus.anchor
-            heads.append((node, self.vector(locus.offset), normal, value.actuator))
-            values.append((value.constant, value.gain))
+            normal = self.vector(locus.vector)
+            heads.append((locus.q, self.vector(locus.offset), normal, locus.value.actuator))
+            values.append((locus.value.constant, locus.value.gain))
         return heads, values
 
 

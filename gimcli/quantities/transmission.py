@@ -27,7 +27,7 @@ from gimcli.structure.joints import PRISMATIC, sliding_pairs
 from gimcli.structure.plan import make_plan
 from gimcli.structure.rigid_triangles import rigid_bodies
 from gimcli.structure.rotation import members_of
-from gimcli.structure.steps import Circle, Coupled, Dyad, Locus
+from gimcli.structure.steps import Constraint, Coupled, Dyad
 
 
 @dataclass(frozen=True)
@@ -119,13 +119,13 @@ def _of_dyad(mechanism: Mechanism, step: Dyad) -> list[TransmissionJoint]:
     return [TransmissionJoint(step.node, *sorted(known, key=lambda line: line.slide is not None))]
 
 
-def _locus_line(mechanism: Mechanism, locus: Locus) -> ForceLine | None:
+def _locus_line(mechanism: Mechanism, locus: Constraint) -> ForceLine | None:
     """Return the line of the member or ram, or the normal of the guide, that gives a locus of a dyad; None if none."""
     if locus.offset is not None:
         return None
-    if isinstance(locus, Circle):
-        return ForceLine(locus.constraint, locus.centre)
-    slides = [s for s in mechanism.slides if s.name == locus.constraint]
+    if locus.kind == SPAN:
+        return ForceLine(locus.name, locus.q)
+    slides = [s for s in mechanism.slides if s.name == locus.name]
     return ForceLine(slides[0].pair, slide=slides[0]) if slides else None
 
 

@@ -28,11 +28,9 @@ from gimcli.rates.slots import Slot, SlotValues
 from gimcli.rates.tape import ComplexLanes, Number, Term, vanishes
 from gimcli.structure.steps import (
     NONE,
-    Circle,
     Constraint,
     Coupled,
     Dyad,
-    Locus,
     Orient,
     Place,
     Plan,
@@ -54,27 +52,16 @@ class Imposed:
     value: Value
 
     @staticmethod
-    def locus(of: SlotValues, node: int, locus: Locus) -> Imposed:
-        """Return the constraint of a locus of a node."""
-        hung = locus.centre if isinstance(locus, Circle) else locus.anchor
+    def by(of: SlotValues, constraint: Constraint) -> Imposed:
+        """Return a constraint of a dyad or of a coupled group."""
+        offset = constraint.offset
 
         def away(k: int) -> Number:
-            arm = of.tape.plus(of.nodes[node][k], of.nodes[hung][k], -1.0)
-            return arm if locus.offset is None else of.tape.plus(arm, of.vector(locus.offset, k), -1.0)
+            arm = of.tape.plus(of.nodes[constraint.p][k], of.nodes[constraint.q][k], -1.0)
+            return arm if offset is None else of.tape.plus(arm, of.vector(offset, k), -1.0)
 
-        if isinstance(locus, Circle):
-            return Imposed(of, SPAN, away, None, locus.radius)
-        return Imposed(of, HEIGHT, away, partial(of.vector, locus.normal), locus.distance)
-
-    @staticmethod
-    def equation(of: SlotValues, equation: Constraint) -> Imposed:
-        """Return the constraint of an equation of a coupled group."""
-
-        def away(k: int) -> Number:
-            return of.tape.plus(of.nodes[equation.p][k], of.nodes[equation.q][k], -1.0)
-
-        vector = None if equation.vector is None else partial(of.vector, equation.vector)
-        return Imposed(of, equation.kind, away, vector, equation.value)
+        vector = None if constraint.vector is None else partial(of.vector, constraint.vector)
+        return Imposed(of, constraint.kind, away, vector, constraint.value)
 
     def normal(self, k: int) -> Number:
         """Return slot k of the vector."""
@@ -160,7 +147,7 @@ class Differentiated(SlotValues):
     def dyad(self, step: Dyad) -> None:
         """Compute all slots of a node on two loci."""
         node = self.nodes[step.node]
-        loci = [Imposed.locus(self, step.node, locus) for locus in (step.first, step.second)]
+        loci = [Imposed.by(self, locus) for locus in (step.first, step.second)]
         self.pair(node, (loci[0].gradient(), loci[1].gradient()), loci)
 
     def tilt(self, step: Tilt) -> None:
@@ -197,7 +184,7 @@ class Differentiated(SlotValues):
         """Compute all slots of the nodes of a coupled group."""
         tape, m, n = self.tape, sum(e.rows for e in group.equations), 2 * len(group.base)
         base, carried = ([self.nodes[x] for x in some] for some in (group.base, [p.node for p in group.places]))
-        imposed = [Imposed.equation(self, e) for e in group.equations]
+        imposed = [Imposed.by(self, e) for e in group.equations]
         rows = [int(r) for r in np.cumsum([0, *(e.rows for e in group.equations[:-1])])]
         a, scales, d, right = (tape.take(count) for count in (m * n, m, 3 * n, m))
         self._gradients(group, imposed, a, n)

@@ -12,11 +12,11 @@ from heapq import heapify, heappop, heappush
 
 from gimcli.calculus.numbers import nominal, scalar
 from gimcli.connected import grouped
-from gimcli.mechanism import ANGLE, FRAME, HEIGHT, Mechanism, PairRow
+from gimcli.mechanism import ANGLE, FRAME, HEIGHT, SPAN, Mechanism, PairRow
 from gimcli.structure.kinematic_nodes import kinematic_nodes, loose_nodes
 from gimcli.structure.pair_rows import ImposedRow, pair_rows
 from gimcli.structure.rotation import Rotation, members_of, rotation_classes
-from gimcli.structure.steps import NONE, Circle, Dyad, Line, Locus, Orient, Place, Step, Tilt, Value, Vector
+from gimcli.structure.steps import NONE, Constraint, Dyad, Orient, Place, Step, Tilt, Value, Vector
 
 GOOD_CROSSING = 0.2
 """Sine of the angle between two loci above which a dyad is accepted without comparing it with others."""
@@ -242,80 +242,85 @@ class Layout(Directions):
 
         The first pair of loci whose crossing angle has a sine above `good` is used, else the pair with the greatest.
         """
-        best: tuple[float, int, Locus, Locus] | None = None
+        best: tuple[float, Constraint, Constraint] | None = None
         for node in sorted(self.near, key=self.rank.__getitem__):
             loci = list(self.loci(node))
             for i in range(len(loci)):
                 for j in range(i):
-                    score = self._crossing(node, loci[j], loci[i])
+                    score = self._crossing(loci[j], loci[i])
                     if score >= 0.0 and (best is None or score > best[0]):
-                        best = (score, node, loci[j], loci[i])
+                        best = (score, loci[j], loci[i])
             if best is not None and best[0] > good:
                 break
         if best is None:
             return False
-        _, node, first, second = best
-        both_lines = isinstance(first, Line) and isinstance(second, Line)
-        self.steps.append(Dyad(node, first, second, NONE if both_lines else self.branch()))
-        self.mark_placed(node)
+        _, first, second = best
+        both_lines = first.kind == second.kind == HEIGHT
+        self.steps.append(Dyad(first.p, first, second, NONE if both_lines else self.branch()))
+        self.mark_placed(first.p)
         return True
 
-    def loci(self, node: int) -> Iterator[Locus]:
+    def loci(self, node: int) -> Iterator[Constraint]:
         """Yield the loci of a free node relative to the placed nodes, one for each constraint."""
-        yield from self.own_loci(node, None)
+        yield from self.own_loci(node, node, None)
         for body in self.members[node]:
             source = self.source(body)
             if source is None:
                 continue
             for other in self.kinematic[body]:  # a translating member shifts the loci of its other nodes
                 if other != node:
-                    yield from self.own_loci(other, source.times(self.mechanism.members[body].reach(other, node)))
+                    offset = source.times(self.mechanism.members[body].reach(other, node))
+                    yield from self.own_loci(other, node, offset)
             yield from self._carried_lines(node, body, source)
 
-    def own_loci(self, node: int, offset: Vector | None) -> Iterator[Locus]:
-        """Yield the loci of a node from its members of unknown direction and from the rows of its pairs."""
+    def own_loci(self, node: int, moved: int, offset: Vector | None) -> Iterator[Constraint]:
+        """Yield the loci of a node from its members of unknown direction and from the rows of its pairs.
+
+        They are those of the node `moved`, which is offset from it.
+        """
         mechanism = self.mechanism
         for body in self.members[node]:
             centre = self.anchor(body)
             if centre is not None and not self.is_turned(body):
                 radius = abs(self.mechanism.members[body].reach(centre, node))
-                yield Circle(mechanism.members[body].name, centre, Value(radius), offset)
+                yield Constraint(mechanism.members[body].name, SPAN, moved, centre, Value(radius), offset=offset)
         for row in self.rows_at.get(node, []):
-            locus = self._line(row, offset) if row.kind == HEIGHT else self._span(row, node, offset)
+            locus = self._line(row, moved, offset) if row.kind == HEIGHT else self._span(row, node, moved, offset)
             if locus is not None:
                 yield locus
 
-    def _span(self, row: ImposedRow, node: int, offset: Vector | None) -> Circle | None:
+    def _span(self, row: ImposedRow, node: int, moved: int, offset: Vector | None) -> Constraint | None:
         other = next(n for n in row.nodes if n != node)
-        return Circle(row.name, other, row.value, offset) if other in self.placed else None
+        return Constraint(row.name, SPAN, moved, other, row.value, offset=offset) if other in self.placed else None
 
-    def _line(self, row: ImposedRow, offset: Vector | None) -> Line | None:
+    def _line(self, row: ImposedRow, moved: int, offset: Vector | None) -> Constraint | None:
         source, anchor = self.source(row.guide), self.anchor(row.guide)
         if source is None or anchor is None:
             return None
         height = row.height(self.mechanism.members[row.guide].local(anchor))
-        return Line(row.name, anchor, source.times(row.normal), row.value.plus(height), offset)
+        value = row.value.plus(height)
+        return Constraint(row.name, HEIGHT, moved, anchor, value, source.times(row.normal), offset)
 
-    def _carried_lines(self, node: int, body: int, source: Vector) -> Iterator[Line]:
+    def _carried_lines(self, node: int, body: int, source: Vector) -> Iterator[Constraint]:
         """Yield the loci of a node of a translating member from placed nodes that slide on its lines."""
         for row in self.rows_on.get(body, []):
             if row.node in self.placed:
                 height = row.height(self.mechanism.members[body].local(node))
                 value = Value(-height, row.value.actuator, -row.value.gain)
-                yield Line(row.name, row.node, source.times(row.normal), value)
+                yield Constraint(row.name, HEIGHT, node, row.node, value, source.times(row.normal))
 
-    def _crossing(self, node: int, first: Locus, second: Locus) -> float:
+    def _crossing(self, first: Constraint, second: Constraint) -> float:
         """Return the sine of the angle between two loci as drawn; -1 for one constraint or one centre twice."""
-        if first.constraint == second.constraint or _concentric(first, second):
+        if first.name == second.name or _concentric(first, second):
             return -1.0
-        n, m = (self._normal(node, locus) for locus in (first, second))
+        n, m = (self._normal(locus) for locus in (first, second))
         return abs((n.conjugate() * m).imag) / max(abs(n) * abs(m), 1e-300)
 
-    def _normal(self, node: int, locus: Locus) -> complex:
+    def _normal(self, locus: Constraint) -> complex:
         drawn = self.mechanism.drawn
-        if isinstance(locus, Line):
-            return self.drawn_vector(locus.normal)
-        radius = complex(nominal(drawn[node] - drawn[locus.centre]))
+        if locus.vector is not None:
+            return self.drawn_vector(locus.vector)
+        radius = complex(nominal(drawn[locus.p] - drawn[locus.q]))
         return radius - self.drawn_vector(locus.offset) if locus.offset else radius
 
     def drawn_vector(self, vector: Vector) -> complex:
@@ -332,8 +337,6 @@ def _unit(angle: float) -> complex:
     return cmath.exp(1j * angle)
 
 
-def _concentric(first: Locus, second: Locus) -> bool:
+def _concentric(first: Constraint, second: Constraint) -> bool:
     """Return whether two loci are circles about the same centre: one of them is then redundant."""
-    if not (isinstance(first, Circle) and isinstance(second, Circle)):
-        return False
-    return (first.centre, first.offset) == (second.centre, second.offset)
+    return first.kind == second.kind == SPAN and (first.q, first.offset) == (second.q, second.offset)

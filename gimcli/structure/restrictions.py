@@ -57,7 +57,7 @@ class Move:
 
 def distance(name: str, a: int, b: int, value: Value) -> Restriction:
     """Return a distance restriction; either node can be moved."""
-    return Restriction(name, SPAN, b, a, value, None, (a, b))
+    return Restriction(name, SPAN, b, a, value, movable=(a, b))
 
 
 def angle(name: str, vertex: int, arm: int, b: int, turn: complex, actuator: int = NONE) -> Restriction:
@@ -65,7 +65,8 @@ def angle(name: str, vertex: int, arm: int, b: int, turn: complex, actuator: int
 
     turn: e^(i angle). actuator: the actuator whose input is added to the angle.
     """
-    return Restriction(name, ANGLE, b, vertex, Value(0.0), Vector(turn, vertex, arm, actuator=actuator), (b, arm))
+    ray = Vector(turn, vertex, arm, actuator=actuator)
+    return Restriction(name, ANGLE, b, vertex, Value(0.0), ray, movable=(b, arm))
 
 
 def member_distance(mechanism: Mechanism, index: int, a: int, b: int, alone: bool) -> Restriction:
@@ -146,4 +147,4 @@ def _of_row(mechanism: Mechanism, row: ImposedRow, kinematic: Sequence[Sequence[
         movable += [c.q] if vector.u == NONE else [vector.v] if vector.u == c.q else [c.q, vector.v, vector.u]
     elif vector is not None and vector.u != NONE and c.value.actuator == NONE:
         movable += [vector.v, c.q]
-    return Restriction(c.name, c.kind, c.p, c.q, c.value, vector, tuple(movable))
+    return Restriction(c.name, c.kind, c.p, c.q, c.value, vector, movable=tuple(movable))

@@ -74,7 +74,8 @@ class Constraint:
     """One constraint between nodes, as every solver imposes it; `name` is that of its member, pair or actuator.
 
     SPAN: the distance of p and q is the value. HEIGHT: vector . (p - q) is the value, with a unit vector.
-    ANGLE: p is on the ray from q along the vector. CLOSURE: p is q plus the vector (two equations).
+    ANGLE: p is on the ray from q along the vector. CLOSURE: p is q plus the vector (two equations). With an offset, p
+    minus the offset takes the place of p.
     """
 
     name: str
@@ -83,6 +84,7 @@ class Constraint:
     q: int
     value: Value
     vector: Vector | None = None
+    offset: Vector | None = None  # of loci only
 
     @cached_property
     def nodes(self) -> tuple[int, ...]:
@@ -98,40 +100,6 @@ class Constraint:
     def driven(self) -> bool:
         """Whether the constraint depends on an input."""
         return self.value.actuator != NONE or (self.vector is not None and self.vector.actuator != NONE)
-
-
-@dataclass(frozen=True, eq=False)
-class Circle:
-    """A circle as locus of a node: distance `radius` from node `centre` + `offset`."""
-
-    constraint: str
-    centre: int
-    radius: Value
-    offset: Vector | None = None
-
-    @property
-    def nodes(self) -> tuple[int, ...]:
-        """Placed nodes that the locus depends on."""
-        return (self.centre,)
-
-
-@dataclass(frozen=True, eq=False)
-class Line:
-    """A line as locus of a node p: normal . (p - anchor - offset) = distance."""
-
-    constraint: str
-    anchor: int
-    normal: Vector
-    distance: Value
-    offset: Vector | None = None
-
-    @property
-    def nodes(self) -> tuple[int, ...]:
-        """Placed nodes that the locus depends on."""
-        return (self.anchor, *self.normal.nodes)
-
-
-Locus = Circle | Line
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,14 +137,14 @@ class Tilt:
 
 @dataclass(frozen=True, eq=False)
 class Dyad:
-    """Place a node at an intersection of two loci.
+    """Place a node at an intersection of two loci: circles (SPAN) or lines (HEIGHT), whose p it is.
 
     `branch` is the number of this step among the steps with two solutions; NONE for two lines, which have one.
     """
 
     node: int
-    first: Locus
-    second: Locus
+    first: Constraint
+    second: Constraint
     branch: int
 
 

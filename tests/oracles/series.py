@@ -22,11 +22,9 @@ from gimcli.mechanism import FRAME, HEIGHT, SPAN, ComplexArray, FloatArray
 from gimcli.structure.plan import make_plan
 from gimcli.structure.steps import (
     NONE,
-    Circle,
     Constraint,
     Coupled,
     Dyad,
-    Locus,
     Orient,
     Place,
     Plan,
@@ -111,7 +109,7 @@ class _Series:
         elif isinstance(step, Tilt):
             self._tilt(step)
         elif isinstance(step, Dyad):
-            self._solve([self.nodes[step.node]], lambda: [self.locus(step.node, k) for k in (step.first, step.second)])
+            self._solve([self.nodes[step.node]], lambda: [*self.equation(step.first), *self.equation(step.second)])
         else:
             assert isinstance(step, Coupled)
             self._couple(step)
@@ -134,20 +132,11 @@ class _Series:
         result = constant(value.constant, self.order, self.rows)
         return result if value.actuator == NONE else result + value.gain * self.inputs[value.actuator]
 
-    def locus(self, node: int, locus: Locus) -> FloatArray:
-        """Return the distance of a node from a locus."""
-        hung = locus.centre if isinstance(locus, Circle) else locus.anchor
-        away = self.nodes[node] - self.nodes[hung]
-        if locus.offset is not None:
-            away = away - self.vector(locus.offset)
-        if isinstance(locus, Circle):
-            radius = self.value(locus.radius)
-            return np.asarray(dot(away, away) - times(radius, radius).real)
-        return np.asarray(dot(self.vector(locus.normal), away) - self.value(locus.distance).real)
-
     def equation(self, equation: Constraint) -> list[FloatArray]:
-        """Return the series of one equation of a coupled group."""
+        """Return the series of one equation of a dyad or of a coupled group."""
         away = self.nodes[equation.p] - self.nodes[equation.q]
+        if equation.offset is not None:
+            away = away - self.vector(equation.offset)
         value = self.value(equation.value)
         if equation.kind == SPAN:
             return [dot(away, away) - times(value, value).real]
