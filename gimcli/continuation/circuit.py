@@ -325,7 +325,7 @@ class CircuitWalker(ArclengthFollower):
         """Return whether the step to a point passes the start; the circuit then ends exactly there."""
         curve, start = self.curve, self.places[0]
         here, there = self.places[index - 1], self.places[index]
-        normal = curve.travel(start.p, start.tangent)
+        normal = np.append(start.tangent[: curve.system.coordinated], curve.input_rates(start.p, start.tangent))
         normal = normal / max(float(np.linalg.norm(normal)), math.ulp(1.0))
 
         def over(at: CurvePoint) -> float:

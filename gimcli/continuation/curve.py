@@ -141,10 +141,6 @@ class PositionCurve(ReleasedPositions):
         """Return the derivatives of the inputs (actuators, 1), or (..., actuators, 1), at q (..., 1)."""
         return self.along if self.line is not None else self._by_laws(q, 1)[..., None]
 
-    def travel(self, p: FloatArray, v: FloatArray) -> FloatArray:
-        """Convert a direction v (n + 1,) at p (n + 1,) to coordinates and inputs (coordinates + actuators,)."""
-        return np.concatenate([v[: self.system.coordinated], self.input_rates(p, v)])
-
     def apart(self, p: FloatArray, other: FloatArray) -> FloatArray:
         """Return p minus another point in coordinates and inputs (coordinates + actuators,), angles modulo 2 pi."""
         change, turn = self.inputs(p) - self.inputs(other), 2.0 * math.pi
