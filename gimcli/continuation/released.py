@@ -66,8 +66,8 @@ class ReleasedPositions:
         return self._along(self.system.jacobians(y[..., :n], self.given(y[..., n:])), y[..., n:])
 
     def directions(self, y: FloatArray) -> FloatArray:
-        """Return orthonormal directions of motion (k, n + k)."""
-        return np.asarray(np.linalg.svd(self.jacobian(y), full_matrices=True)[2][self.system.n :])
+        """Return orthonormal directions of motion (..., k, n + k) at y (..., n + k)."""
+        return np.asarray(np.linalg.svd(self.jacobian(y), full_matrices=True)[2][..., self.system.n :, :])
 
     def bends(self, y: FloatArray, directions: FloatArray) -> FloatArray:
         """Return the second derivatives (..., j, j, n + k) at y (..., n + k) along directions (..., j, n + k).

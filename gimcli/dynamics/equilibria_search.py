@@ -17,12 +17,13 @@ from itertools import chain, islice
 import numpy as np
 
 from gimcli.canonical import ROUNDING, beside, ranks
-from gimcli.continuation.released import ReleasedPositions
+from gimcli.continuation.arclength import corrected
+from gimcli.continuation.released import SETTLING, ReleasedPositions
 from gimcli.dynamics.equilibria_balance import StaticBalance, position_jet, released_inputs_line
 from gimcli.dynamics.equilibria_curve import BALANCE, STABLE, UNDECIDED, UNSTABLE, Equilibria, Equilibrium
 from gimcli.dynamics.physical import input_units
 from gimcli.errors import UnassembledError
-from gimcli.mechanism import FloatArray, Mechanism
+from gimcli.mechanism import BoolArray, FloatArray, Mechanism
 from gimcli.motion.solve import settled, start_position
 from gimcli.positions.dispatch import plain
 from gimcli.progress import Progress, no_progress, spend
@@ -41,6 +42,7 @@ class NewtonStartConstants:
     pull: float = 0.5  # greatest correction, relative to the step
     walk: int = 24  # most steps of a random walk
     stride: float = 0.25  # length of such a step
+    together: int = 24  # number of walks side by side
     same: float = 1e-6  # distance of equilibria that are the same
     zero: float = 1e-9  # eigenvalue, relative to the greatest contribution, that is 0
     longer: int = 8  # most starts, relative to those that may find nothing new
@@ -99,19 +101,21 @@ class EquilibriumSearch:
         self, freedoms: ReleasedPositions, balance: StaticBalance, start: FloatArray, released: tuple[int, ...]
     ) -> None:  # fmt: skip
         self.freedoms, self.balance, self.released = freedoms, balance, released
-        self.start = self.place(start, balance.initial_angles())
+        (self.start,) = self.places(start[None], balance.initial_angles()[None])
         self.scale, self.stiff = self.start.size, self.start.stiffness
 
-    def place(self, y: FloatArray, near: FloatArray) -> BalancedPlace:
-        """Return the forces at a settled position; `near` are the angles of a position nearby."""
+    def places(self, y: FloatArray, near: FloatArray) -> list[BalancedPlace]:
+        """Return the forces at settled positions (rows, n + k); near: angles of positions nearby (rows, angles)."""
         freedoms, basis = self.freedoms, self.freedoms.directions(y)
-        jet = position_jet(freedoms, y[None], basis[:, None], freedoms.bends(y, basis)[:, :, None])
-        found = self.balance(jet, near[:, None])
-        size = float(np.max(found.size, initial=0.0))
-        return BalancedPlace(
-            y, basis, found.q[:, 0], found.slope[:, :, 0], size, float(np.linalg.norm(found.steep)),
-            float(found.potential[0]), found.angles[:, 0],
-        )  # fmt: skip
+        bends = np.moveaxis(freedoms.bends(y, basis), 0, 2)
+        found = self.balance(position_jet(freedoms, y, np.moveaxis(basis, 1, 0), bends), near.T)
+        return [
+            BalancedPlace(
+                y[k], basis[k], found.q[:, k], found.slope[:, :, k], float(np.max(found.size[:, k], initial=0.0)),
+                float(np.linalg.norm(found.steep[:, :, k])), float(found.potential[k]), found.angles[:, k],
+            )
+            for k in range(len(y))
+        ]  # fmt: skip
 
     def run(self, starts: int, seed: int, progress: Progress = no_progress) -> Equilibria:
         """Return the equilibria found from the drawing and random starts, until `starts` of them find nothing new.
@@ -160,32 +164,36 @@ class EquilibriumSearch:
         yield self.start
         random = np.random.default_rng(seed)
         while not spend():
-            yield self._walked(random)
+            yield from self._walked(random)
 
-    def _walked(self, random: np.random.Generator) -> BalancedPlace:
-        """Return the end of a walk in a random direction on the constraints, turned a little in each step."""
-        here = self.start
-        heading = random.normal(size=len(here.y))
-        for _ in range(int(random.integers(SEARCH.walk // 4, SEARCH.walk + 1))):
-            heading = heading / np.linalg.norm(heading) + 0.2 * random.normal(size=len(heading)) / math.sqrt(
-                len(heading)
-            )
-            along = here.basis.T @ (here.basis @ heading)
-            step = SEARCH.stride * along / max(float(np.linalg.norm(along)), 1e-12)
-            y = self._settled(here.y, step)
-            if y is None:
-                heading = -heading
-                continue
-            here = self.place(y, here.angles)
-            heading = step + 0.05 * SEARCH.stride * heading
+    def _walked(self, random: np.random.Generator) -> list[BalancedPlace]:
+        """Return the ends of walks in random directions on the constraints, each turned a little in each step."""
+        here, size = [self.start] * SEARCH.together, len(self.start.y)
+        heading, turns = np.empty((len(here), size)), list[FloatArray]()
+        for k in range(len(here)):
+            heading[k] = random.normal(size=size)
+            steps = int(random.integers(SEARCH.walk // 4, SEARCH.walk + 1))
+            turns.append(0.2 * random.normal(size=(steps, size)) / math.sqrt(size))
+        for number in range(max(map(len, turns))):
+            going = np.array([k for k, own in enumerate(turns) if number < len(own)])
+            ahead = heading[going] / np.linalg.norm(heading[going], axis=1, keepdims=True)
+            ahead += np.array([turns[k][number] for k in going])
+            basis = np.array([here[k].basis for k in going])
+            along = np.einsum("rjn,rj->rn", basis, np.einsum("rjn,rn->rj", basis, ahead))
+            step = SEARCH.stride * along / np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-12)
+            y, good = self._settled(np.array([here[k].y for k in going]), step)
+            heading[going] = np.where(good[:, None], step + 0.05 * SEARCH.stride * ahead, -ahead)
+            moved = going[good].tolist()
+            found = self.places(y[good], np.array([here[k].angles for k in moved])) if moved else []
+            for k, place in zip(moved, found, strict=True):
+                here[k] = place
         return here
 
-    def _settled(self, y: FloatArray, step: FloatArray) -> FloatArray | None:
-        """Return the position after a step; None if it is not near the step's end."""
-        found = self.freedoms.settled(y + step)
-        if found is None or np.linalg.norm(found - y - step) > SEARCH.pull * np.linalg.norm(step) + 1e-10:
-            return None
-        return found
+    def _settled(self, y: FloatArray, step: FloatArray) -> tuple[FloatArray, BoolArray]:
+        """Return the positions (rows, n + k) after steps, and whether they are near the ends of the steps (rows,)."""
+        found, good = corrected(self.freedoms, y + step, SETTLING, freedoms=self.freedoms.count)
+        away, length = (np.linalg.norm(part, axis=1) for part in (found - y - step, step))
+        return found, good & (away <= SEARCH.pull * length + 1e-10)
 
     # -- Newton's method ------------------------------------------------------------------------------
 
@@ -233,8 +241,8 @@ class EquilibriumSearch:
         return np.asarray(step)
 
     def _tried(self, here: BalancedPlace, step: FloatArray) -> BalancedPlace | None:
-        y = self._settled(here.y, here.basis.T @ step)
-        return None if y is None else self.place(y, here.angles)
+        y, good = self._settled(here.y[None], (here.basis.T @ step)[None])
+        return self.places(y, here.angles[None])[0] if good[0] else None
 
     def _better(self, here: BalancedPlace, there: BalancedPlace, sense: int) -> bool:
         smaller = float(np.linalg.norm(there.q)) < float(np.linalg.norm(here.q))
