@@ -20,12 +20,11 @@ UNKNOWN = 0.25
 def driven_ratios(parts: LinkageParts) -> list[FileRecord]:
     """Return the pairs of wheels that turn with something other than gears: a link, a motor or the ground."""
     trains = connected(({*a.whole, *b.whole} for a, b in (ratio.links for ratio in parts.ratios)), frozenset())
-    moved = {link for train in trains if any(_driving(link, parts) for link in train) for link in train}
+    driving = {
+        x for x in parts.links if len(x.connectors) > 1 or anchored(x, parts) or any(c.input for c in x.connectors)
+    }
+    moved = {link for train in trains if train & driving for link in train}
     return [ratio for ratio in parts.ratios if ratio.links[0] in moved]
-
-
-def _driving(link: FileRecord, parts: LinkageParts) -> bool:
-    return len(link.connectors) > 1 or anchored(link, parts) or any(c.input for c in link.connectors)
 
 
 def add_gears(draft: Draft, parts: LinkageParts, ratios: list[FileRecord], scale: float) -> None:

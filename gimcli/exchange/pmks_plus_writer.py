@@ -218,24 +218,24 @@ class PlusDrawing:
     def _masses(self) -> None:
         """Set the masses of links; a point mass at a pin belongs to its slider, or to the first of its links."""
         parts: list[tuple[str, tuple[float, float, complex]]] = []
-        for inertia in self.mechanism.dynamics.inertias:
-            if inertia.node != NO_NODE:
-                node = self.mechanism.nodes[inertia.node]
-                body = self._link_at(node)
-                if self.joints[node].slides:
-                    self.joints[node].mass += inertia.mass / KILOGRAMS[self.unit]
-                elif body:
-                    parts.append((body, (inertia.mass, 0.0, self.drawn.joints[node])))
-                else:
-                    self.drawn.note(True, f"the mass at {node} is left out: no link has it")
-            elif inertia.member != FRAME:
-                place = self.drawn.at(inertia.member, inertia.centre)
-                parts.append((self.drawn.names[inertia.member], (inertia.mass, inertia.moment, place)))
+        for inertia in (one for one in self.mechanism.dynamics.inertias if one.member != FRAME):
+            body, place = self._on(inertia.node, inertia.member, inertia.centre)
+            pin = self.joints[self.mechanism.nodes[inertia.node]] if inertia.node != NO_NODE else None
+            if pin and pin.slides:
+                pin.mass += inertia.mass / KILOGRAMS[self.unit]
+            elif body:
+                parts.append((body, (inertia.mass, inertia.moment, place)))
+            else:
+                self.drawn.note(True, f"the mass at {self.mechanism.nodes[inertia.node]} is left out: no link has it")
         for body, own in grouped(parts).items():
             self._joined(self.links[body], own)
 
-    def _link_at(self, node: str) -> str:
-        return next((body for body in self.drawn.common(node) if body in self.links), "")
+    def _on(self, node: int, member: int, local: complex) -> tuple[str, complex]:
+        """Return the body and the place of a mass or a force on a node, else on a member; "" if no link has it."""
+        if node == NO_NODE:
+            return self.drawn.names[member], self.drawn.at(member, local)
+        name = self.mechanism.nodes[node]
+        return next((body for body in self.drawn.common(name) if body in self.links), ""), self.drawn.joints[name]
 
     def _joined(self, link: FileRecord, parts: list[tuple[float, float, complex]]) -> None:
         """Set the mass of a link, its centre and its moment of inertia, from those of its parts (Steiner)."""
@@ -247,12 +247,8 @@ class PlusDrawing:
             link.x, link.y = centre.real * self.factor, centre.imag * self.factor
 
     def _load(self, load: AppliedLoad) -> None:
-        if load.node != NO_NODE:
-            node = self.mechanism.nodes[load.node]
-            body, place, turned = self._link_at(node), self.drawn.joints[node], 1.0 + 0.0j
-        else:
-            body, place = self.drawn.names[load.member], self.drawn.at(load.member, load.point)
-            turned = self.drawn.turned[load.member] if load.follows else 1.0 + 0.0j
+        body, place = self._on(load.node, load.member, load.point)
+        turned = self.drawn.turned[load.member] if load.follows and load.node == NO_NODE else 1.0 + 0.0j
         faults = {
             "no link has its node": not body, "it is a torque": load.torque, "it has a table": load.curve is not None,
         }  # fmt: skip
