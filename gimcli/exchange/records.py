@@ -11,7 +11,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any, TypeVar
 
@@ -62,7 +62,7 @@ class FileRecord(SimpleNamespace, Refusing):
         return self.own.at(key)
 
 
-@dataclass(frozen=True)
+@dataclass
 class FilePart(Refusing):
     """A value in a file: `place` is its file, or its line and tag, and `keys` the path of keys from there.
 
@@ -74,30 +74,26 @@ class FilePart(Refusing):
     keys: tuple[str | int, ...] = ()
     texts: bool = False
 
-    @property
-    def where(self) -> str:
-        """The place in the file, for messages."""
-        return ": ".join([self.place, ".".join(map(str, self.keys))] if self.keys else [self.place])
-
     def refused(self, text: str) -> ModelError:
         """Return the error for this value."""
-        return ModelError([f"{self.where}: {text}"])
+        return ModelError([": ".join(word for word in (self.place, ".".join(map(str, self.keys)), text) if word)])
 
     def expect(self, good: bool, what: str) -> None:
         """Raise ModelError if the value is not as expected."""
-        kinds = {list: "a list", dict: "an object", type(None): "nothing"}
-        shown = str(self.value)[:40] if isinstance(self.value, int | float) else f"'{str(self.value)[:40]}'"
-        self.refuse(not good, f"expected {what}, got {kinds.get(type(self.value), shown)}")
+        if not good:
+            kinds = {list: "a list", dict: "an object", type(None): "nothing"}
+            shown = str(self.value)[:40] if isinstance(self.value, int | float) else f"'{str(self.value)[:40]}'"
+            raise self.refused(f"expected {what}, got {kinds.get(type(self.value), shown)}")
 
     def at(self, key: str) -> FilePart:
         """Return the value of a key of an object; null if it has none."""
-        return replace(self, value=self.value.get(key), keys=(*self.keys, key))
+        return FilePart(self.place, self.value.get(key), (*self.keys, key), self.texts)
 
     def entries(self) -> list[FilePart]:
         """Return the entries of a list."""
         self.expect(isinstance(self.value, list), "a list")
         self.refuse(len(self.value) > MOST_ENTRIES, f"more than {MOST_ENTRIES} entries are too many for one mechanism")
-        return [replace(self, value=value, keys=(*self.keys, k)) for k, value in enumerate(self.value)]
+        return [FilePart(self.place, own, (*self.keys, k), self.texts) for k, own in enumerate(self.value)]
 
     # -- values by type -------------------------------------------------------------------------
 
