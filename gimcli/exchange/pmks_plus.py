@@ -72,10 +72,10 @@ class PlusDraft:
     def __init__(self, document: PlusDocument, source: str) -> None:
         self.document = document
         self.draft = Draft(PROGRAM, source, resolution=RESOLUTION)
-        apply_entries(document, self.draft)
         lists = (document.joints, document.links, document.forces)
         many = f"more than {MOST} joints, links or forces are too many for one mechanism"
         self.draft.refuse(max(map(len, lists)) > MOST, many)
+        apply_entries(document, self.draft)
         self.structure = PlusStructure(document)
         self.sense = -1.0 if document.flags[CLOCKWISE] else 1.0
         self._units()

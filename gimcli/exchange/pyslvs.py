@@ -104,9 +104,10 @@ class _Pyslvs:
 
     def _welded(self, joints: list[DrawnJoint]) -> dict[str, str]:
         """Return the first link of the body of each link: those that a P joint joins to its slot are one body."""
-        order = list(dict.fromkeys([GROUND, *(link for joint in joints for link in joint.bodies)]))
+        links = dict.fromkeys([GROUND, *(link for joint in joints for link in joint.bodies)])
+        order = {link: k for k, link in enumerate(links)}
         bodies = connected((joint.bodies[1:] for joint in joints if joint.kind == "P"), frozenset())
-        same = {link: min(body, key=order.index) for body in bodies for link in body}
+        same = {link: min(body, key=order.__getitem__) for body in bodies for link in body}
         for joint in joints:
             ends = [same.get(link, link) for link in joint.bodies[:2]] if joint.kind == "P" else []
             fault = f"the block and the slot of this P joint are one link, {', '.join(joint.bodies[:1])}"

@@ -9,8 +9,9 @@ from __future__ import annotations
 import cmath
 import math
 import re
+from collections import Counter
 
-from gimcli.exchange.draft import DrawnJoint
+from gimcli.exchange.draft import MOST, DrawnJoint
 from gimcli.exchange.records import LARGEST, FilePart, number_of
 
 MOST_CHARACTERS = 300_000
@@ -48,6 +49,7 @@ def joints_of(expression: str, source: str, line: int = 1) -> list[DrawnJoint]:
     found = f"'{shown}'" if rest else "the end of the text"
     form = "M[...]" if start is None else "a joint such as J[R, P[0, 0], L[ground, L1]], or ']' at the end"
     place(len(text) - len(rest)).refuse(not start or rest.rstrip() != "]", f"expected {form}, got {found}")
+    place(0).refuse(len(joints) > MOST, f"more than {MOST} joints are too many for one mechanism")
     return joints
 
 
@@ -67,6 +69,6 @@ def _joint(kind: str, text: str, place: FilePart) -> DrawnJoint:
         good = abs(number_of(number)) <= LARGEST
         place.refuse(not good, f"expected a number of at most {LARGEST:g}, got '{number[:40]}'")
     links, (x, y, angle) = tuple(parts["L"]), map(float, numbers)
-    twice = [link for link in dict.fromkeys(links) if links.count(link) > 1]
+    twice = [link for link, count in Counter(links).items() if count > 1]
     place.refuse(twice, f"link {''.join(twice[:1])[:40]} is named twice in one joint")
     return DrawnJoint(kind, links, complex(x, y), cmath.rect(1.0, math.radians(angle % 360.0)), own=place)
