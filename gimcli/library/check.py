@@ -208,7 +208,7 @@ class CheckResult(Result):
         groups = [] if formation is None else formation.groups
         return {
             "type": self.type, "links": len(chain.links), "pairs": chain.pairs, "couplings": list(chain.couplings),
-            "multiple_joints": list(self._kind.named.multiple), "formula": chain.formula, "gruebler": chain.gruebler,
+            "multiple_joints": list(chain.multiple), "formula": chain.formula, "gruebler": chain.gruebler,
             "mobility": found["mobility"], "redundant": found["redundant"], "undriven": found["undriven"],
             "overdriven": found["overdriven"], "start": found["start"],
             "loops": [self._loop(loop) for loop in self._kind.loops],

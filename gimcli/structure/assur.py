@@ -99,10 +99,8 @@ class AssurGroup:
         if len(self.links) != 2 or len(self.inner) != 1 or len(self.outer) != 2:
             return ""
         first, last = (pair.kind for pair in self.outer)
-        for kinds in (first + self.inner[0].kind + last, last + self.inner[0].kind + first):
-            if kinds in DYADS:
-                return kinds
-        return first + self.inner[0].kind + last
+        ahead, back = first + self.inner[0].kind + last, last + self.inner[0].kind + first
+        return back if back in DYADS and ahead not in DYADS else ahead
 
     @property
     def description(self) -> str:

@@ -83,10 +83,6 @@ class FourBar:
             return GRASHOF[self.shortest][1]
         return "S3X" if self._rhombus else "S2X" if self._opposite or self._adjacent else CHANGE[self.shortest]
 
-    def turns(self, place: int) -> bool:
-        """Return whether the input or output link can make full turns relative to the frame."""
-        return self.excess == 0.0 or (self.excess > 0.0 and self.shortest in (FRAME, place))
-
     def _of_change_point(self) -> str:
         if self._rhombus:
             return "rhombus (change points)"

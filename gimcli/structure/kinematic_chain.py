@@ -67,9 +67,10 @@ class KinematicChain:
         higher = f" - {j2}" if j2 else ""
         return f"F = 3 (n - 1) - 2 j1 - j2 = 3 ({n} - 1) - 2 · {j1}{higher} = {self.gruebler}"
 
-    def at(self, link: int) -> list[Joint]:
-        """Return the joints of a link."""
-        return [joint for joint in self.joints if link in joint.bodies]
+    @property
+    def multiple(self) -> tuple[str, ...]:
+        """The nodes of the multiple joints."""
+        return tuple(joint.name for joint in self.joints if joint.pairs > 1)
 
 
 @derived
@@ -110,8 +111,8 @@ def loops_of_frame(chain: KinematicChain, length: int) -> list[LinkLoop]:
     found: dict[frozenset[int], LinkLoop] = {}
 
     def extend(links: tuple[int, ...], joints: tuple[Joint, ...]) -> None:
-        for joint in chain.at(links[-1]):
-            if joint in joints:
+        for joint in chain.joints:
+            if joint in joints or links[-1] not in joint.bodies:
                 continue
             if len(links) == length and FRAME in joint.bodies:
                 found.setdefault(frozenset(links), LinkLoop(links, (*joints, joint)))

@@ -36,14 +36,10 @@ class SliderCrank:
     offset: float
 
     @property
-    def inline(self) -> bool:
-        """Whether the slider's pin moves on a line through the crank's pivot."""
-        return abs(self.offset) <= EQUAL * (self.crank + self.rod)
-
-    @property
     def name(self) -> str:
-        """The name with or without an offset."""
-        return "slider-crank, inline" if self.inline else "slider-crank, offset"
+        """The name: inline if the slider's pin moves on a line through the crank's pivot."""
+        inline = abs(self.offset) <= EQUAL * (self.crank + self.rod)
+        return "slider-crank, inline" if inline else "slider-crank, offset"
 
     @property
     def excess(self) -> float:
@@ -71,21 +67,11 @@ class InvertedSliderCrank:
     offset: float
 
     @property
-    def crank_excess(self) -> float:
-        """Return |d - a| - |e|: not negative if the crank makes full turns."""
-        return _excess(abs(self.frame - self.crank), abs(self.offset))
-
-    @property
-    def guide_excess(self) -> float:
-        """Return a - d - |e|: not negative if the sliding link makes full turns."""
-        return _excess(self.crank, self.frame + abs(self.offset))
-
-    @property
     def kind(self) -> str:
         """Which links make full turns."""
-        if self.guide_excess >= 0.0:
+        if _excess(self.crank, self.frame + abs(self.offset)) >= 0.0:
             return "the crank and the sliding link make full turns (Whitworth)"
-        if self.crank_excess >= 0.0:
+        if _excess(abs(self.frame - self.crank), abs(self.offset)) >= 0.0:
             return "the crank makes full turns, the sliding link swings"
         return "the crank and the sliding link swing"
 

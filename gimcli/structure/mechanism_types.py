@@ -30,21 +30,21 @@ class MechanismType:
     """The chain, its name, its loops of four links that contain the frame, and its groups."""
 
     chain: KinematicChain
-    named: ChainName
+    chain_name: str
     loops: tuple[LoopType, ...]
     formation: Formation | None  # None if the inputs do not drive all freedoms
 
     @property
     def name(self) -> str:
         """The type in words, such as "four-bar linkage: crank-rocker" or "Watt II six-bar"."""
-        if self.named.name == "4-bar loop" and self.loops:
+        if self.chain_name == "4-bar loop" and self.loops:
             first = self.loops[0]
             return f"{first.name}: {first.kind}" if first.kind else first.name
-        if self.named.name == "3-bar loop":
+        if self.chain_name == "3-bar loop":
             return "triangle of three links, a rigid structure"
-        if self.named.name.endswith("-bar loop"):
+        if self.chain_name.endswith("-bar loop"):
             return f"{self._count()}-bar linkage"
-        return self.named.name or f"{self._count()}-link mechanism"
+        return self.chain_name or f"{self._count()}-link mechanism"
 
     def _count(self) -> str:
         return COUNTS.get(len(self.chain.links), str(len(self.chain.links)))
@@ -70,20 +70,10 @@ def driving_links(mechanism: Mechanism) -> set[int]:
     return {k for a in mechanism.actuators if a.rotary and FRAME in a.members for k in a.members} - {FRAME}
 
 
-@dataclass(frozen=True)
-class ChainName:
-    """The name of a chain, empty if it has none, and the nodes of its multiple joints."""
-
-    name: str
-    multiple: tuple[str, ...]
-
-
-def chain_name(chain: KinematicChain) -> ChainName:
-    """Return the name of a chain by its structure."""
-    multiple = tuple(joint.name for joint in chain.joints if joint.pairs > 1)
+def chain_name(chain: KinematicChain) -> str:
+    """Return the name of a chain by its structure; "" if it has none."""
     names = {_simple_name(chain, edges) for edges in _resolved(chain)} if not chain.couplings else {""}
-    known = sorted(names - {""})
-    return ChainName(" or ".join(known) if known else "", multiple)
+    return " or ".join(sorted(names - {""}))
 
 
 def _resolved(chain: KinematicChain) -> Iterator[dict[Edge, str]]:

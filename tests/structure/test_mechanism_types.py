@@ -34,8 +34,8 @@ def test_grashof_rule_states_which_links_make_full_turns():
         if not bar.assembles or abs(bar.excess) < 1e-3:
             continue
         d, a, b, c = lengths
-        assert bar.turns(INPUT) == turns_fully(d, a, b, c)
-        assert bar.turns(OUTPUT) == turns_fully(d, c, b, a)
+        assert (bar.code in ("GCCC", "GCRR")) == turns_fully(d, a, b, c)
+        assert (bar.code in ("GCCC", "GRRC")) == turns_fully(d, c, b, a)
         seen.add(bar.code)
     assert seen >= {"GCCC", "GCRR", "GRCR", "GRRC", "RRR1", "RRR2", "RRR3", "RRR4"}
 
@@ -128,13 +128,13 @@ def test_inversions_of_six_bar_chains(name):
     """Norton, Design of Machinery, figure 2-16: which link is fixed gives the number."""
     links, numbers = NAMED[name]
     for fixed, number in numbers.items():
-        assert chain_name(kinematic_chain(chain(links, fixed))).name == f"{name} {number} six-bar"
+        assert chain_name(kinematic_chain(chain(links, fixed))) == f"{name} {number} six-bar"
 
 
 def test_a_double_joint_is_the_limit_of_two_chains():
     links = {"frame": "OGH", "crank": "OA", "coupler": "AB", "rocker": "GB", "rod": "BC", "output": "HC"}
-    found = chain_name(kinematic_chain(chain(links, "frame")))
-    assert (found.name, found.multiple) == ("Stephenson III six-bar or Watt II six-bar", ("B",))
+    found = kinematic_chain(chain(links, "frame"))
+    assert (chain_name(found), found.multiple) == ("Stephenson III six-bar or Watt II six-bar", ("B",))
 
 
 def test_a_loop_is_the_same_from_either_end():
