@@ -170,6 +170,9 @@ BESIDE = 3
 WEIGHTS = np.array([-1.0, 12.0, 25.0]) / 24.0
 """Weights of the first rows, and reversed of the last ones, of a sum of inner steps; those between are 1."""
 
+NOTHING = 1e-12
+"""Value that is a rounding error of 0, relative to the greatest of the rows beside it."""
+
 
 class RowIntegrals:
     """Integrals of quantities (quantities, rows) that come in pieces; NaN: the row is missing.
@@ -235,8 +238,8 @@ class RowIntegrals:
             above = np.where(bottom < 0.0, 0.5 * top**2 / (top - bottom), whole)
         self.net[own] += np.sum(np.where(known, whole, 0.0), axis=1)
         self.steps[own] += np.sum(known, axis=1)
-        signed = own >= self._unsigned
-        positive = np.sum(np.where(known & (top > 0.0), above, 0.0), axis=1)
+        signed, least = own >= self._unsigned, NOTHING * np.fmax.reduce(np.abs([before, start, end, after]))
+        positive = np.sum(np.where(known & (top > least), above, 0.0), axis=1)
         self.positive[own[signed] - self._unsigned] += positive[signed]
 
 

@@ -171,6 +171,15 @@ def test_the_rule_of_the_rows_in_pieces():
             assert pieces.net == pytest.approx(whole.net, rel=1e-13)
 
 
+@pytest.mark.parametrize("last", [0.0, 1e-17, -1e-17])
+def test_a_power_that_is_0_before_it_is_negative_does_no_positive_work(last):
+    """Whatever the rounding error of the last 0: the cubic beside the jump is above 0."""
+    power = RowIntegrals(1, signed=1)
+    power.add(np.array([[0.0, 0.0, 0.0, 0.0, last, -1.0, -1.0, -1.0, -1.0]]))
+    power.finish(closed=False)
+    assert power.positive.tolist() == [0.0]
+
+
 @pytest.mark.soak
 def test_a_motion_of_several_pieces():
     model = rotating()
