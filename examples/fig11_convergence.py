@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from gimcli import load
-from gimcli.gim.convergence import fit_history
+from gimcli.gim.sweeper import fit_history
 from gimcli.motion.solve import solve
 from gimcli.positions.options import Options
 

@@ -16,8 +16,7 @@ import numpy as np
 from gimcli import load
 from gimcli.comparison.methods import COORDINATES, TextbookConstants, follow
 from gimcli.comparison.operations import coordinates_cost, paper_iteration, paper_sweep, plan_cost, sweep_cost
-from gimcli.gim.convergence import radius_at
-from gimcli.gim.sweeper import Sweeper, parse_moves
+from gimcli.gim.sweeper import Sweeper, parse_moves, radius_at
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.motion.assemble import Assembler
 from gimcli.motion.solve import random_guess, solve

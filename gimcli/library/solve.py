@@ -24,7 +24,7 @@ from gimcli.structure.drive_check import explained, require_consistent
 from gimcli.table import Table, per_second
 
 if TYPE_CHECKING:
-    from gimcli.gim.convergence import ErrorLaw
+    from gimcli.gim.sweeper import ErrorLaw
     from gimcli.graphs.extras import Extras
     from gimcli.output.contents import Animation, Content, Geometry, ModelText
     from gimcli.quantities.state import SeparateState
@@ -94,7 +94,7 @@ def solve(
         require_consistent(mechanism, position.z, position.inputs, position.status, tolerance)
     law = moving = None
     if history:
-        from gimcli.gim.convergence import fit_history
+        from gimcli.gim.sweeper import fit_history
 
         law = fit_history(position)
     if velocities and position.status.solved:

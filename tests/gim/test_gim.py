@@ -8,10 +8,9 @@ from bundled import MANUAL, MODELS
 from table1_operations import CASES
 
 from gimcli import StructureError, UsageError, load
-from gimcli.gim.convergence import fit_history
 from gimcli.gim.report import report
 from gimcli.gim.sequence import known_nodes
-from gimcli.gim.sweeper import Sweeper
+from gimcli.gim.sweeper import Sweeper, fit_history
 from gimcli.motion.solve import solve
 from gimcli.positions.dispatch import plain
 from gimcli.positions.options import Options
