@@ -157,17 +157,6 @@ def interval_of(low: Mapping[str, float], high: Mapping[str, float]) -> dict[str
     return {name: sorted([low[name], high[name]]) for name in low}
 
 
-def refuse_linked(mechanism: Mechanism, analysis: str) -> None:
-    """Raise StructureError if the linkage itself turns gears: such an analysis cannot vary their inputs."""
-    if mechanism.complete is None or not mechanism.drivers:
-        return
-    names = ", ".join(f"'{mechanism.actuators[c.follower].name}'" for c in mechanism.couplings if c.reads)
-    raise StructureError(
-        f"{mechanism.name}: the linkage turns the gears {names}, and `{analysis}` works only where actuators turn them;"
-        " `solve` and `trace` find positions, or put an actuator on a wheel and release the other"
-    )
-
-
 def refuse_unmoved(mechanism: Mechanism, cure: str) -> None:
     """Raise StructureError if a mechanism has no actuator, or only inputs that follow the linkage."""
     if not mechanism.drivers:

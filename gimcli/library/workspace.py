@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from gimcli.errors import StructureError, UsageError
 from gimcli.families.grid import Grid, Kept, solve_grid
-from gimcli.library.inputs import MOST_STEPS, Jit, Range, checked, refuse_linked, refuse_unmoved
+from gimcli.library.inputs import MOST_STEPS, Jit, Range, checked, refuse_unmoved
 from gimcli.library.record import Records, RowField, fact
 from gimcli.library.result import Result
 from gimcli.mechanism import FRAME, ComplexArray, Mechanism
@@ -72,7 +72,6 @@ def workspace(
         StructureError: the mechanism has no actuator, or is not fully driven or over-driven.
         UnassembledError: no assembled position within the ranges of the laws was found.
     """
-    refuse_linked(mechanism, "workspace")
     if mechanism.couplings:
         raise StructureError(
             f"{mechanism.name} has inputs that follow others: `gim trace` and `gim circuits` give the paths of points"
