@@ -25,7 +25,8 @@ SHOWN = 40
 def _print(result: EquilibriumResult) -> None:
     mechanism, found = result.mechanism, result._found
     print_records(result.headline(), result._records, most=SHOWN)
-    others = [f"{k} --assembly {own.number}" for k, own in enumerate(result.assemblies, 1) if own and own.elsewhere]
+    every = enumerate(zip(result.assemblies, result.elsewhere, strict=True), 1)
+    others = [f"{k} --assembly {number}" for k, (number, elsewhere) in every if elsewhere]
     where = at_inputs(mechanism, result.report()["at"])
     print_remarks(
         (

@@ -146,9 +146,18 @@ class EquilibriumResult(Result):
         return not lost and all(one.status is Status.OK for one in found.found)
 
     @cached_property
-    def assemblies(self) -> list[ListedPosition | None]:
-        """The equilibria in the lists of `solve --all`."""
+    def _listed(self) -> list[ListedPosition | None]:
         return [listed_position(self.mechanism, one.z, one.inputs) for one in self._found.found]
+
+    @property
+    def assemblies(self) -> list[int | None]:
+        """The numbers of the equilibria in the lists of `solve --all`; None if one is not in its list."""
+        return [None if own is None else own.number for own in self._listed]
+
+    @property
+    def elsewhere(self) -> list[bool]:
+        """Whether `solve` finds another configuration at the inputs of each equilibrium."""
+        return [own is not None and own.elsewhere for own in self._listed]
 
     @cached_property
     def _state(self) -> SeparateState:
@@ -241,7 +250,7 @@ class EquilibriumResult(Result):
             ),
             RowField("residual", [one.residual for one in found], float),
             RowField("status", [one.status.word for one in found], str),
-            RowField("assembly", lambda: [own and own.number for own in self.assemblies]),
+            RowField("assembly", lambda: self.assemblies),
             RowField("pushes", [[self._push(push) for push in one.pushes] for one in found]),
             NodesField(mechanism, [one.z for one in found]),
         )  # fmt: skip

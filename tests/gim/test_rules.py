@@ -149,7 +149,7 @@ def test_rules_one_and_two_alone_give_the_dyadic_decomposition(path):
         assert {m.rule for m in rules.moves} <= {"input", "I", "II", *(["surplus"] if plan.surplus else [])}
         placing = places(mechanism, rules)
         closed = {
-            (mechanism.nodes[s.node], frozenset(body(mechanism, one.constraint) for one in (s.first, s.second)))
+            (mechanism.nodes[s.node], frozenset(body(mechanism, one.name) for one in (s.first, s.second)))
             for s in plan.steps
             if isinstance(s, Dyad)
         }
