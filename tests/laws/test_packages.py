@@ -3,6 +3,7 @@
 import ast
 import re
 from collections import defaultdict
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -12,6 +13,7 @@ PACKAGES = sorted(path.parts[0] for path in trees() if len(path.parts) == 2 and 
 ANY = ("any package below.", "any package above.")
 
 
+@cache
 def asked():
     """Return the packages that each package imports, also inside functions and for types."""
     found = defaultdict(set)

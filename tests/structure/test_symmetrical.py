@@ -96,7 +96,9 @@ def test_branches_that_touch_are_not_a_tangent_mechanism(seed):
 FOLDED = {"parallelogram": 1, "antiparallelogram": 1, "galloway_kite": 1, "peaucellier": 2, "scissor_lift": 3}
 
 
-@pytest.mark.parametrize("name", FOLDED)
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=pytest.mark.soak if n == "scissor_lift" else ()) for n in FOLDED]
+)
 def test_drives_are_judged_on_the_branch_that_they_move_at_every_singular_position(name):
     mechanism = gimcli.load(name)
     base = gimcli.mobility(mechanism)
