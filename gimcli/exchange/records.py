@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import json
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from types import SimpleNamespace
@@ -29,16 +30,15 @@ _NUMBERS: dict[str, Any] = {
 }  # fmt: skip
 """What NaN, Infinity and very long integers mean: no number, which is refused where it is used."""
 
-
 FLAGS = {"true": True, "t": True, "false": False, "f": False}
 
 
-class Refusing:
+class Refusing(ABC):
     """A part of a file, or the whole of it."""
 
+    @abstractmethod
     def refused(self, text: str) -> ModelError:
         """Return the error for this part, with its place."""
-        raise NotImplementedError
 
     def refuse(self, bad: object, text: str) -> None:
         """Raise ModelError if something is wrong with this part."""
