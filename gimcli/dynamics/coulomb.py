@@ -25,6 +25,7 @@ from itertools import product
 
 import numpy as np
 
+from gimcli.calculus.numbers import nominal
 from gimcli.dynamics.coulomb_solver import FrictionStatus, FrictionSystem, solve_friction
 from gimcli.dynamics.equilibrium_equations import Balance, coefficients, equilibrium, right_side
 from gimcli.dynamics.kinematic_history import Course, Turns, reading
@@ -218,7 +219,7 @@ class _Rows:
         if self.unit is None:
             return np.zeros_like(self.senses)
         course = self.unit()
-        return _senses(np.array([pair.rate(self.statics.mechanism, course) for pair in self.pairs]))[0]
+        return _senses(np.array([nominal(pair.rate(self.statics.mechanism, course)) for pair in self.pairs]))[0]
 
     def _holding(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return the range of efforts that hold each position at rest, and powers of the drive that move it from rest.
@@ -244,7 +245,7 @@ class _Rows:
     def _input_rates(self, course: Course) -> FloatArray:
         """Return the speeds of the inputs (actuators, rows) in rad/s or m/s; 0 of those that follow others."""
         mechanism = self.statics.mechanism
-        rates = [reading(mechanism, actuator, course)[1] for actuator in mechanism.actuators]
+        rates = [nominal(reading(mechanism, actuator, course)[1]) for actuator in mechanism.actuators]
         units = input_units(mechanism)
         return np.array([r * units[k] * (k in mechanism.drivers) for k, r in enumerate(rates)])
 

@@ -323,7 +323,7 @@ class EventSearch:
             self.evaluations += fine.nfev
             slopes = equations.slopes(time, fine.y)
             speed = self._here(fine.y)[signal]
-            gain = reducer.state().acceleration[reducer.terms.first_reading + equations.free[signal]]
+            gain = reducer.acceleration[reducer.terms.first_reading + equations.free[signal]]
             if not reducer.on_inputs and len(equations.free) == 1:
                 gain = slopes[1]
             rest = -speed / gain if gain else 0.0

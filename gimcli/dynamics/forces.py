@@ -234,8 +234,9 @@ def piece_forces(
         from gimcli.dynamics.gear_pivots import refuse_dry_friction
 
         refuse_dry_friction(statics)
-    course, single = courses(motion), len(statics.mechanism.drivers) == 1 and statics.mechanism.complete is None
-    unit = (lambda: courses.at_unit_speed(motion)) if single else None
+    drivers = statics.mechanism.drivers
+    single = len(drivers) == 1 and statics.mechanism.complete is None
+    course, unit = courses(motion), (lambda: courses.by_input(motion, drivers[0])) if single else None
     loads, found, weakest, dry = sliding_forces(statics, course, run, turns, unit)
     both = _with_gears(statics, course.nodes[0], found, np.zeros((0, *found.shape)))
     return Forces(statics, course, loads, *both, weakest, dry)

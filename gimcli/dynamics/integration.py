@@ -11,7 +11,7 @@ import numpy as np
 from gimcli.dynamics.dop853 import StrideSolver
 from gimcli.dynamics.equations_of_motion import Equations, EventSearch, Projection, StickEvents
 from gimcli.dynamics.integrators import CAREFUL, INTEGRATORS, USUAL, WITH_DRY_FRICTION, StepControl
-from gimcli.dynamics.reducer import ReducedState, release_of
+from gimcli.dynamics.reducer import release_of
 from gimcli.dynamics.simulation_types import (
     DEAD_POINT,
     JAM,
@@ -57,8 +57,7 @@ class Integration:
         self.search = EventSearch(self.equations, self._solver, self.integrator.lands)
         self.sticking = None if self.equations.friction is None else StickEvents(self.equations, duration)
         self.friction: list[FloatArray] = []  # of each row
-        self.rows: list[ReducedState] = []
-        self.exchanged: list[tuple[float, float]] = []  # energy dissipated and supplied up to each row, J
+        self.rows: list[tuple[FloatArray, FloatArray, FloatArray]] = []  # variables and rates, energies, efforts
         self.events: list[Event] = []
         self.evaluations = self.steps = 0
         self.accepted = float(times[0])  # time of the last accepted state
@@ -326,13 +325,13 @@ class Integration:
         y, excess = self.projection(y)
         if excess and not self.equations.move(time, y):
             return False
-        state = self.reducer.state()
+        reducer, out = self.reducer, self.reducer.out
         self.projection.begin()
-        self.rows.append(state)
-        self.exchanged.append((float(y[-2]), float(y[-1])))
+        jet = np.array([reducer.at.v, reducer.room.velocity, reducer.acceleration])
+        self.rows.append((jet, np.append(out.energy[[KINETIC, POTENTIAL]], y[-2:]), out.q[len(self.free) :].copy()))
         if self.equations.friction is not None:
             self.friction.append(self.equations.friction.forces.copy())
-        self.contradiction = max(self.contradiction, self.reducer.error(state.v))
+        self.contradiction = max(self.contradiction, reducer.error(reducer.at.v))
         return True
 
     def _accept(self, time: float, y: FloatArray) -> bool:
@@ -366,11 +365,8 @@ class Integration:
         count, actuators = len(rows), len(mechanism.actuators)
         jets = np.zeros((3, count, reducer.terms.variables))
         efforts, energy = np.full((actuators, count), np.nan), np.zeros((4, count))
-        for k, state in enumerate(rows):
-            jets[:, k] = state.v, state.velocity, state.acceleration
-            energy[:2, k] = state.energy[[KINETIC, POTENTIAL]]
-            energy[2:, k] = self.exchanged[k]
-            efforts[list(reducer.given), k] = state.q[len(self.free) :]
+        for k, row in enumerate(rows):
+            jets[:, k], energy[:, k], efforts[list(reducer.given), k] = row
         nodes = np.ascontiguousarray(np.swapaxes(reducer.nodes(jets), 1, 2))
         inputs = np.ascontiguousarray(np.swapaxes(reducer.inputs(jets), 1, 2))
         friction, slip = None, 0.0

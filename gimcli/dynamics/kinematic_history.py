@@ -4,16 +4,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
+from gimcli.calculus.dual import Dual
+from gimcli.calculus.numbers import nominal
 from gimcli.calculus.series import Series
 from gimcli.canonical import beside, counted, filled
 from gimcli.mechanism import FRAME, HEIGHT, ComplexArray, FloatArray, Input, Mechanism, PairRow
 from gimcli.motion.motion import Motion
 from gimcli.positions.dispatch import choose
 from gimcli.progress import Notify
-from gimcli.rates.derivatives import ORDERS, Differentiator, law_rates
+from gimcli.rates.derivatives import ORDERS, Differentiator, drive_followers, law_rates
 from gimcli.structure.carried import measured
 from gimcli.structure.plan import make_plan
 
@@ -63,12 +66,18 @@ class Courses:
         """Return the inputs with their rates and accelerations (3, actuators, rows)."""
         return law_rates(self.mechanism, motion.time, 2) if self._given is None else self._given[:3].copy()
 
-    def at_unit_speed(self, motion: Motion) -> Course:
-        """Return positions and velocities of a piece; the independent inputs move at 1 rad, or length, per s."""
-        given = self._inputs(motion)
-        given[1], given[2] = self.mechanism.following.sum(axis=1)[:, None], 0.0
-        nodes, angles = self._made(motion.z, given, self._run)
-        return Course(motion.time * self.mechanism.duration, motion.inputs, nodes, angles)
+    def by_input(self, motion: Motion, actuator: int) -> Course:
+        """Return a piece in dual numbers with the derivatives by one input, which moves at 1 rad, or length, per s."""
+        given = np.zeros((3, *motion.inputs.shape))
+        given[0], given[1, actuator] = motion.inputs, 1.0
+        drive_followers(self.mechanism, motion.z, given)
+        nodes, angles = (_along(part) for part in self._made(motion.z, given, self._run))
+        return Course(motion.time * self.mechanism.duration, _along(given)[0], nodes, angles)
+
+
+def _along(rates: Any) -> Any:
+    """Return derivatives (orders, ...) with those of the next order; that of the last one is not known."""
+    return Dual(rates, np.concatenate([rates[1:], np.nan * rates[:1]])[None])
 
 
 class Turns:
@@ -77,11 +86,12 @@ class Turns:
     def __init__(self) -> None:
         self.last: dict[int, float] = {}
 
-    def followed(self, key: int, angle: FloatArray, drawn: float) -> FloatArray:
+    def followed(self, key: int, angle: Any, drawn: float) -> Any:
         """Return an angle [rad] without jumps (rows,), continued from the last one or from the initial one."""
-        path = counted(np.append(self.last.get(key, drawn), angle))
+        plain = nominal(angle)
+        path = counted(np.append(self.last.get(key, drawn), plain))
         self.last[key] = float(filled(path)[-1])
-        return path[1:]
+        return path[1:] + (angle - plain)
 
 
 class SeparateTurns(Turns):

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -57,12 +57,7 @@ class ReducedEquations:
         )  # fmt: skip
         self.room.f[0, 0] = 1.0
         self.out = reduction.Reduced(
-            np.zeros((size, size)),
-            np.zeros(size),
-            np.zeros(size),
-            np.zeros(size),
-            np.zeros(reduction.ENERGIES),
-            np.zeros(variables),
+            np.zeros((size, size)), np.zeros(size), np.zeros(size), np.zeros(reduction.ENERGIES), np.zeros(variables)
         )
 
     def place(self, v: FloatArray) -> influence.InfluencePosition:
@@ -98,27 +93,6 @@ SOFT = 1e-6
 """Singular values below this fraction of the greatest are ignored in the corrections of a singular position."""
 
 
-@dataclass(frozen=True)
-class ReducedState:
-    """The reduced quantities at one position and speed; k independent variables, SI units and normal frame."""
-
-    v: FloatArray  # (variables,) x and y of nodes, values of inputs and gauges, 1; normal frame and rad
-    velocity: FloatArray  # (variables,) by s
-    bias: FloatArray  # (variables,) accelerations while those of the independent variables are 0
-    b: FloatArray  # (k, variables) influence coefficients
-    m: FloatArray  # (k, k) reduced inertia
-    h: FloatArray  # (k,) velocity terms of the equations of motion
-    q: FloatArray  # (k,) generalised forces of free variables, efforts of the others
-    rate: float  # derivative of the force by the first independent variable
-    energy: FloatArray  # (4,) kinetic and potential energy; powers dissipated and supplied
-    gain: FloatArray  # (k,) accelerations of the independent variables
-
-    @property
-    def acceleration(self) -> FloatArray:
-        """Accelerations of all variables."""
-        return np.asarray(self.bias + self.gain @ self.b)
-
-
 class Reducer(ReducedEquations):
     """Follows the branch of a mechanism from a base position; `chart` has the independent variables there."""
 
@@ -136,20 +110,6 @@ class Reducer(ReducedEquations):
     def start(self, z: ComplexArray, inputs: FloatArray) -> bool:
         """Set the base to an assembled position; return whether the motion from there is unique."""
         return self.set_base(self.variables(z, inputs))
-
-    def set_base_of_motion(self, z: ComplexArray, inputs: FloatArray) -> bool:
-        """Set the base to an assembled position of a motion; return whether the inputs determine the position.
-
-        Of redundant equations the most independent ones are used; angles continue those of the last base.
-        """
-        v = self.variables(z, inputs)
-        if self.choice is not None:
-            gauges = slice(self.input_variables.stop, -1)
-            rotary = np.array([self.terms.is_rotary(r) for r in range(len(inputs), self.terms.readings)], dtype=bool)
-            turns = np.round((self.base.v[gauges] - v[gauges]) / (2.0 * math.pi))
-            v[gauges] += np.where(rotary, 2.0 * math.pi * turns, 0.0)
-        choice = input_choice(self.terms, v, self.free, self.given)
-        return choice is not None and self.set_base(v, choice)
 
     def start_singular(self, inputs: FloatArray) -> bool:
         """Set the base to the corrected initial position, which may be singular; return whether it is assembled."""
@@ -254,13 +214,10 @@ class Reducer(ReducedEquations):
         if self.room.weak[0] > 2.0 * WEAK:
             self.watch()
 
-    def state(self) -> ReducedState:
-        """Return the reduced quantities of the last `move`."""
-        room, out = self.room, self.out
-        return ReducedState(
-            self.at.v.copy(), room.velocity.copy(), room.acceleration.copy(), self.at.b.copy(), out.m.copy(),
-            out.h.copy(), out.q.copy(), float(out.rate[0]), out.energy.copy(), self.gain.copy(),
-        )  # fmt: skip
+    @property
+    def acceleration(self) -> FloatArray:
+        """Accelerations of all variables after the last `move`."""
+        return np.asarray(self.room.acceleration + self.gain @ self.at.b)
 
     @cached_property
     def constant(self) -> bool:

@@ -22,20 +22,19 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from gimcli.dynamic_data import TIME, DrivingEffort
+from gimcli.dynamic_data import TIME
+from gimcli.dynamics.kinematic_history import Courses, Turns
+from gimcli.dynamics.loading import Loading
 from gimcli.dynamics.physical import input_units
-from gimcli.dynamics.reducer import Reducer, release_of, with_released
+from gimcli.dynamics.statics import statics
 from gimcli.errors import UsageError
 from gimcli.input_laws import ConstantLaw, InputLaw, SummedLaw
-from gimcli.kernels.reduction import POTENTIAL
 from gimcli.mechanism import FloatArray, IntArray, Mechanism
-from gimcli.motion.motion import trace
+from gimcli.motion.motion import stream
 from gimcli.motion.summary import status_column
 from gimcli.numerics.along import bisected
-from gimcli.positions.dispatch import plain
-from gimcli.positions.newton import Run
 from gimcli.positions.options import Options
-from gimcli.progress import Progress, no_progress
+from gimcli.progress import Notify, Progress
 from gimcli.status import Status
 from gimcli.table import Column, Table
 
@@ -62,36 +61,39 @@ class Reduction:
 
 
 def reduce_to_input(
-    mechanism: Mechanism, actuator: int, steps: int, run: Run = plain, progress: Progress = no_progress
-) -> Reduction:
+    mechanism: Mechanism, actuator: int, steps: int, jit: str = "off", notify: Notify | None = None,
+    progress: Progress | None = None,
+) -> Reduction:  # fmt: skip
     """Reduce a mechanism to one input along its law, in `steps` steps; the others keep the first value of their laws.
 
     Tables over time are evaluated at the time of each row of the law.
     """
-    bare = undamped(with_released(mechanism, (actuator,)))
-    reducer = Reducer(bare, (actuator,), run)
-    unloaded = replace(bare, dynamics=replace(bare.dynamics, loads=()))  # weight and springs remain
-    weights = Reducer(unloaded, (actuator,), run)
-    motion = trace(with_others_fixed(mechanism, actuator), steps, Options(jit="off" if run is plain else "auto"))
-    table, codes = np.full((6, steps + 1), np.nan), motion.codes.copy()
-    speeds, rest = np.zeros(len(mechanism.drivers)), np.zeros(len(mechanism.drivers))
-    speeds[0] = 1.0
-    for row in np.flatnonzero(motion.good).tolist():
-        inputs, clock = motion.inputs[:, row], float(motion.time[row]) * mechanism.duration
-        target = inputs[[actuator, *reducer.given]]
-        both = (reducer, weights)
-        z = motion.z[:, row]
-        if not all(each.set_base_of_motion(z, inputs) and each.move(target, speeds, rest, clock) for each in both):
-            codes[row] = int(Status.SINGULAR)
-            continue
-        state = reducer.state()
-        table[:, row] = (
-            state.m[0, 0], 2.0 * state.h[0], state.q[0], state.rate, state.energy[POTENTIAL], -weights.out.q[0],
-        )  # fmt: skip
-        progress(row, steps)
+    fixed = with_others_fixed(mechanism, actuator)
+    courses, turns = Courses(fixed, steps + 1, jit, notify), Turns()
+    pieces = list[tuple[FloatArray, FloatArray, IntArray]]()
+    for piece in stream(fixed, steps, Options(jit=jit), notify, progress):
+        good, table = np.flatnonzero(piece.good), np.full((6, len(piece.time)), np.nan)
+        if len(good):
+            course = courses.by_input(piece.rows(good), actuator)
+            table[:, good] = _reduced(Loading(statics(fixed), course, turns))
+        lost = piece.good & ~np.all(np.isfinite(table), axis=0)
+        codes = np.where(lost, int(Status.SINGULAR), piece.codes)
+        pieces.append((piece.inputs[actuator], np.where(lost, np.nan, table), codes))
+    q, table, codes = (np.concatenate(parts, axis=-1) for parts in zip(*pieces, strict=True))
     if any(load.over in (actuator, TIME) and load.curve is not None for load in mechanism.dynamics.loads):
         table[3] = np.nan
-    return _reduction(mechanism, actuator, motion.inputs[actuator], table, codes)
+    unit = input_units(mechanism)[actuator]
+    inertia, slope, torque, torque_slope, v, v_slope = (table.T / unit ** np.array([2, 3, 1, 2, 0, 1])).T
+    return Reduction(mechanism, actuator, q, inertia, slope, torque, torque_slope, v, v_slope, codes)
+
+
+@np.errstate(all="ignore")
+def _reduced(loads: Loading) -> FloatArray:
+    """Return inertia, torque and potential, each with its derivative (6, rows), of a motion at unit speed."""
+    torque = sum(loads.power[kind] for kind in ("load", "gravity", "spring"))
+    still = 0.0 * loads.course.nodes[0, 0].real
+    every = [number + still for number in (2.0 * loads.kinetic, torque, loads.potential)]
+    return np.concatenate([[number.value, number.slopes[0]] for number in every])
 
 
 def with_others_fixed(mechanism: Mechanism, actuator: int) -> Mechanism:
@@ -106,23 +108,6 @@ def with_others_fixed(mechanism: Mechanism, actuator: int) -> Mechanism:
     others = [replace(a, law=own) for a, own in zip(mechanism.actuators, laws, strict=True)]
     fixed = replace(mechanism, actuators=tuple(others))
     return fixed if mechanism.complete is None else mechanism.complete(fixed)
-
-
-def _reduction(mechanism: Mechanism, actuator: int, q: FloatArray, table: FloatArray, codes: IntArray) -> Reduction:
-    """Return a reduction in SI units."""
-    unit = input_units(mechanism)[actuator]
-    powers = unit ** np.array([2, 3, 1, 2, 0, 1])
-    inertia, slope, torque, torque_slope, potential, potential_slope = table / powers[:, None]
-    return Reduction(
-        mechanism, actuator, q, inertia, slope, torque, torque_slope, potential, potential_slope, codes
-    )  # fmt: skip
-
-
-def undamped(mechanism: Mechanism) -> Mechanism:
-    """Return the mechanism without dampers, friction and efforts."""
-    dynamics = mechanism.dynamics
-    releases = tuple(replace(release_of(mechanism, k), effort=DrivingEffort()) for k in range(len(mechanism.actuators)))
-    return replace(mechanism, dynamics=replace(dynamics, dampers=(), frictions=(), releases=releases))
 
 
 def chosen_input(mechanism: Mechanism, name: str) -> int:

@@ -234,7 +234,7 @@ class RegularisedFriction:
     def _efforts(self, unknowns: FloatArray) -> FloatArray:
         """Return the efforts of the inputs that follow laws, with those of their followers and rotors."""
         reducer, bodies = self.reducer, self.balance.bodies
-        acting, gains = reducer.acting, reducer.room.acceleration + reducer.gain @ reducer.at.b
+        acting, gains = reducer.acting, reducer.acceleration
         efforts = []
         for k in reducer.given:
             column = int(self.balance.readings[k])

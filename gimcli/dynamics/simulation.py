@@ -115,8 +115,8 @@ class EulerIntegration(Integration):
     def _resample(self, sweeps: list[Sweep]) -> None:
         """Evaluate the rows that the steps reach; the acceleration is constant within a step."""
         begin, k = np.array([s.time for s in sweeps]), 0
-        first = self.rows[0]
-        self.reducer.set_base(first.v, self.reducer.choice)
+        first = self.rows[0][0][0]
+        self.reducer.set_base(first, self.reducer.choice)
         for row in range(1, len(self.times)):
             at = float(self.times[row])
             if at > begin[-1]:
@@ -127,7 +127,7 @@ class EulerIntegration(Integration):
                 self._accept(sweeps[k].time, np.array([sweeps[k].q, sweeps[k].speed, 0.0, 0.0]))
             s, late = sweeps[index], at - begin[index]
             q, speed = s.q + s.speed * late + 0.5 * s.gain * late * late, s.speed + s.gain * late
-            self._keep_row(at, np.array([q, speed, 0.0, self._work(q, first.v)]))
+            self._keep_row(at, np.array([q, speed, 0.0, self._work(q, first)]))
 
     def _work(self, q: float, v: FloatArray) -> float:
         """Return the work of a constant effort since the start [J]."""

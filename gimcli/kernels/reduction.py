@@ -55,7 +55,6 @@ class Reduced(NamedTuple):
     m: FloatArray  # (k, k) M
     h: FloatArray  # (k,)
     q: FloatArray  # (k,) Q
-    rate: FloatArray  # (k,) [0]: derivative of Q by the first independent variable (weights, loads and springs)
     energy: FloatArray  # (ENERGIES,)
     effort: FloatArray  # (variables,) of springs, dampers and free inputs, J per unit of the variable
 
@@ -118,28 +117,22 @@ def reduce_masses(p: Acting, at: InfluencePosition, room: InfluenceScratch, out:
             for j in range(k + 1):
                 cx, cy = carry(b[j], n, f, zr, zi)
                 out.m[k, j] += mass * (bx * cx + by * cy) + moment * t * turn(v, b[j], n, f, square)
-        out.rate[0] += weight * (gx * ax + gy * ay)
 
 
 @stage
 def reduce_loads(p: Acting, at: InfluencePosition, room: InfluenceScratch, factors: FloatArray, out: Reduced) -> None:
     """Add forces and torques."""
-    v, b, w, a = at.v, at.b, room.velocity, room.acceleration
+    v, b, w = at.v, at.b, room.velocity
     for i in range(p.loads.shape[0]):
         n, f, square = p.loads[i, 0], p.loads[i, 1], p.load[i, 5]
         zr, zi, torque = p.load[i, 0], p.load[i, 1], p.load[i, 4] * factors[i]
-        omega = turn(v, w, n, f, square)
         fx, fy = load_force(p, v, i)
         fx, fy = fx * p.metre * factors[i], fy * p.metre * factors[i]
         for k in range(b.shape[0]):
             bx, by = carry(b[k], n, f, zr, zi)
             out.q[k] += fx * bx + fy * by + torque * turn(v, b[k], n, f, square)
         x, y = carry(w, n, f, zr, zi)
-        ax, ay = carry(a, n, f, zr, zi)
-        out.energy[SUPPLIED] += fx * x + fy * y + torque * omega
-        out.rate[0] += fx * ax + fy * ay + torque * turn(v, a, n, f, square)
-        if p.loads[i, 2]:
-            out.rate[0] += omega * (fx * y - fy * x)
+        out.energy[SUPPLIED] += fx * x + fy * y + torque * turn(v, w, n, f, square)
 
 
 @kernel
@@ -159,13 +152,12 @@ def act_on(at: InfluencePosition, r: int, effort: float, out: Reduced) -> None:
 @stage
 def reduce_gauges(p: Acting, at: InfluencePosition, room: InfluenceScratch, out: Reduced) -> None:
     """Add springs, dampers and the driving efforts of free inputs."""
-    v, w, a = at.v, room.velocity, room.acceleration
+    v, w = at.v, room.velocity
     for i in range(p.springs.shape[0]):
         r = p.springs[i, 0]
         sense = sense_of(v, r, p.springs[i, 1])
-        energy, effort, stiffness = spring(p.spring[i], sense * v[r], p.units[r])
+        energy, effort, _ = spring(p.spring[i], sense * v[r], p.units[r])
         out.energy[POTENTIAL] += energy
-        out.rate[0] += sense * effort * a[r] - stiffness * w[r] * w[r]
         act_on(at, r, sense * effort, out)
     for i in range(p.dampers.shape[0]):
         r = p.dampers[i]
@@ -205,10 +197,10 @@ def reduce_rotors(p: Acting, at: InfluencePosition, room: InfluenceScratch, out:
 
 @kernel
 def reduce(p: Acting, at: InfluencePosition, room: InfluenceScratch, factors: FloatArray, out: Reduced) -> None:
-    """Reduce all masses and loads; `rate` is valid only for unit speed of the first independent variable."""
+    """Reduce all masses and loads."""
     size = at.b.shape[0]
     for k in range(size):
-        out.h[k], out.q[k], out.rate[k] = 0.0, 0.0, 0.0
+        out.h[k], out.q[k] = 0.0, 0.0
         for j in range(size):
             out.m[k, j] = 0.0
     for k in range(ENERGIES):

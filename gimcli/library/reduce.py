@@ -15,7 +15,6 @@ from gimcli.library.inputs import Jit, Steps, refuse_unmoved
 from gimcli.library.machines import driven_machines, for_each_machine, loaded_machines
 from gimcli.library.result import RowsResult
 from gimcli.mechanism import Machine, Mechanism
-from gimcli.positions.dispatch import choose
 from gimcli.progress import Notify, Phases, no_phases
 from gimcli.status import Status
 from gimcli.structure.drive_check import explained
@@ -23,9 +22,6 @@ from gimcli.structure.mobility import require_driven
 
 if TYPE_CHECKING:
     from gimcli.output.picture import Content
-
-WORK = 6e-4
-"""Approximate time of one row without compilation [s]."""
 
 
 @for_each_machine(lambda mechanism, given: _reduced(mechanism, given.get("actuator", "")))
@@ -60,10 +56,9 @@ def reduce(
     require_masses(mechanism)
     refuse_unmoved(mechanism, "add an actuator")
     chosen = chosen_input(mechanism, actuator)
-    run = choose(jit, steps * WORK, notify, ("move",))
     with explained(mechanism):
         require_driven(mechanism)
-        found = reduce_to_input(mechanism, chosen, steps, run, progress("reducing"))
+        found = reduce_to_input(mechanism, chosen, steps, jit, notify, progress("reducing"))
     wheel = None
     if fluctuation is not None and rpm is not None:
         wheel = flywheel(found, rpm * math.pi / 30.0, fluctuation)

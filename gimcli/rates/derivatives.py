@@ -206,21 +206,24 @@ def law_state(mechanism: Mechanism, inputs: FloatArray, z: ComplexArray) -> tupl
         else:
             given[1:, k] = [float(actuator.law(time[k : k + 1], n)[0]) / mechanism.duration**n for n in (1, 2, 3)]
     if mechanism.couplings:
-        _drive_followers(mechanism, z, given)
+        drive_followers(mechanism, z[:, None], given[..., None])
     return time, given
 
 
-def _drive_followers(mechanism: Mechanism, z: ComplexArray, given: FloatArray) -> None:
-    """Set the derivatives of the followers by those of the drivers, in place."""
-    drivers = list(mechanism.drivers)
-    given[1:] = [mechanism.following @ rates[drivers] for rates in given[1:]]
+def drive_followers(mechanism: Mechanism, z: ComplexArray, given: FloatArray) -> None:
+    """Set the derivatives (orders, actuators, rows) of the followers by those of the drivers, in place.
+
+    z (nodes, rows); `given` begins with the inputs themselves.
+    """
+    given[1:] = mechanism.following @ given[1:, list(mechanism.drivers)]
     if mechanism.complete is None:
         return
     from gimcli.structure.system import system_of  # imported late: few mechanisms have such gears
 
     system = system_of(mechanism)
-    found = system.derivatives(system.coordinates(z, given[0]), given)
-    given[1:, system.followers] = system.following(found[1:])
+    x = np.array([system.coordinates(*row) for row in zip(z.T, given[0].T, strict=True)])
+    found = system.derivatives(x, np.moveaxis(given, 1, 2))
+    given[1:, system.followers] = np.moveaxis(system.following(found[1:]), 1, 2)
 
 
 def unit_rate(mechanism: Mechanism, actuator: Input) -> float:

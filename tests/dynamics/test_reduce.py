@@ -15,7 +15,6 @@ from modular_reduction import STILL, LinkVelocity, modular_reduction, prp, rotat
 from gimcli import StructureError, UsageError, load
 from gimcli.dynamics.forces import motion_forces
 from gimcli.dynamics.reduction import chosen_input, flywheel, reduce_to_input
-from gimcli.kernels.jit import compiled
 from gimcli.motion.motion import trace
 from gimcli.positions.options import Options
 from gimcli.status import Status
@@ -132,7 +131,7 @@ def test_slopes_agree_with_differences_of_the_values(stem):
         data["springs"] = {"spring": {"nodes": [fixed[0], far], "stiffness": 5.0}}
 
     mechanism = released(stem, loaded)
-    found = reduce_to_input(mechanism, 0, 1440, compiled)
+    found = reduce_to_input(mechanism, 0, 1440)
     rows = np.flatnonzero(np.isfinite(found.inertia[:-4]) & np.isfinite(found.inertia[4:]))[::37] + 2
     rows = rows[2:]  # the double butterfly begins near a dead point
     unit = 1.0 if mechanism.actuators[0].rotary else mechanism.dynamics.metre
@@ -265,7 +264,7 @@ def test_the_flywheel_of_an_unbalanced_wheel(tmp_path):
 def test_the_speed_with_the_flywheel_has_the_required_fluctuation():
     """Watt's six-bar at the drive's constant torque: the speed from its own energy balance."""
     mechanism = load(MODELS / "watt_durango.yaml")
-    found = reduce_to_input(mechanism, 0, 1800, compiled)
+    found = reduce_to_input(mechanism, 0, 1800)
     wheel = flywheel(found, 20.0, 0.04)
     total = found.inertia + wheel.inertia
     work = found.potential[0] - found.potential
@@ -344,7 +343,7 @@ def test_a_table_over_time_is_evaluated_at_the_times_of_the_law(tmp_path):
     (tmp_path / "t.csv").write_text("t,f\n0,0\n4,1\n")
     text = WHEEL.replace("gravity: [0, -9.81]", "duration: 4\nloads: {pull: {on: wheel, torque: 3, table: t.csv}}")
     text = text.replace("to: 360", "to: 360, profile: {polynomial: [0, 0, 3, -2]}")
-    found = reduce_to_input(written(tmp_path, text), 0, 4000, compiled)
+    found = reduce_to_input(written(tmp_path, text), 0, 4000)
     s = np.linspace(0.0, 1.0, 4001)
     assert found.torque == pytest.approx(3.0 * s, abs=1e-12)
     assert np.all(np.isnan(found.torque_slope))  # tau does not depend on q alone

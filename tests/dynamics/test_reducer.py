@@ -44,12 +44,11 @@ def test_influence_coefficients_agree_with_those_of_the_plan(stem):
     drivers, follow = list(mechanism.drivers), mechanism.following
     rates = np.random.default_rng(11).normal(size=len(drivers))
     assert reducer.move(inputs[drivers], rates, np.zeros(len(drivers)))
-    state = reducer.state()
     expected = Influence(mechanism, make_plan(mechanism), points=mechanism.nodes).at(z, inputs, follow @ rates)
     free = [k for k, name in enumerate(mechanism.nodes) if np.all(np.isfinite(expected.points[k]))]
-    b, bias = reducer.nodes(state.b), reducer.nodes(state.bias)
+    b, bias = reducer.nodes(reducer.at.b), reducer.nodes(reducer.room.acceleration)
     scale = 1.0 + np.abs(expected.points[free]).max()
-    assert np.abs(reducer.nodes(state.v) - z)[free].max() < 1e-11
+    assert np.abs(reducer.nodes(reducer.at.v) - z)[free].max() < 1e-11
     assert np.abs(b.T - expected.points @ follow)[free].max() < 1e-9 * scale
     assert np.abs(bias - expected.points_bias)[free].max() < 1e-8 * scale**3
 
@@ -61,17 +60,16 @@ def test_results_do_not_depend_on_the_independent_variables(stem):
     count = len(inputs)
     rates = 0.5 + np.random.default_rng(5).random(count)
     assert reducer.move(inputs, rates, np.zeros(count))
-    before = reducer.state()
+    v, velocity, energy = reducer.at.v.copy(), reducer.room.velocity.copy(), reducer.out.energy.copy()
+    acceleration = reducer.acceleration
     reducer.accept()
-    choice = free_choice(reducer.terms, before.v, (), count)
+    choice = free_choice(reducer.terms, v, (), count)
     assert choice is not None
-    assert reducer.set_base(before.v, choice)
-    assert reducer.move(before.v[reducer.own], before.velocity[reducer.own], np.zeros(count))
-    after = reducer.state()
-    scale = np.abs(before.acceleration).max()
-    assert np.abs(after.velocity - before.velocity).max() < 1e-10 * np.abs(before.velocity).max()
-    assert np.abs(after.acceleration - before.acceleration).max() < 1e-9 * scale
-    assert np.abs(after.energy - before.energy).max() < 1e-10 * np.abs(before.energy).max()
+    assert reducer.set_base(v, choice)
+    assert reducer.move(v[reducer.own], velocity[reducer.own], np.zeros(count))
+    assert np.abs(reducer.room.velocity - velocity).max() < 1e-10 * np.abs(velocity).max()
+    assert np.abs(reducer.acceleration - acceleration).max() < 1e-9 * np.abs(acceleration).max()
+    assert np.abs(reducer.out.energy - energy).max() < 1e-10 * np.abs(energy).max()
 
 
 @pytest.mark.parametrize("stem", ["watt_durango", "crank_rocker", "whitworth", "slider_crank", "jansen", "klann"])
