@@ -85,6 +85,7 @@ def _without_range(text: str) -> str:
     return (f"{head}{bracket}{'; '.join(kept)}]" if kept else head) if bracket else text
 
 
+WORD = r"'(.*?)'"
 UNCHECKED = object()
 DIGITS = 9
 """Most digits of a number that is used without a check."""
@@ -128,8 +129,8 @@ def plain_value(param: Any, value: Any) -> Any:
 def _expected(param: Any, value: Any, message: str) -> str:
     """Return the message about a wrong value; that of typer if the value is neither a number nor a word."""
     kind = type(param.default)
-    if issubclass(kind, Enum):
-        return f"expected one of {', '.join(one.value for one in kind)}, got '{value}'"
+    if (words := message.partition(" is not one of ")[2]) != "":
+        return f"expected one of {', '.join(re.findall(WORD, words))}, got '{value}'"
     if not message.startswith("Input should be"):
         return message
     number = "a whole number" if kind is int or "integer" in message else "a number"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from enum import StrEnum
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
@@ -16,14 +15,6 @@ from gimcli.library.fit import fit
 from gimcli.library.fit_result import FitResult
 
 TARGETS = "Targets"
-
-
-class TargetTiming(StrEnum):
-    """What is known of the inputs of the targets."""
-
-    FREE = "free"
-    GIVEN = "given"
-    STEP = "step"
 
 
 HELP = (
@@ -40,8 +31,7 @@ EXAMPLES = (
 
 def _run(run: Run) -> Any:
     """Fit dimensions; the file of targets is not overwritten."""
-    through = run.arguments["through"]
-    run.outputs.files.refuse(() if through is None else (through,))
+    run.outputs.files.refuse([run.arguments["through"]] if "through" in run.arguments else ())
     return run.written()
 
 
@@ -80,11 +70,11 @@ OPTIONS = {
         help="CSV file of targets.\n"
         "The names in its first row say what they are, see [targets](fit.md#targets).",
     )],
-    "timing": Annotated[TargetTiming | None, typer.Option(
+    "timing": typer.Option(
         "--timing", metavar="WORD", rich_help_panel=TARGETS,
         help="Inputs of the targets: free (unknown), given, or step (their differences are given).\n"
         "Default: `given` if there is a column `input`, else `free`.",
-    )],
+    ),
     "point": typer.Option(
         "--point", "-p", metavar="NAME", rich_help_panel=TARGETS
     ),
@@ -105,6 +95,4 @@ OPTIONS = {
     "starts": typer.Option("--starts", metavar="N", rich_help_panel=METHOD),
     "seed": typer.Option("--seed", metavar="N", rich_help_panel=METHOD),
 }  # fmt: skip
-command = from_verb(
-    fit, FitResult, _print, OPTIONS, writes=True, run=_run, read={"vary": VARIED, "timing": lambda word: word or ""}
-)
+command = from_verb(fit, FitResult, _print, OPTIONS, writes=True, run=_run, read={"vary": VARIED})

@@ -39,7 +39,7 @@ from gimcli.cli.console import note, progress_bar
 from gimcli.cli.measures import MEASURES, measures_of, refuse_unseen
 from gimcli.cli.outputs import Outputs
 from gimcli.errors import UsageError
-from gimcli.library.inputs import Range, hints_of
+from gimcli.library.inputs import OneOf, Range, hints_of
 from gimcli.library.result import Result
 from gimcli.mechanism import Mechanism
 
@@ -152,7 +152,7 @@ def from_verb(
         differs = {name: flag for name, (flag, usual) in flags.items() if given[name] != usual}
         model, changes, assembly = given.pop("model"), given.pop("changes"), given.pop("assembly", "")
         values = {key: readers.get(key, plain)(value) for key, value in given.items()}
-        arguments = {key: values.pop(key) for key in names}
+        arguments = {key: value for key in names if (value := values.pop(key)) is not None}
         written = {**chosen, "writes": writes, "drawing": drawing}
         own_run = Run(verb, kind, show, model, changes, assembly, arguments, values, written, loaded, differs)
         try:
@@ -177,11 +177,10 @@ def own_options(verb: Callable[..., Any], options: Mapping[str, Any]) -> list[tu
     forms, hints, found = {**SHARED, "measure": MEASURES, **options}, hints_of(verb), []
     texts = argument_texts(verb, {name: flag_of(form) for name, form in forms.items() if name in hints})
     for name, parameter in signature(verb).parameters.items():
-        form = forms.get(name)
-        if form is None:
-            continue
-        kind = option_kind(name, hints[name], copy(form), texts) if isinstance(form, OptionInfo) else form
-        found.append((name, kind, default_of(kind, parameter.default)))
+        if name in forms:
+            form, usual = forms[name], parameter.default
+            kind = option_kind(name, hints[name], copy(form), texts, usual) if isinstance(form, OptionInfo) else form
+            found.append((name, kind, default_of(kind, usual)))
     return found
 
 
@@ -195,8 +194,11 @@ def default_of(form: Any, value: Any) -> Any:
     return kind(value or "") if kind is str or issubclass(kind, Enum) else value
 
 
-def option_kind(name: str, hint: Any, form: OptionInfo, texts: Mapping[str, tuple[str, str]]) -> Any:
-    """Return the annotation of an option: the type, bounds and words of the argument, and the form of the option."""
+def option_kind(name: str, hint: Any, form: OptionInfo, texts: Mapping[str, tuple[str, str]], usual: Any) -> Any:
+    """Return the annotation of an option: the type, bounds and words of the argument, and the form of the option.
+
+    Where the default `usual` is none of the words the option may be left out.
+    """
     kind, *limits = get_args(hint) if get_origin(hint) is Annotated else (hint,)
     first, further = texts[name]
     if "\n" not in (form.help or ""):
@@ -204,8 +206,9 @@ def option_kind(name: str, hint: Any, form: OptionInfo, texts: Mapping[str, tupl
     for limit in limits:
         if isinstance(limit, Range):
             form.min, form.max = limit.least, limit.most
-        else:
-            kind = cast(Any, StrEnum)(name, {word: word for word in limit.known})
+        elif isinstance(limit, OneOf):
+            words: Any = cast(Any, StrEnum)(name, {word: word for word in limit.known})
+            kind = words if usual in limit.known else words | None
     if {Sequence, Mapping} & {get_origin(one) for one in (kind, *get_args(kind))}:
         kind = str if get_origin(kind) is Sequence else list[str]
     return Annotated[kind, form]

@@ -12,24 +12,23 @@ from gimcli.assemblies import Configurations, all_configurations, drawn_configur
 from gimcli.assemblies.assemblies import SAME
 from gimcli.canonical import beside
 from gimcli.errors import GimError, UnassembledError, UsageError
-from gimcli.library.inputs import inputs_of
+from gimcli.library.inputs import Tolerance, checked, inputs_of
 from gimcli.library.sides import with_sides_of
 from gimcli.mechanism import ComplexArray, FloatArray, Input, Mechanism
 from gimcli.motion.side_by_side import whole_inputs, whole_positions
 from gimcli.nearest import guess
-from gimcli.positions.options import Options
 from gimcli.progress import Phases, no_phases
 from gimcli.rounding import titled
 from gimcli.structure.carried import measured, read_inputs
-from gimcli.structure.drive_check import explained
 
 LISTED = 16
 """Number of configurations that a message lists."""
 
 
+@checked
 def assembled(
     mechanism: Mechanism, at: Mapping[str, float | str] | None = None, assembly: int | str = "", *,
-    tolerance: float = 1e-10, progress: Phases = no_phases, **inputs: float,
+    tolerance: Tolerance = 1e-10, progress: Phases = no_phases, **inputs: float,
 ) -> Mechanism:  # fmt: skip
     """Return the mechanism with one of its configurations as the initial one, for example `assembled(m, assembly=2)`.
 
@@ -54,12 +53,10 @@ def assembled(
         UnassembledError: the mechanism cannot be assembled at these inputs.
         StructureError: the mechanism is not fully driven, over-driven or contradictory.
     """
-    Options.checked("auto", "spectral", tolerance, "auto")
     values = inputs_of(mechanism, at, inputs, complete=False)
     if "=" in str(assembly):
         return _of_machines(mechanism, str(assembly), {**(at or {}), **inputs}, tolerance, progress)
-    with explained(mechanism):
-        found = all_configurations(mechanism, values, tolerance, progress("configurations"))
+    found = all_configurations(mechanism, values, tolerance, progress("configurations"))
     if not len(found):
         where = titled(mechanism, mechanism.inputs_to_file(values))
         raise UnassembledError(f"{where}: no configuration was found, so that assembly {assembly} does not exist")

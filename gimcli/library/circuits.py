@@ -19,7 +19,6 @@ from gimcli.library.result import Result
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.progress import WORK, Phases, limited, no_phases
 from gimcli.rounding import at_inputs, how_it_ends, intervals
-from gimcli.structure.drive_check import explained
 from gimcli.table import Table
 
 if TYPE_CHECKING:
@@ -57,7 +56,7 @@ def circuits(
         StructureError: the mechanism has no actuator, or is not fully driven or over-driven.
     """
     constants = EnumerationConstants(samples=values)
-    with explained(mechanism), limited(WORK * max(1.0, values / USUAL), seconds) as limit:
+    with limited(WORK * max(1.0, values / USUAL), seconds) as limit:
         found = all_circuits(mechanism, constants, progress("configurations and their circuits"))
     return CircuitsResult(mechanism, found, limit.reached)
 

@@ -12,15 +12,13 @@ from numpy.typing import NDArray
 
 from gimcli.assemblies import Configurations, all_configurations, drawn_configuration
 from gimcli.library.by_name import coordinates, places
-from gimcli.library.inputs import in_file_units, inputs_of
+from gimcli.library.inputs import Tolerance, in_file_units, inputs_of
 from gimcli.library.machines import for_each_machine
 from gimcli.library.record import Records, RowField, VectorField
 from gimcli.library.trace_result import Placed
 from gimcli.mechanism import ComplexArray, Mechanism
-from gimcli.positions.options import Options
 from gimcli.progress import WORK, Phases, limited, no_phases
 from gimcli.rounding import titled
-from gimcli.structure.drive_check import explained
 from gimcli.table import Table
 
 if TYPE_CHECKING:
@@ -32,7 +30,7 @@ PANELS = 36
 
 @for_each_machine()
 def configurations(
-    mechanism: Mechanism, at: Mapping[str, float | str] | None = None, *, tolerance: float = 1e-10,
+    mechanism: Mechanism, at: Mapping[str, float | str] | None = None, *, tolerance: Tolerance = 1e-10,
     progress: Phases = no_phases, seconds: float | None = None, **inputs: float,
 ) -> ConfigurationsResult:  # fmt: skip
     """List all configurations of a mechanism at given inputs, for example `configurations(m, motor=45)`.
@@ -53,9 +51,8 @@ def configurations(
         UsageError: an unknown name or an invalid argument.
         StructureError: the mechanism is not fully driven, over-driven or contradictory.
     """
-    Options.checked("auto", "spectral", tolerance, "auto")
     values = inputs_of(mechanism, at, inputs, complete=False)
-    with explained(mechanism), limited(WORK, seconds):
+    with limited(WORK, seconds):
         found = all_configurations(mechanism, values, tolerance, progress("configurations"))
     own = mechanism.written
     undecided = own is not None and (own.model.open.undecided or own.model.open.coupled)

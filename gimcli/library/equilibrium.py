@@ -16,21 +16,18 @@ from gimcli.dynamics.equilibria_balance import StaticBalance
 from gimcli.dynamics.equilibria_circuit import circuit_equilibria, released_circuit
 from gimcli.dynamics.equilibria_curve import Equilibria, Push
 from gimcli.dynamics.equilibria_search import released_search
-from gimcli.errors import UsageError
 from gimcli.graphs.extras import Extras
 from gimcli.library.assembled import ListedPosition, listed_position
-from gimcli.library.inputs import Range, Seed, in_file_units, inputs_of
+from gimcli.library.inputs import Range, Seed, Time, Tolerance, in_file_units, inputs_of
 from gimcli.library.machines import for_each_machine, released_inputs, released_machines
 from gimcli.library.record import InputsField, NodesField, Records, RowField
 from gimcli.library.result import Result
 from gimcli.library.solved_positions import positions_at_rest
 from gimcli.mechanism import FloatArray, Mechanism
-from gimcli.positions.options import Options
 from gimcli.progress import Phases, limited, no_phases
 from gimcli.quantities.state import SeparateState
 from gimcli.rounding import greatest
 from gimcli.status import Status
-from gimcli.structure.drive_check import explained
 from gimcli.table import Column, Table
 
 if TYPE_CHECKING:
@@ -55,8 +52,8 @@ MULTIPLE = {2: " (double root)", 0: " (one of a continuum)"}
 @for_each_machine(released_machines)
 def equilibrium(
     mechanism: Mechanism, at: Mapping[str, float | str] | None = None, free: str | Sequence[str] = (), *,
-    time: float = 0.0, measure: str | Sequence[str] = (), starts: Annotated[int, Range(1, MOST_STARTS)] = 24,
-    seed: Seed = 0, tolerance: float = 1e-10,
+    time: Time = 0.0, measure: str | Sequence[str] = (), starts: Annotated[int, Range(1, MOST_STARTS)] = 24,
+    seed: Seed = 0, tolerance: Tolerance = 1e-10,
     progress: Phases = no_phases, seconds: float | None = None, **inputs: float,
 ) -> EquilibriumResult:  # fmt: skip
     """Find the positions in which weight, springs, loads and constant efforts balance.
@@ -90,19 +87,16 @@ def equilibrium(
         StructureError: the mechanism has no actuator, or is not fully driven, over-driven or contradictory.
         UnassembledError: the start position cannot be assembled.
     """
-    if not math.isfinite(time):
-        raise UsageError(f"time: expected a finite number, got {time}")
-    allowed = Options.checked("auto", "spectral", tolerance, "off").tolerance
     extras = Extras(mechanism, measure)
     released, values = released_inputs(mechanism, free), inputs_of(mechanism, at, inputs)
     balance = StaticBalance(mechanism, released, time)
-    with explained(mechanism), limited(seconds=seconds):
+    with limited(seconds=seconds):
         if len(released) == 1:
-            circuit = released_circuit(mechanism, released[0], values, allowed)
+            circuit = released_circuit(mechanism, released[0], values, tolerance)
             middle = _middle(mechanism, released[0], values)
             found = circuit_equilibria(circuit, balance, middle, progress("forces along the circuit"))
         else:
-            search = released_search(mechanism, released, values, balance, allowed)
+            search = released_search(mechanism, released, values, balance, tolerance)
             found = search.run(starts, seed, progress("searching equilibria"))
     return EquilibriumResult(mechanism, found, time, extras)
 

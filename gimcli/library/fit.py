@@ -20,16 +20,15 @@ from gimcli.fitting.least_squares import FitProblem, Trials, undetermined
 from gimcli.fitting.motion_quantity import LawQuantity, MotionQuantity, varied_ends
 from gimcli.fitting.search import CONSTANTS, SearchResult, SearchStop, goal_search, search
 from gimcli.fitting.starts import periodic_dimensions
-from gimcli.fitting.targets import FREE, TURN
+from gimcli.fitting.targets import FREE, TIMINGS, TURN
 from gimcli.library.fit_result import FitCounts, FitResult, GoalResult
 from gimcli.library.fit_targets import FittedTask, columns_of, input_range, task_of
 from gimcli.library.fitted_design import FittedDesign, GoalChecker, TargetChecker
-from gimcli.library.inputs import Range, Seed, refuse_unmoved
+from gimcli.library.inputs import OneOf, Range, Seed, refuse_unmoved
 from gimcli.library.machines import accepted, driven_machines, for_each_machine
 from gimcli.mechanism import BoolArray, FloatArray, Machine, Mechanism
 from gimcli.progress import Notify, Phases, Progress, WorkLimit, no_phases
 from gimcli.status import Status
-from gimcli.structure.drive_check import explained
 
 STARTS = 25_000
 """Number of random designs of a search."""
@@ -63,8 +62,9 @@ def _machine(mechanism: Mechanism, given: dict[str, Any]) -> list[Machine]:
 @for_each_machine(_machine)
 def fit(
     mechanism: Mechanism, vary: Mapping[str, tuple[float, float]],
-    through: Path | str | Mapping[str, Sequence[float]] | Sequence[Sequence[float]] | None = None, *, timing: str = "",
-    point: str = "", output: str = "", goal: str = "", where: str | Sequence[str] = (), any_order: bool = False,
+    through: Path | str | Mapping[str, Sequence[float]] | Sequence[Sequence[float]] | None = None, *,
+    timing: Annotated[str, OneOf(TIMINGS)] = "", point: str = "", output: str = "", goal: str = "",
+    where: str | Sequence[str] = (), any_order: bool = False,
     starts: Annotated[int, Range(1, MOST_STARTS)] = STARTS, seed: Seed = 0, notify: Notify | None = None,
     progress: Phases = no_phases, seconds: float | None = None,
 ) -> FitResult:  # fmt: skip
@@ -114,8 +114,7 @@ def fit(
     names = tuple(written(mechanism).dimension(name).name for name in vary)
     if len(set(names)) < len(names):
         raise UsageError(f"vary: {', '.join(names)}: a dimension is named twice; remove one")
-    with explained(mechanism):
-        family = Family(mechanism, names)
+    family = Family(mechanism, names)
     _refuse_other_laws(family, lower, upper)
     quantities = DesignQuantities(family, [where] if isinstance(where, str) and where else tuple(where), goal)
     for name in family.without_effect(lower[None], upper[None], forces=quantities.names.forced):

@@ -13,8 +13,7 @@ import numpy as np
 from gimcli.errors import UsageError
 from gimcli.families.number_columns import number_columns
 from gimcli.families.position_state import position_items
-from gimcli.fitting.targets import FREE, GIVEN, STEP, TIMINGS, TURN, FitRange, Targets
-from gimcli.library.inputs import OneOf
+from gimcli.fitting.targets import FREE, GIVEN, STEP, TURN, FitRange, Targets
 from gimcli.mechanism import FRAME, FloatArray, Mechanism
 from gimcli.nearest import guess
 from gimcli.quantities.quantity import Item
@@ -80,7 +79,6 @@ def task_of(
         raise UsageError(f"through: the columns input and {actuator} are the same; remove one")
     given = own.pop("input", own.pop(actuator, None))
     timing = timing or (FREE if given is None else GIVEN)
-    OneOf(TIMINGS).refuse("timing", timing)
     if (timing == FREE) != (given is None):
         raise UsageError(
             f"timing {timing}: the targets have "

@@ -16,7 +16,7 @@ from gimcli.dynamics.force_statistics import Extremum, ForceAmount, ForceStatist
 from gimcli.dynamics.physical import require_action
 from gimcli.graphs.extras import Extras, texts
 from gimcli.graphs.plots import PlannedGraph, drawn, usual_graphs, varying, with_marks
-from gimcli.library.inputs import Jit, Steps, checked, refuse_unmoved
+from gimcli.library.inputs import Jit, Steps, Tolerance, checked, refuse_unmoved
 from gimcli.library.machines import accepted, loaded_machines
 from gimcli.library.record import Records, RowField
 from gimcli.library.result import RowsResult, UnderWay, in_parts
@@ -30,7 +30,7 @@ from gimcli.quantities.motion_table import input_or_time, motion_events
 from gimcli.quantities.state import MotionState, State
 from gimcli.rates.member_angles import LawAngles
 from gimcli.rounding import greatest, input_value, number
-from gimcli.structure.drive_check import explained, require_consistent
+from gimcli.structure.drive_check import require_consistent
 from gimcli.table import Table, labelled
 
 if TYPE_CHECKING:
@@ -52,7 +52,7 @@ FORCES = ("N", "N m", "W")
 @in_parts
 @checked
 def forces(
-    mechanism: Mechanism, steps: Steps = 360, *, tolerance: float = 1e-10, jit: Jit = "auto",
+    mechanism: Mechanism, steps: Steps = 360, *, tolerance: Tolerance = 1e-10, jit: Jit = "auto",
     measure: str | Sequence[str] = (), plot: str | Sequence[str] = (), notify: Notify | None = None,
     progress: Phases = no_phases,
 ) -> UnderWay[ForcesResult | MachineForces]:  # fmt: skip
@@ -101,12 +101,11 @@ class ForcesAlong(UnderWay["ForcesResult"]):
         plot: str | Sequence[str], notify: Notify | None, progress: Phases,
     ) -> None:  # fmt: skip
         """Begin to solve the motion."""
-        chosen = Options.checked("auto", "spectral", tolerance, jit)
+        chosen = Options(tolerance=tolerance, jit=jit)
         self.steps, self.options, self.expected = steps, chosen, steps + 1
-        with explained(mechanism):
-            solve = partial(stream, mechanism, steps, chosen)
-            self._pieces = solve(notify=notify, progress=progress("forces along the motion"))
-            self._first: Motion = next(self._pieces)
+        solve = partial(stream, mechanism, steps, chosen)
+        self._pieces = solve(notify=notify, progress=progress("forces along the motion"))
+        self._first: Motion = next(self._pieces)
         first = self._first
         require_consistent(mechanism, first.start, first.inputs[:, 0], first.first_status, tolerance)
         self.found = ForceMotion(mechanism, steps + 1, jit, notify)

@@ -12,10 +12,8 @@ from gimcli.library.record import Records, RowField
 from gimcli.library.result import Result
 from gimcli.mechanism import FRAME, Mechanism
 from gimcli.structure.assur import AssurGroup, Formation, formation
-from gimcli.structure.drive_check import explained
 from gimcli.structure.joints import Joint
 from gimcli.structure.mobility import assembled, require_driven
-from gimcli.structure.plan import make_plan
 
 if TYPE_CHECKING:
     from gimcli.output.picture import Content
@@ -35,10 +33,8 @@ def groups(mechanism: Mechanism) -> GroupsResult:
     Raises:
         StructureError: the mechanism is not fully driven, or over-driven.
     """
-    with explained(mechanism):
-        make_plan(mechanism)
-        require_driven(mechanism)
-        return GroupsResult(mechanism, formation(mechanism))
+    require_driven(mechanism)
+    return GroupsResult(mechanism, formation(mechanism))
 
 
 class GroupsResult(Result):

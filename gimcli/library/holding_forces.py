@@ -13,10 +13,9 @@ from gimcli.dynamics.force_motion import UNDETERMINED, force_table, open_reactio
 from gimcli.dynamics.force_statistics import UNITS
 from gimcli.dynamics.forces import Forces
 from gimcli.dynamics.physical import require_action
-from gimcli.errors import UsageError
 from gimcli.graphs.extras import Extras
 from gimcli.library.by_name import places
-from gimcli.library.inputs import in_file_units, inputs_of
+from gimcli.library.inputs import Jit, Time, Tolerance, in_file_units, inputs_of
 from gimcli.library.machines import for_each_machine, loaded_machines
 from gimcli.library.record import quantity_rows
 from gimcli.library.result import Result
@@ -28,7 +27,7 @@ from gimcli.positions.position import Position
 from gimcli.quantities.state import AT_REST, SeparateState
 from gimcli.rounding import titled
 from gimcli.status import Status
-from gimcli.structure.drive_check import explained, require_consistent
+from gimcli.structure.drive_check import require_consistent
 from gimcli.table import Table
 
 if TYPE_CHECKING:
@@ -41,8 +40,8 @@ LEFT_OUT = ("step", "energy.kinetic", "efficiency", "friction", "residual")
 
 @for_each_machine(loaded_machines)
 def holding_forces(
-    mechanism: Mechanism, at: Mapping[str, float | str] | None = None, *, time: float = 0.0, tolerance: float = 1e-10,
-    jit: str = "auto", measure: str | Sequence[str] = (), **inputs: float,
+    mechanism: Mechanism, at: Mapping[str, float | str] | None = None, *, time: Time = 0.0,
+    tolerance: Tolerance = 1e-10, jit: Jit = "auto", measure: str | Sequence[str] = (), **inputs: float,
 ) -> HoldingResult:  # fmt: skip
     """Find the efforts that hold one position at rest, for example `holding_forces(m, motor=60)`.
 
@@ -64,13 +63,9 @@ def holding_forces(
         ModelError: no masses, loads, springs, dampers or friction are defined.
         StructureError: the mechanism has no actuator, or is not fully driven, over-driven or contradictory.
     """
-    if not math.isfinite(time):
-        raise UsageError(f"time: expected a finite number, got {time}")
-    chosen = Options.checked("auto", "spectral", tolerance, jit)
     require_action(mechanism)
     values, extras = inputs_of(mechanism, at, inputs), Extras(mechanism, measure)
-    with explained(mechanism):
-        position = solve_position(mechanism, values, chosen)
+    position = solve_position(mechanism, values, Options(tolerance=tolerance, jit=jit))
     require_consistent(mechanism, position.z, position.inputs, position.status, tolerance)
     return HoldingResult(position, time, extras)
 

@@ -17,6 +17,7 @@ from gimcli.mechanism import MOST_TURNS, SPAN, FloatArray, Mechanism
 from gimcli.nearest import guess
 from gimcli.positions.inputs import driven
 from gimcli.positions.options import JIT, METHODS, STRATEGIES
+from gimcli.structure.drive_check import explained
 
 MOST_STEPS = 10_000_000
 
@@ -49,7 +50,22 @@ class OneOf:
             raise UsageError(f"{argument}: expected one of {', '.join(self.known)}, got '{value}'")
 
 
+@dataclass(frozen=True)
+class Number:
+    """The real numbers that an argument may be, in its annotation: in words, and as a function."""
+
+    words: str
+    holds: Callable[[float], bool]
+
+    def refuse(self, argument: str, value: float) -> None:
+        """Raise UsageError if a number is another one."""
+        if not self.holds(value):
+            raise UsageError(f"{argument}: expected {self.words}, got {value:g}")
+
+
 Steps = Annotated[int, Range(1, MOST_STEPS)]
+Time = Annotated[float, Number("a finite number", math.isfinite)]
+Tolerance = Annotated[float, Number("a number from 1e-14 to below 1", lambda value: 1e-14 <= value < 1.0)]
 Seed = Annotated[int, Range(0, 2**63)]
 Jit = Annotated[str, OneOf(JIT)]
 Method = Annotated[str, OneOf(METHODS)]
@@ -63,27 +79,29 @@ def hints_of(verb: Callable[..., Any]) -> dict[str, Any]:
 
 
 @cache
-def limits(verb: Callable[..., Any]) -> dict[str, Range | OneOf]:
+def limits(verb: Callable[..., Any]) -> dict[str, Range | OneOf | Number]:
     """Return the ranges and words of a verb's arguments by name, from their annotations."""
     return {name: hint.__metadata__[0] for name, hint in hints_of(verb).items() if get_origin(hint) is Annotated}
 
 
 def checked(verb: Callable[P, R]) -> Callable[P, R]:
-    """Refuse arguments outside the ranges and words of a verb's annotations (decorator)."""
+    """Refuse arguments outside the ranges and words of a verb's annotations, and explain its errors (decorator).
+
+    A mechanism that its inputs do not drive is then refused with the result of the mobility analysis. An argument that
+    has its default is accepted.
+    """
 
     @wraps(verb)
     def decorated(*args: P.args, **kwargs: P.kwargs) -> R:
-        refuse_given(verb, signature(verb).bind(*args, **kwargs).arguments)
-        return verb(*args, **kwargs)
+        form = signature(verb)
+        given = form.bind(*args, **kwargs).arguments
+        for name, limit in limits(verb).items():
+            if name in given and given[name] != form.parameters[name].default:
+                limit.refuse(name, given[name])
+        with explained(given["mechanism"]):
+            return verb(*args, **kwargs)
 
     return decorated
-
-
-def refuse_given(verb: Callable[..., Any], given: Mapping[str, Any]) -> None:
-    """Raise UsageError for arguments of a verb outside the ranges and words of their annotations."""
-    for name, limit in limits(verb).items():
-        if given.get(name) is not None:
-            limit.refuse(name, given[name])
 
 
 def inputs_of(

@@ -13,7 +13,7 @@ from typing import Any, ParamSpec, TypeVar, cast
 import numpy as np
 
 from gimcli.errors import GimError, UsageError
-from gimcli.library.inputs import inputs_of, refuse_follower, refuse_given, refuse_unmoved
+from gimcli.library.inputs import checked, inputs_of, refuse_follower, refuse_unmoved
 from gimcli.library.result import Result, UnderWay, joined
 from gimcli.mechanism import Machine, Mechanism
 from gimcli.nearest import guess
@@ -150,19 +150,21 @@ def for_each_machine(
 ) -> Callable[[Callable[P, R]], Callable[P, R]]:
     """Return a decorator of verbs: of several machines the verb is applied to each, which gives a MachinesResult.
 
+    The arguments are `checked`.
     `machines` returns them from the mechanism and the other arguments, `own` the arguments of one of them. Of the
     inputs `at`, the others by name and `free` each machine gets its own.
     """
 
     def decorate(verb: Callable[P, R]) -> Callable[P, R]:
+        single = checked(verb)
+
         @wraps(verb)
         def decorated(*args: P.args, **kwargs: P.kwargs) -> R:
             given: dict[str, Any] = dict(signature(verb).bind(*args, **kwargs).arguments)
-            refuse_given(verb, given)
             mechanism = given.pop("mechanism")
             if len(mechanism.machines) == 1:
-                return verb(*args, **kwargs)
-            parts, applied = _parts(mechanism, given, machines, own), cast(Any, verb)
+                return single(*args, **kwargs)
+            parts, applied = _parts(mechanism, given, machines, own), cast(Any, single)
             with limited(seconds=given.get("seconds")):  # all together
                 each = {one.name: applied(one.mechanism, **part) for one, part in parts}
             return cast(R, next(iter(each.values())) if len(each) == 1 else MachinesResult(mechanism, each))

@@ -17,7 +17,7 @@ from gimcli.dynamics.physical import require_masses
 from gimcli.dynamics.reducer import release_of
 from gimcli.dynamics.small_motions import Linearisation, Linearised, Settling, linearised
 from gimcli.errors import GimError, UsageError
-from gimcli.library.inputs import in_file_units, inputs_of
+from gimcli.library.inputs import Time, Tolerance, in_file_units, inputs_of
 from gimcli.library.machines import for_each_machine, released_inputs, released_machines
 from gimcli.library.record import Records, RowField
 from gimcli.library.result import Result
@@ -27,7 +27,7 @@ from gimcli.motion.solve import solve as solve_position
 from gimcli.positions.options import Options
 from gimcli.rounding import number, titled
 from gimcli.status import Status
-from gimcli.structure.drive_check import explained, require_consistent
+from gimcli.structure.drive_check import require_consistent
 
 if TYPE_CHECKING:
     from gimcli.output.contents import Animation, Content
@@ -52,7 +52,7 @@ ROUND = 1e-12
 @for_each_machine(released_machines)
 def modes(
     mechanism: Mechanism, at: Mapping[str, float | str] | None = None, free: str | Sequence[str] = (), *,
-    time: float = 0.0, settle: bool = False, tolerance: float = 1e-10, **inputs: float,
+    time: Time = 0.0, settle: bool = False, tolerance: Tolerance = 1e-10, **inputs: float,
 ) -> ModesResult:  # fmt: skip
     """Find the natural modes of small vibrations about an equilibrium, for example `modes(m, angle=-90)`.
 
@@ -77,14 +77,10 @@ def modes(
         StructureError: the position is singular; or the mechanism has no actuator, or is not fully driven, over-driven
             or contradictory.
     """
-    if not math.isfinite(time):
-        raise UsageError(f"time: expected a finite number of seconds, got {time}")
-    options = Options.checked("auto", "spectral", tolerance, "off")
     require_masses(mechanism)
     released = released_inputs(mechanism, free)
     values = _start(mechanism, released, inputs_of(mechanism, at, inputs), {**(at or {}), **inputs})
-    with explained(mechanism):
-        position = solve_position(mechanism, values, options)
+    position = solve_position(mechanism, values, Options(tolerance=tolerance, jit="off"))
     require_consistent(mechanism, position.z, values, position.status, tolerance)
     if position.status.value:
         return ModesResult(mechanism, released, values, position.status, None, time)

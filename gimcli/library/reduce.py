@@ -17,7 +17,6 @@ from gimcli.library.result import RowsResult
 from gimcli.mechanism import Machine, Mechanism
 from gimcli.progress import Notify, Phases, no_phases
 from gimcli.status import Status
-from gimcli.structure.drive_check import explained
 from gimcli.structure.mobility import require_driven
 
 if TYPE_CHECKING:
@@ -56,9 +55,8 @@ def reduce(
     require_masses(mechanism)
     refuse_unmoved(mechanism, "add an actuator")
     chosen = chosen_input(mechanism, actuator)
-    with explained(mechanism):
-        require_driven(mechanism)
-        found = reduce_to_input(mechanism, chosen, steps, jit, notify, progress("reducing"))
+    require_driven(mechanism)
+    found = reduce_to_input(mechanism, chosen, steps, jit, notify, progress("reducing"))
     wheel = None
     if fluctuation is not None and rpm is not None:
         wheel = flywheel(found, rpm * math.pi / 30.0, fluctuation)

@@ -34,7 +34,7 @@ from gimcli.quantities.catalogue import catalogue
 from gimcli.quantities.quantity import Item
 from gimcli.rates.derivatives import ORDERS, law_rates, law_state
 from gimcli.rates.member_angles import full_turn
-from gimcli.structure.drive_check import explained, require_consistent
+from gimcli.structure.drive_check import require_consistent
 from gimcli.structure.plan import make_plan
 
 if TYPE_CHECKING:
@@ -123,16 +123,14 @@ def sensitivity(
         StructureError: the mechanism is not fully driven, over-driven or contradictory.
     """
     whole = bool(mechanism.drivers) and not at and not inputs
-    with explained(mechanism):
-        make_plan(mechanism)
+    make_plan(mechanism)
     reduced, quantities = _quantities(mechanism, _texts(of), whole)
     chosen = _dimensions(mechanism, names_of(by))
-    with explained(mechanism):
-        if whole:
-            _refuse_much(len(quantities) * (len(chosen) + 1) * (steps + 1))
-            motion = _motion(mechanism, steps, jit, notify)
-        else:
-            motion = _position(mechanism, inputs_of(mechanism, at, inputs))
+    if whole:
+        _refuse_much(len(quantities) * (len(chosen) + 1) * (steps + 1))
+        motion = _motion(mechanism, steps, jit, notify)
+    else:
+        motion = _position(mechanism, inputs_of(mechanism, at, inputs))
     work = BLOCK_SECONDS * (1 + len(chosen)) * len(make_plan(mechanism).steps) * (1 + len(motion.time) // 256)
     run = choose(jit, work, notify, ("play_designs",))
     chosen, fixed, rows = _derivatives(motion, quantities, chosen, bool(by), run)

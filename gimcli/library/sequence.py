@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from gimcli.gim.report import SequenceGroupReport, report as report_groups
-from gimcli.library.inputs import Strategy, inputs_of
+from gimcli.library.inputs import Strategy, Tolerance, inputs_of
 from gimcli.library.machines import for_each_machine
 from gimcli.library.record import Records, RowField
 from gimcli.library.result import Result
@@ -14,7 +14,7 @@ from gimcli.mechanism import ComplexArray, Mechanism
 from gimcli.motion.solve import solve
 from gimcli.positions.options import Options
 from gimcli.status import Status
-from gimcli.structure.drive_check import explained, require_consistent
+from gimcli.structure.drive_check import require_consistent
 from gimcli.table import Table
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 @for_each_machine()
 def sequence(
     mechanism: Mechanism, at: Mapping[str, float | str] | None = None, *, strategy: Strategy = "spectral",
-    tolerance: float = 1e-10, **inputs: float,
+    tolerance: Tolerance = 1e-10, **inputs: float,
 ) -> SequenceResult:  # fmt: skip
     """Search the sequence of moves of the Geometrical-Iterative Method, for example `sequence(m, motor=45)`.
 
@@ -46,13 +46,11 @@ def sequence(
         StructureError: the mechanism is not fully driven, over-driven or contradictory, or a pair cannot be written as
             the rules of the paper need it.
     """
-    chosen = Options.checked("auto", strategy, tolerance, "auto")
     values = inputs_of(mechanism, at, inputs)
-    with explained(mechanism):
-        position = solve(mechanism, values, Options(tolerance=tolerance))
-        require_consistent(mechanism, position.z, values, position.status, tolerance)
-        z = position.z if position.status is Status.OK else mechanism.drawn
-        groups = report_groups(mechanism, z, values, chosen.strategy, tolerance)
+    position = solve(mechanism, values, Options(tolerance=tolerance))
+    require_consistent(mechanism, position.z, values, position.status, tolerance)
+    z = position.z if position.status is Status.OK else mechanism.drawn
+    groups = report_groups(mechanism, z, values, strategy, tolerance)
     return SequenceResult(mechanism, groups, z, position.status)
 
 

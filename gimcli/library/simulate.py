@@ -31,7 +31,7 @@ from gimcli.errors import UsageError
 from gimcli.graphs.extras import Extras, texts
 from gimcli.graphs.plots import drawn
 from gimcli.library.by_name import ByName, angles
-from gimcli.library.inputs import MOST_STEPS, Jit, OneOf, Range
+from gimcli.library.inputs import MOST_STEPS, Jit, Number, OneOf, Range
 from gimcli.library.machines import accepted, driven_machines, for_each_machine
 from gimcli.library.result import RowsResult
 from gimcli.library.trace_result import Placed
@@ -45,7 +45,6 @@ from gimcli.rates.derivatives import MotionRates
 from gimcli.rates.member_angles import full_turn
 from gimcli.status import Status
 from gimcli.structure.carried import carried_point
-from gimcli.structure.drive_check import explained
 from gimcli.table import Column, Table, per_second
 
 if TYPE_CHECKING:
@@ -58,6 +57,10 @@ ROWS = 200
 MOST_ROWS = 1_000_000
 LEAST = 3e-14
 """Relative tolerance below which steps do not become more accurate."""
+
+Duration = Annotated[float, Number("a number of seconds above 0 and below 1e9", lambda time: 0.0 < time < 1e9)]
+Accuracy = Annotated[float, Number("a number from 1e-14 to 1e-2", lambda value: 1e-14 <= value <= 1e-2)]
+Slip = Annotated[float | None, Number("a number of rad/s above 0", lambda slip: 0.0 < slip < 1e9)]
 
 STEP = 1e-3
 """Default step of "rk4" [s]; a shorter motion is one step."""
@@ -91,8 +94,9 @@ def _own(mechanism: Mechanism, given: dict[str, Any]) -> dict[str, Any]:
 
 @for_each_machine(_machines, _own)
 def simulate(
-    mechanism: Mechanism, duration: float = 5.0, *, dt: float | None = None, integrator: str = "", rtol: float = 1e-9,
-    step: float | None = None, slip: float | None = None, standstills: Annotated[int, Range(0, MOST_STEPS)] = 0,
+    mechanism: Mechanism, duration: Duration = 5.0, *, dt: float | None = None,
+    integrator: Annotated[str, OneOf(INTEGRATORS)] = "", rtol: Accuracy = 1e-9,
+    step: float | None = None, slip: Slip = None, standstills: Annotated[int, Range(0, MOST_STEPS)] = 0,
     reactions: bool = False, measure: str | Sequence[str] = (), plot: str | Sequence[str] = (), jit: Jit = "auto",
     notify: Notify | None = None, progress: Phases = no_phases, seconds: float | None = None,
 ) -> SimulateResult:  # fmt: skip
@@ -131,10 +135,6 @@ def simulate(
         StructureError: no input is free, or the mechanism is not fully driven or over-driven.
     """
     times = _times(duration, dt)
-    if not 1e-14 <= rtol <= 1e-2:
-        raise UsageError(f"rtol: expected a number from 1e-14 to 1e-2, got {rtol:g}")
-    if integrator:
-        OneOf(INTEGRATORS).refuse("integrator", integrator)
     _check_slip(mechanism, slip)
     extras = _extras(mechanism, measure, plot)
     turns = duration * max((abs(r.speed) / math.tau for r in mechanism.dynamics.releases if r.free), default=0.0)
@@ -149,7 +149,7 @@ def simulate(
     most = SIMULATION.interpreted if short else SIMULATION.work
     own = _step(mechanism, integrator, step, duration)
     settings = Settings(integrator, max(rtol, LEAST), own, standstills, slip or 0.0, most)
-    with explained(mechanism), limited(seconds=seconds) as limit:
+    with limited(seconds=seconds) as limit:
         found = simulate_times(mechanism, times, settings, run, progress("simulating"))
         if short and found.status is Status.WORK_LIMIT and not limit.reached:
             run, settings = choose("on", 0.0, notify, ("move",)), replace(settings, work=SIMULATION.work)
@@ -185,12 +185,8 @@ def _has_dry_friction(mechanism: Mechanism) -> bool:
 
 
 def _check_slip(mechanism: Mechanism, slip: float | None) -> None:
-    """Raise UsageError if the slip speed is not a positive number, or nothing has dry friction."""
-    if slip is None:
-        return
-    if not 0.0 < slip < 1e9:
-        raise UsageError(f"slip: expected a number of rad/s above 0, got {slip:g}")
-    if not _has_dry_friction(mechanism):
+    """Raise UsageError for a slip speed where nothing has dry friction."""
+    if slip is not None and not _has_dry_friction(mechanism):
         raise UsageError(f"slip: no pair of {mechanism.name} has dry friction; add `mu` in `friction`, or leave it out")
 
 
@@ -369,8 +365,6 @@ class SimulateResult(Placed, RowsResult):
 
 def _times(time: float, dt: float | None) -> FloatArray:
     every = time / ROWS if dt is None else dt
-    if not 0.0 < time < 1e9:
-        raise UsageError(f"duration: expected a number of seconds above 0 and below 1e9, got {time:g}")
     if not 0.0 < every <= time:
         raise UsageError(f"dt: expected a number of seconds above 0 and at most the time {time:g}, got {every:g}")
     count = int(time / every * (1.0 + 1e-12))

@@ -16,7 +16,6 @@ from gimcli.library.result import Result
 from gimcli.mechanism import Mechanism
 from gimcli.progress import Phases, no_phases
 from gimcli.rounding import at_inputs, intervals
-from gimcli.structure.drive_check import explained
 from gimcli.table import Table
 
 if TYPE_CHECKING:
@@ -56,8 +55,7 @@ def singularities(mechanism: Mechanism, *, progress: Phases = no_phases) -> Sing
         StructureError: the mechanism has no actuator, or is not fully driven or over-driven.
         UnassembledError: no assembled position to start from was found.
     """
-    with explained(mechanism):
-        return SingularitiesResult(mechanism, survey(mechanism, progress=progress("following branches")))
+    return SingularitiesResult(mechanism, survey(mechanism, progress=progress("following branches")))
 
 
 class SingularitiesResult(Result):

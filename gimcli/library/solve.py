@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from gimcli.errors import UsageError
 from gimcli.library.by_name import ByName, angles, coordinates, places
-from gimcli.library.inputs import Jit, Method, OneOf, Seed, Strategy, checked, in_file_units, inputs_of
+from gimcli.library.inputs import Jit, Method, OneOf, Seed, Strategy, Tolerance, checked, in_file_units, inputs_of
 from gimcli.library.record import Records, RowField, VectorField, quantity_rows
 from gimcli.library.result import Result
 from gimcli.mechanism import Mechanism
@@ -20,7 +20,7 @@ from gimcli.motion.solve import solve as solve_position
 from gimcli.positions.options import Options
 from gimcli.positions.position import Position
 from gimcli.rounding import greatest, titled
-from gimcli.structure.drive_check import explained, require_consistent
+from gimcli.structure.drive_check import require_consistent
 from gimcli.table import Table, per_second
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ EXACT = 1e-9
 @checked
 def solve(
     mechanism: Mechanism, at: Mapping[str, Any] | None = None, *, method: Method = "auto",
-    strategy: Strategy = "spectral", tolerance: float = 1e-10, start: Annotated[str, OneOf(STARTS)] = "drawn",
+    strategy: Strategy = "spectral", tolerance: Tolerance = 1e-10, start: Annotated[str, OneOf(STARTS)] = "drawn",
     seed: Seed = 0, history: bool = False, velocities: bool = False, measure: str | Sequence[str] = (),
     jit: Jit = "auto", sequence: str = "", **inputs: Any,
 ) -> Any:  # fmt: skip
@@ -86,10 +86,9 @@ def solve(
         from gimcli.library.solved_positions import solved_positions
 
         return solved_positions(mechanism, given, tolerance, measure)
-    chosen = Options.checked(method, strategy, tolerance, jit, sequence, seed if start == "random" else None)
+    chosen = Options(method, strategy, tolerance, jit, seed=seed if start == "random" else None, moves=sequence)
     values = inputs_of(mechanism, at, inputs)
-    with explained(mechanism):
-        position = solve_position(mechanism, values, chosen, history)
+    position = solve_position(mechanism, values, chosen, history)
     if start == "drawn":
         require_consistent(mechanism, position.z, position.inputs, position.status, tolerance)
     law = moving = None

@@ -20,7 +20,6 @@ from gimcli.motion.motion import Motion
 from gimcli.quantities.coordinates import MemberTurning, PointVector
 from gimcli.quantities.state import AT_REST, SeparateState
 from gimcli.status import Status
-from gimcli.structure.drive_check import explained
 from gimcli.table import Column, Table
 
 
@@ -36,8 +35,7 @@ def solved_positions(
         raise UsageError(f"at: expected arrays with one axis, got {given[0].ndim}")
     rows = [inputs_of(mechanism, dict(zip(at, row, strict=True)), {}) for row in np.stack(given, axis=1).tolist()]
     inputs = np.array(rows).reshape(len(rows), -1)
-    with explained(mechanism):
-        found = Family(mechanism, [], tolerance).solve(np.empty((len(rows), 0)), inputs=inputs[:, :, None])
+    found = Family(mechanism, [], tolerance).solve(np.empty((len(rows), 0)), inputs=inputs[:, :, None])
     return SolvedPositions(mechanism, found, inputs.T, Extras(mechanism, measure))
 
 

@@ -20,7 +20,7 @@ from gimcli.families.quantity_text import texts_of
 from gimcli.families.sweep_job import SweepJob, chunk_size, default_keep
 from gimcli.families.sweep_run import SweepRun, SweepTables
 from gimcli.families.variation import MOST_VALUES, varied
-from gimcli.library.inputs import OneOf, Range, Seed, Steps, checked, refuse_unmoved
+from gimcli.library.inputs import OneOf, Range, Seed, Steps, Tolerance, checked, refuse_unmoved
 from gimcli.library.machines import accepted, driven_machines
 from gimcli.library.record import Records, RowField
 from gimcli.library.result import RowsResult, UnderWay, in_parts
@@ -31,7 +31,6 @@ from gimcli.positions.dispatch import choose, plain
 from gimcli.progress import Notify, Phases, no_phases
 from gimcli.rounding import number
 from gimcli.status import Status
-from gimcli.structure.drive_check import explained
 from gimcli.structure.plan import make_plan
 from gimcli.table import Table, labelled
 from gimcli.version import __version__
@@ -53,7 +52,7 @@ def sweep(
     mechanism: Mechanism, vary: Vary, *, steps: Steps = 72,
     samples: Annotated[int | None, Range(1, MOST_VALUES)] = None, points: Annotated[str, OneOf(POINTS)] = "random",
     seed: Seed = 0, keep: str | Sequence[str] = (), where: str = "", goal: str = "",
-    best: Annotated[int, Range(0, MOST_VALUES)] = 0, rows: bool = False, tolerance: float = 1e-10,
+    best: Annotated[int, Range(0, MOST_VALUES)] = 0, rows: bool = False, tolerance: Tolerance = 1e-10,
     workers: Annotated[int, Range(1, MOST_WORKERS)] = 1, scheduler: str = "", folder: Path | str | None = None,
     resume: bool = False, notify: Notify | None = None, progress: Phases = no_phases,
 ) -> UnderWay[SweepResult]:  # fmt: skip
@@ -96,8 +95,6 @@ def sweep(
         raise UsageError("workers are processes on this machine, scheduler uses those of a cluster: remove one of them")
     if resume and folder is None:
         raise UsageError("resume continues a sweep from its folder: give the same folder, or the same output file")
-    if not 1e-14 <= tolerance < 1.0:
-        raise UsageError(f"tolerance: expected a number from 1e-14 to below 1, got {tolerance}")
     full: dict[str, Any] = {}
     for name, given in (vary if isinstance(vary, Mapping) else _designs(vary)).items():
         own = written(mechanism).dimension(name).name
@@ -109,9 +106,8 @@ def sweep(
     if len(mechanism.machines) > 1:
         job = SweepJob(mechanism, table, steps, texts, where, goal, best, tolerance, rows=rows)
         mechanism = _swept_machine(mechanism, job)
-    with explained(mechanism):
-        make_plan(mechanism)
-        refuse_unmoved(mechanism, "add an actuator")
+    make_plan(mechanism)
+    refuse_unmoved(mechanism, "add an actuator")
     texts = texts_of(texts, SweepJob(mechanism, table).names) or default_keep(mechanism, rows)
     size = chunk_size(mechanism, steps)
     job = SweepJob(mechanism, table, steps, texts, where, goal, best, tolerance, size, rows=rows, notify=notify)

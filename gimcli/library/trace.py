@@ -11,7 +11,18 @@ import numpy as np
 
 from gimcli.errors import UsageError
 from gimcli.graphs.extras import Extras
-from gimcli.library.inputs import MOST_STEPS, Jit, Method, OneOf, Range, Steps, Strategy, checked, refuse_unmoved
+from gimcli.library.inputs import (
+    MOST_STEPS,
+    Jit,
+    Method,
+    OneOf,
+    Range,
+    Steps,
+    Strategy,
+    Tolerance,
+    checked,
+    refuse_unmoved,
+)
 from gimcli.library.result import UnderWay, in_parts
 from gimcli.library.trace_result import TraceResult
 from gimcli.mechanism import FloatArray, Mechanism
@@ -21,8 +32,7 @@ from gimcli.positions.options import Options
 from gimcli.progress import Notify, Phases, no_phases
 from gimcli.quantities.point_ranges import PointRanges
 from gimcli.rates.member_angles import LawAngles
-from gimcli.structure.drive_check import explained, require_consistent
-from gimcli.structure.plan import make_plan
+from gimcli.structure.drive_check import require_consistent
 from gimcli.table import Table
 
 if TYPE_CHECKING:
@@ -39,7 +49,7 @@ def trace(
     measure: str | Sequence[str] = (), plot: str | Sequence[str] = (),
     at_limit: Annotated[str, OneOf(AT_LIMIT)] = "stop", circuit: bool = False,
     branch: Annotated[int, Range(1, MOST_STEPS)] = 1, all_branches: bool = False,
-    method: Method = "auto", strategy: Strategy = "spectral", tolerance: float = 1e-10,
+    method: Method = "auto", strategy: Strategy = "spectral", tolerance: Tolerance = 1e-10,
     jit: Jit = "auto", sequence: str = "", notify: Notify | None = None, progress: Phases = no_phases,
 ) -> UnderWay[TraceResult]:  # fmt: skip
     """Trace the motion that the actuators' laws prescribe, or whole circuits.
@@ -81,30 +91,27 @@ def trace(
         UnassembledError: with `circuit` or `all_branches`, if no assembled position to start from was found; a motion
             along the laws has a status instead.
     """
-    chosen = Options.checked(method, strategy, tolerance, jit, sequence)
+    chosen = Options(method, strategy, tolerance, jit, moves=sequence)
     extras = partial(Extras, mechanism, measure, plot, derivatives)
     own = extras()
-    with explained(mechanism):
-        if not mechanism.actuators:
-            make_plan(mechanism)
-        refuse_unmoved(mechanism, "add an actuator, or use `gim solve`")
-        if circuit or all_branches:
-            from gimcli.library.circuit_trace import CircuitTrace
+    refuse_unmoved(mechanism, "add an actuator, or use `gim solve`")
+    if circuit or all_branches:
+        from gimcli.library.circuit_trace import CircuitTrace
 
-            _refuse_mixed(method, own.order, at_limit, branch, all_branches)
-            circuits = partial(CircuitTrace, steps=steps, tolerance=tolerance, branch=branch, every=all_branches)
-            if len(mechanism.machines) == 1:
-                return circuits(mechanism, extras=extras, progress=progress)
-            from gimcli.library.machines import MachineTables, driven_machines
+        _refuse_mixed(method, own.order, at_limit, branch, all_branches)
+        circuits = partial(CircuitTrace, steps=steps, tolerance=tolerance, branch=branch, every=all_branches)
+        if len(mechanism.machines) == 1:
+            return circuits(mechanism, extras=extras, progress=progress)
+        from gimcli.library.machines import MachineTables, driven_machines
 
-            begun = {
-                name: circuits(one, extras=partial(Extras, one, measure, plot, derivatives), progress=progress)
-                for name, one, *_ in driven_machines(mechanism)
-            }
-            return next(iter(begun.values())) if len(begun) == 1 else cast(Any, MachineTables(mechanism, begun))
-        if at_limit != "stop" or branch > 1:
-            _refuse_mixed(method, own.order if at_limit == "reverse" else 0)
-        return MotionTrace(mechanism, steps, chosen, own, at_limit, branch, notify, progress)
+        begun = {
+            name: circuits(one, extras=partial(Extras, one, measure, plot, derivatives), progress=progress)
+            for name, one, *_ in driven_machines(mechanism)
+        }
+        return next(iter(begun.values())) if len(begun) == 1 else cast(Any, MachineTables(mechanism, begun))
+    if at_limit != "stop" or branch > 1:
+        _refuse_mixed(method, own.order if at_limit == "reverse" else 0)
+    return MotionTrace(mechanism, steps, chosen, own, at_limit, branch, notify, progress)
 
 
 def _refuse_mixed(method: str, rates: int, at_limit: str = "stop", branch: int = 1, every: bool = False) -> None:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
@@ -14,23 +14,24 @@ from gimcli.comparison.timing import TIMING, Clock
 from gimcli.comparison.tradeoff import STEPS, TOLERANCES, Tradeoff, advise, tradeoff as compare
 from gimcli.connected import grouped
 from gimcli.errors import UsageError
-from gimcli.library.inputs import Jit, Steps, refuse_unmoved
+from gimcli.library.inputs import Jit, Number, Steps, refuse_unmoved
 from gimcli.library.machines import driven_machines, for_each_machine
 from gimcli.library.record import Records, RowField
 from gimcli.library.result import Result
 from gimcli.mechanism import Mechanism
 from gimcli.progress import Notify, Phases, no_phases
-from gimcli.structure.drive_check import explained
 
 if TYPE_CHECKING:
     from gimcli.output.picture import Content
 
 FINEST, COARSEST = 1e-14, 1.0
 
+Seconds = Annotated[float, Number("a number of at least 1", lambda value: value >= 1.0)]
+
 
 @for_each_machine(driven_machines)
 def tradeoff(
-    mechanism: Mechanism, steps: Steps = STEPS, *, tolerances: Sequence[float] = (), seconds: float = 10.0,
+    mechanism: Mechanism, steps: Steps = STEPS, *, tolerances: Sequence[float] = (), seconds: Seconds = 10.0,
     jit: Jit = "auto", notify: Notify | None = None, progress: Phases = no_phases, clock: Clock = TIMING.clock,
 ) -> TradeoffResult:  # fmt: skip
     """Compare time and true error of all methods at several tolerances, on the motion along the actuators' laws.
@@ -52,16 +53,13 @@ def tradeoff(
         UsageError: an invalid argument.
         StructureError: the mechanism has no actuator, or is not fully driven or over-driven.
     """
-    if not seconds >= 1.0:
-        raise UsageError(f"seconds: expected a number of at least 1, got {seconds:g}")
     for value in tolerances:
         if not FINEST <= value < COARSEST:
             raise UsageError(f"tolerances: expected numbers from 1e-14 to below 1, got {value:g}")
     chosen = tuple(dict.fromkeys(tolerances)) or TOLERANCES
-    with explained(mechanism):
-        refuse_unmoved(mechanism, "add an actuator")
-        timing = replace(TIMING, clock=clock)
-        found = compare(mechanism, steps, chosen, jit, notify, progress("comparing"), timing, seconds)
+    refuse_unmoved(mechanism, "add an actuator")
+    timing = replace(TIMING, clock=clock)
+    found = compare(mechanism, steps, chosen, jit, notify, progress("comparing"), timing, seconds)
     return TradeoffResult(found, steps)
 
 

@@ -31,7 +31,6 @@ from gimcli.reach.report import (
 )  # fmt: skip
 from gimcli.rounding import at_inputs, interval, length, number
 from gimcli.structure.carried import carried_point
-from gimcli.structure.drive_check import explained
 from gimcli.structure.mobility import assembled
 from gimcli.structure.plan import make_plan
 from gimcli.table import Table, labelled
@@ -83,8 +82,7 @@ def workspace(
         raise UsageError("resume: continues a grid; give the same grid and the same folder again")
     if grid and held:
         raise UsageError("grid: needs all inputs, but orientation fixes some of them; remove one of the two")
-    with explained(mechanism):
-        make_plan(mechanism)
+    make_plan(mechanism)
     refuse_unmoved(mechanism, "add an actuator")
     freedoms = task_of(mechanism, name, held).freedoms
     kept = None if folder is None else Kept(Path(folder), resume)

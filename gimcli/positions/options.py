@@ -27,17 +27,5 @@ class Options:
     moves: str = ""  # a sequence given by the user, "A>B C>B ..."; "": search for one
 
     def __post_init__(self) -> None:
-        for name, known in (("method", METHODS), ("strategy", STRATEGIES), ("jit", JIT)):
-            if getattr(self, name) not in known:
-                raise UsageError(f"{name}: expected one of {', '.join(known)}, got '{getattr(self, name)}'")
-
-    @classmethod
-    def checked(
-        cls, method: str, strategy: str, tolerance: float, jit: str, moves: str = "", seed: int | None = None
-    ) -> Options:
-        """Return the options; raises UsageError for a tolerance out of range, or a sequence without method gim."""
-        if not 1e-14 <= tolerance < 1.0:
-            raise UsageError(f"tolerance: expected a number from 1e-14 to below 1, got {tolerance:g}")
-        if moves and method != "gim":
+        if self.moves and self.method != "gim":
             raise UsageError("sequence: needs method gim")
-        return cls(method, strategy, tolerance, jit, seed=seed, moves=moves)

@@ -20,7 +20,8 @@ def explained(mechanism: Mechanism) -> Iterator[None]:
     except StructureError:
         from gimcli.structure.mobility import require_driven
 
-        require_driven(mechanism)
+        for one in mechanism.machines:
+            require_driven(one.mechanism)
         raise
 
 
