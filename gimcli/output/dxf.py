@@ -13,9 +13,8 @@ import ezdxf
 import numpy as np
 from ezdxf import options
 
-from gimcli.mechanism import ComplexArray
 from gimcli.output.atomic import written_text
-from gimcli.output.geometry import Geometry, Lettering, PinCircle, Polyline, Shape, Spot
+from gimcli.output.geometry import Geometry, Shape
 
 RELEASE = "R2010"
 """The version of the format: text in UTF-8, read by all programs in use."""
@@ -68,18 +67,18 @@ def layer_names(names: Iterable[str]) -> list[str]:
 
 def _add(space: Any, shape: Shape, layer: str) -> None:
     """Add a shape to a layer; a polyline of two points is a line."""
-    look = {"layer": layer}
-    if isinstance(shape, PinCircle):
-        space.add_circle(_pair(shape.centre), shape.radius, look)
-    elif isinstance(shape, Spot):
-        space.add_point(_pair(shape.at), look)
-    elif isinstance(shape, Lettering):
-        text = space.add_text(re.sub(r"[\x00-\x1f]", " ", shape.text), height=shape.height, dxfattribs=look)
-        text.dxf.insert = _pair(shape.at)
-    elif len(shape.points) == 2 and not shape.closed:
-        space.add_line(*map(_pair, shape.points.tolist()), look)
+    look, places = {"layer": layer}, list(map(_pair, shape.points.tolist()))
+    if shape.text:
+        text = space.add_text(re.sub(r"[\x00-\x1f]", " ", shape.text), height=shape.size, dxfattribs=look)
+        text.dxf.insert = places[0]
+    elif shape.size:
+        space.add_circle(places[0], shape.size, look)
+    elif len(places) == 1:
+        space.add_point(places[0], look)
+    elif len(places) == 2 and not shape.closed:
+        space.add_line(*places, look)
     else:
-        space.add_lwpolyline(list(map(_pair, shape.points.tolist())), "xy", close=shape.closed, dxfattribs=look)
+        space.add_lwpolyline(places, "xy", close=shape.closed, dxfattribs=look)
 
 
 def _pair(z: complex) -> tuple[float, float]:
@@ -88,20 +87,13 @@ def _pair(z: complex) -> tuple[float, float]:
 
 def _show_all(drawing: Any, content: Geometry) -> None:
     """Store the extent of the drawing, and show all of it when it is opened."""
-    z = np.concatenate([_extent(shape) for shapes in content.layers.values() for shape in shapes])
+    every = [(one.points, 0.0 if one.text else one.size) for shapes in content.layers.values() for one in shapes]
+    z = np.concatenate([points + size * corner for points, size in every for corner in (-1 - 1j, 1 + 1j)])
     low, high = complex(z.real.min(), z.imag.min()), complex(z.real.max(), z.imag.max())
     drawing.header["$EXTMIN"], drawing.header["$EXTMAX"] = (*_pair(low), 0.0), (*_pair(high), 0.0)
     drawing.modelspace().reset_extents((*_pair(low), 0.0), (*_pair(high), 0.0))
     height = max((high - low).imag, (high - low).real / 1.5)
     drawing.set_modelspace_vport(1.2 * height or 1.0, _pair((low + high) / 2))
-
-
-def _extent(shape: Shape) -> ComplexArray:
-    if isinstance(shape, Polyline):
-        return shape.points
-    if isinstance(shape, PinCircle):
-        return np.array([shape.centre - shape.radius * (1 + 1j), shape.centre + shape.radius * (1 + 1j)])
-    return np.array([shape.at])
 
 
 @contextmanager

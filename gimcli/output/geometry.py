@@ -6,20 +6,17 @@ A motion is a position, and the curves of the traced points.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import NamedTuple, cast
 
 import numpy as np
 
 from gimcli.mechanism import ComplexArray, Mechanism
 from gimcli.output.curves import pieces
-from gimcli.output.scene import Scene, Slider
+from gimcli.output.scene import Scene
+from gimcli.output.symbols import Seat, Symbol
 from gimcli.table import Table
-
-if TYPE_CHECKING:
-    from gimcli.output.gear_outlines import GearOutlines
-
 
 PIN = 0.01
 """Radius of a pin, relative to the extent of the mechanism."""
@@ -30,39 +27,13 @@ CLOSED = 1e-9
 FRAME, PINS, GUIDES, BLOCKS, POINTS, NAMES = "frame", "pins", "guides", "blocks", "points", "names"
 
 
-@dataclass(frozen=True)
-class Polyline:
-    """Straight lines between points."""
+class Shape(NamedTuple):
+    """A line through points, a circle or a text at a point, or only a point."""
 
     points: ComplexArray
     closed: bool = False
-
-
-@dataclass(frozen=True)
-class PinCircle:
-    """A circle."""
-
-    centre: complex
-    radius: float
-
-
-@dataclass(frozen=True)
-class Spot:
-    """A single point."""
-
-    at: complex
-
-
-@dataclass(frozen=True)
-class Lettering:
-    """A text that begins at a place."""
-
-    at: complex
-    text: str
-    height: float
-
-
-Shape = Polyline | PinCircle | Spot | Lettering
+    size: float = 0.0  # radius of a circle, or height of a text
+    text: str = ""  # begins at the point
 
 
 @dataclass
@@ -83,7 +54,7 @@ class Geometry:
 
     def add_loops(self, name: str, loops: Sequence[ComplexArray]) -> None:
         """Add closed curves."""
-        self.add(name, *(Polyline(loop, closed=True) for loop in loops))
+        self.add(name, *(Shape(loop, closed=True) for loop in loops))
 
     def add_mechanism(self, mechanism: Mechanism, z: ComplexArray, points: Mapping[str, complex] | None = None) -> None:
         """Add a mechanism at a position (nodes,) in the file's coordinates, with the names of its nodes and points."""
@@ -93,9 +64,9 @@ class Geometry:
 def _shape(curve: ComplexArray) -> Shape:
     extent = float(max(np.ptp(curve.real), np.ptp(curve.imag)))
     if extent <= CLOSED * float(np.max(np.abs(curve))):
-        return Spot(complex(curve[0]))
+        return Shape(curve[:1])
     closed = len(curve) > 3 and abs(curve[-1] - curve[0]) <= CLOSED * extent
-    return Polyline(curve[:-1] if closed else curve, bool(closed))
+    return Shape(curve[:-1] if closed else curve, bool(closed))
 
 
 class _MechanismLayers:
@@ -108,56 +79,41 @@ class _MechanismLayers:
 
     def add(self, points: Mapping[str, complex]) -> None:
         """Add everything."""
-        scene, geometry = self.scene, self.geometry
-        for body in scene.bodies:
-            layer = f"member {scene.mechanism.members[body.member].name}"
-            geometry.add(layer, Polyline(scene.line(body.outline, self.z), body.kind == "plate"))
-        for slider in scene.sliders:
-            self._add_slider(slider)
-        for drive in scene.cylinders:
-            geometry.add(f"actuator {drive.name}", Polyline(self.z[list(drive.nodes)]))
-        if scene.gears:
-            self._add_gears(scene.gears)
-        for element in scene.elements:
-            if element.pivot < 0:
-                geometry.add(f"{element.kind} {element.name}", Polyline(scene.line(element.ends, self.z)))
+        scene = self.scene
+        self._add_symbols(scene.bodies)
+        for guide, *bracket, block in scene.sliders:
+            layer = FRAME if guide.fixed else GUIDES
+            self.geometry.add(layer, *(Shape(scene.line(one.ends, self.z)) for one in (guide, *bracket)))
+            self._add_block(cast(Seat, guide.seat).axes(scene, self.z).along, scene.line(block.ends, self.z))
+        self._add_symbols((*scene.cylinders, *scene.gears, *(one for one in scene.elements if len(one.ends) == 2)))
         self._add_nodes({name: complex(scene.place(a, self.z)) for name, a in scene.tracers.items()} | dict(points))
 
-    def _add_gears(self, outlines: GearOutlines) -> None:
-        """Add pitch circles, belts and the pitch lines of racks, each gear on its own layer."""
-        for wheel in outlines.wheels:
-            self.geometry.add(f"gear {wheel.gear}", PinCircle(complex(self.z[wheel.pivot]), wheel.radius))
-        for belt in outlines.belts:
-            first, second = (complex(self.z[pivot]) for pivot in belt.pivots)
-            self.geometry.add(f"gear {belt.gear}", Polyline(belt.path(first, second)[:-1], closed=True))
-        for rack in outlines.racks:
-            self.geometry.add(f"gear {rack.gear}", Polyline(self.scene.line(rack.ends, self.z)))
+    def _add_symbols(self, symbols: Iterable[Symbol]) -> None:
+        """Add pitch circles, belts, outlines of members and lines between two places, each on its own layer."""
+        for symbol in symbols:
+            stroke, shape = symbol.strokes[0], Shape(self.scene.line(symbol.ends, self.z), symbol.filled, symbol.radius)
+            if symbol.seat and not symbol.radius and np.any(stroke.lengths):
+                shape = Shape(stroke.paths(symbol.seat.axes(self.scene, self.z), 0.0)[0][:-1], closed=True)
+            self.geometry.add(symbol.part.replace(":", " ", 1), shape)
 
-    def _add_slider(self, slider: Slider) -> None:
-        """Add the line of a guide, the block on it, and the line from the guide to its member."""
-        scene, (first, last) = self.scene, self.scene.ends(slider, self.z)
-        along = complex(slider.along * scene.turn(slider.line.member, self.z))
-        layer = FRAME if slider.side else GUIDES
-        self.geometry.add(layer, Polyline(np.array([first, last])))
-        if slider.bracket:
-            self.geometry.add(layer, Polyline(scene.line(slider.bracket, self.z)))
-        nodes = self.z[list(slider.nodes)]
+    def _add_block(self, along: complex, nodes: ComplexArray) -> None:
+        """Add the block over some nodes on a line in a direction."""
         length, half = (nodes * along.conjugate()).real, 1.5 * self.radius
         low, high = (complex(nodes[at(length)]) for at in (np.argmin, np.argmax))
         right, left = along * (2 - 1j) * half, along * (2 + 1j) * half
-        self.geometry.add(BLOCKS, Polyline(np.array([low - left, high + right, high + left, low - right]), closed=True))
+        self.geometry.add(BLOCKS, Shape(np.array([low - left, high + right, high + left, low - right]), closed=True))
 
     def _add_nodes(self, points: Mapping[str, complex]) -> None:
         """Add pins, fixed nodes with a second circle, points, and all names."""
-        scene, geometry, mechanism = self.scene, self.geometry, self.scene.mechanism
-        named = {mechanism.nodes[node]: complex(self.z[node]) for node in sorted(scene.used | scene.fixed)}
-        geometry.add(PINS, *(PinCircle(complex(self.z[node]), self.radius) for node in scene.pins))
-        geometry.add(FRAME, *(PinCircle(complex(self.z[support.node]), 2 * self.radius) for support in scene.supports))
-        geometry.add(FRAME, *(Spot(complex(self.z[node])) for node in scene.crosses))
+        scene, geometry, nodes = self.scene, self.geometry, self.scene.mechanism.nodes
+        named = {nodes[node]: complex(self.z[node]) for node in sorted(scene.used | scene.fixed)}
+        geometry.add(PINS, *(Shape(self.z[[node]], size=self.radius) for node in scene.pins))
+        geometry.add(FRAME, *(Shape(scene.line(one.ends, self.z), size=2 * self.radius) for one in scene.supports))
+        geometry.add(FRAME, *(Shape(self.z[[node]]) for node in scene.crosses))
         named |= {name: at for name, at in points.items() if np.isfinite(at)}
-        geometry.add(POINTS, *(Spot(at) for name, at in named.items() if name not in mechanism.nodes))
-        beside = (1 + 1j) * 1.5 * self.radius
-        geometry.add(NAMES, *(Lettering(at + beside, name, 2 * self.radius) for name, at in named.items()))
+        geometry.add(POINTS, *(Shape(np.array([at])) for name, at in named.items() if name not in nodes))
+        beside, height = (1 + 1j) * 1.5 * self.radius, 2 * self.radius
+        geometry.add(NAMES, *(Shape(np.array([at + beside]), size=height, text=n) for n, at in named.items()))
 
 
 BRANCH = "branch"

@@ -13,10 +13,9 @@ from gimcli.mechanism import ComplexArray, Mechanism
 from gimcli.output import style
 from gimcli.output.curves import drawn_runs
 from gimcli.output.labels import Labels
-from gimcli.output.mechanism_symbols import GROUND, coloured, light_symbols, point_marks, strong_symbols
 from gimcli.output.picture import LAYOUT, Frame, Picture, PictureLayout
-from gimcli.output.scene import Scene
-from gimcli.output.style import FONT, INK, Mark, Pen, curve_pen
+from gimcli.output.scene import GROUND, Scene
+from gimcli.output.style import FONT, INK, Fill, Mark, Pen, curve_pen, tint
 from gimcli.table import labelled
 
 MOST_NAMES = 40
@@ -27,6 +26,9 @@ MOST_KEYS = 18
 
 NARROW, WIDE = 1.2, 4.2
 """Widths of the last and of the first of curves that overlap [pt]."""
+
+COLOURED = {style.LINK, style.BEAM, style.UPPER, style.ROD, style.PLATE, style.BLOCK, style.CYLINDER}
+"""Styles of members, blocks and cylinders, which have another colour in some pictures."""
 
 TOGETHER = 4.0
 """Marks that are nearer to each other have one text with their numbers [pt]."""
@@ -100,7 +102,7 @@ class Drawing:
             UsageError: there is no part of a name.
         """
         z, shown = scene.poses[pose], _parts(scene, only)
-        for symbol in light_symbols(scene):
+        for symbol in scene.light:
             if not only or symbol.name in shown:
                 for stroke in symbol.strokes:
                     self.picture.draw(stroke.style, *symbol.paths(stroke, scene, z, self.picture.frame.point))
@@ -109,22 +111,21 @@ class Drawing:
 
     def strong(self, scene: Scene, z: ComplexArray, colours: Mapping[str, str]) -> None:
         """Draw positions of the nodes (nodes,) with all symbols; `colours` replace black in parts by name."""
-        for symbol in strong_symbols(scene):
+        for symbol in scene.strong:
             with self.picture.named(symbol.part):
                 for stroke in symbol.strokes:
                     own = coloured(stroke.style, colours.get(symbol.name))
                     self.picture.draw(own, *symbol.paths(stroke, scene, z, self.picture.frame.point))
-        for part, mark, anchor in point_marks(scene):
+        for part, mark, anchor in scene.marks:
             with self.picture.named(part):
                 self.picture.draw(mark, complex(scene.place(anchor, z)))
 
     def lines(self, scene: Scene, z: ComplexArray, pen: Pen, pin: Mark) -> None:
         """Draw members and cylinders at positions (nodes,) as lines, with pins and blocks as marks."""
-        for body in scene.bodies:
-            outline = [scene.place(anchor, z) for anchor in body.outline]
-            self.picture.draw(pen, [*outline, *outline[: body.kind == "plate"]])
-        self.picture.draw(pen, *(z[list(drive.nodes)] for drive in scene.cylinders))
-        pinned = {*scene.pins, *(node for slider in scene.sliders for node in slider.nodes)} - scene.fixed
+        for symbol in (*scene.bodies, *scene.cylinders):
+            outline = scene.line(symbol.ends, z)
+            self.picture.draw(pen, np.append(outline, outline[: symbol.filled]))
+        pinned = {*scene.pins, *(end.node for block in scene.blocks for end in block.ends)} - scene.fixed
         self.picture.draw(pin, *z[sorted(pinned)].tolist())
 
     def crosses(self, scene: Scene) -> None:
@@ -173,10 +174,16 @@ class Drawing:
         return self.picture
 
 
+def coloured(own: Pen | Fill, colour: str | None) -> Pen | Fill:
+    """Return the style of a member, block or cylinder in a colour; areas are filled with a light tint of it."""
+    if colour is None or own not in COLOURED:
+        return own
+    return replace(own, color=colour) if isinstance(own, Pen) else replace(own, face=tint(colour), edge=colour)
+
+
 def part_names(scene: Scene) -> list[str]:
     """Return the names of the members, sliding pairs and drives."""
-    bodies = [scene.mechanism.members[body.member].name for body in scene.bodies]
-    return bodies + [slider.name for slider in scene.sliders] + [drive.name for drive in scene.drives]
+    return [symbol.name for symbol in (*scene.bodies, *scene.blocks, *scene.drives)]
 
 
 def _parts(scene: Scene, only: Sequence[str]) -> set[str]:

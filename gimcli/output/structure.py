@@ -96,13 +96,10 @@ def coloured_picture(
 def _number(labels: Labels, scene: Scene, numbers: Mapping[str, int]) -> None:
     """Request the number of its group on each link."""
     z = scene.poses[0]
-    places = {
-        **{scene.mechanism.members[b.member].name: [scene.place(a, z) for a in b.outline] for b in scene.bodies},
-        **{drive.name: list(z[list(drive.nodes)]) for drive in scene.cylinders},
-    }
+    places = {symbol.name: scene.line(symbol.ends, z) for symbol in (*scene.bodies, *scene.cylinders)}
     along = np.array([0.5, 0.42, 0.58, 0.34, 0.66, 0.26, 0.74])
     for link, number in numbers.items():
-        corners = np.array(places.get(link, ()), dtype=np.complex128)
+        corners = places.get(link, np.zeros(0))
         if len(corners) == 2:
             labels.at_best(corners[0] + along * (corners[1] - corners[0]), str(number), group_colour(number), NUMBER)
         elif len(corners):

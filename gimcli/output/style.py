@@ -84,6 +84,17 @@ GHOST_BLOCK = Fill(PAPER, PALE, 0.7, layer=2.5)
 CYLINDER = Fill("#cccccc", INK, 1.2, layer=6)
 HEAD = Fill(INK, INK, 0.3, layer=7)
 
+PITCH = Pen(0.9, dash=(9.0, 2.5, 1.5, 2.5), layer=3.5)
+RIM = Pen(1.4, layer=3.5)
+BELT = Pen(1.5, layer=3.5)
+TICK = Pen(1.1, layer=3.5)  # of a gear
+
+LIGHT: dict[Pen | Fill, Pen | Fill] = {
+    LINK: GHOST, BEAM: GHOST, UPPER: GHOST, ROD: GHOST, PLATE: GHOST_PLATE, BLOCK: GHOST_BLOCK,
+    PITCH: Pen(0.6, PALE, PITCH.dash, layer=2), BELT: Pen(0.7, PALE, layer=2),
+}  # fmt: skip
+"""The styles of light poses; other strokes are not drawn in them."""
+
 SPRING = Pen(1.0, layer=5)
 LOAD = Pen(1.6, "#7a3b00", layer=9)
 LOAD_HEAD = Fill("#7a3b00", "#7a3b00", 0.3, layer=9)

@@ -11,7 +11,7 @@ with start, span, along and turn of the symbol's seat, and pt the length of a ty
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -28,6 +28,7 @@ from gimcli.output.style import (
     GROUND,
     HATCH,
     HEAD,
+    LIGHT,
     LOAD,
     LOAD_HEAD,
     ROD,
@@ -64,6 +65,11 @@ class Seat:
     member: int = FRAME
     arm: Anchor | None = None  # if given, the symbol turns about `at` from the direction of `to` to that of `arm`
     turn: float = 0.0  # rad, in the middle of the motion; at most half a turn away from that of each position
+
+    @property
+    def places(self) -> tuple[Anchor, ...]:
+        """The anchors that determine it."""
+        return tuple(anchor for anchor in (self.at, self.to, self.arm) if anchor is not None)
 
     def axes(self, places: Anchors, z: ComplexArray) -> Axes:
         """Return the seat at positions of the nodes (nodes,)."""
@@ -110,11 +116,30 @@ class Symbol:
     seat: Seat | None = None
     corners: tuple[Anchor, ...] = ()  # without a seat
     fixed: bool = False  # nothing of it moves
+    radius: float = 0.0  # of a pitch circle about its seat; lengths in the file's unit
+    aside: complex = 0j  # direction in which it leaves no space for names beside its node
 
     @property
     def name(self) -> str:
         """The name of the member, pair, actuator, gear, ..."""
         return self.part.partition(":")[2]
+
+    @property
+    def ends(self) -> tuple[Anchor, ...]:
+        """Its corners, or the places of its seat: one, two, or three about a pivot."""
+        return self.corners or (self.seat.places if self.seat else ())
+
+    @property
+    def filled(self) -> bool:
+        """Whether it is an area."""
+        return isinstance(self.strokes[0].style, Fill)
+
+    @property
+    def light(self) -> Symbol:
+        """The symbol in a light pose: only strokes that have a light style."""
+        return replace(
+            self, strokes=tuple(replace(one, style=LIGHT[one.style]) for one in self.strokes if one.style in LIGHT)
+        )
 
     def paths(self, stroke: Stroke, places: Anchors, z: ComplexArray, point: float) -> list[ComplexArray]:
         """Return the lines or the outline of one of its strokes, for positions of the nodes (nodes,)."""

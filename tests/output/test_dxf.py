@@ -14,7 +14,7 @@ from in_process import gim
 
 import gimcli
 from gimcli.output.dxf import layer_names, write_dxf
-from gimcli.output.geometry import Geometry, Polyline
+from gimcli.output.geometry import Geometry, Shape
 
 CRANK, COUPLER, ROCKER, GROUND = 40.0, 120.0, 80.0, 100.0
 POINT = 60 + 40j
@@ -121,7 +121,7 @@ def test_pieces_between_gaps():
     first, second, third = geometry.layers["curve"]
     assert first.points.tolist() == [0, 1]
     assert second.points.tolist() == [2, 3 + 1j, 4]
-    assert third.at == 5
+    assert third.points.tolist() == [5]
 
 
 def test_the_workspace_of_two_links_is_an_annulus(tmp_path):
@@ -172,7 +172,7 @@ def test_models_with_other_pairs_are_written(model, tmp_path):
 def test_names_of_layers_are_valid_and_distinct(tmp_path):
     names = ["member A", "member a", "member x/y", "member x:y", "member " + 300 * "n", 'curve <"|*?>']
     assert layer_names(names[:4]) == ["member A", "member a (2)", "member x_y", "member x_y (2)"]
-    line = Polyline(np.array([0, 1 + 1j]))
+    line = Shape(np.array([0, 1 + 1j]))
     write_dxf(Geometry("mm", {name: [line] for name in names}), tmp_path / "n.dxf")
     assert len(read(tmp_path / "n.dxf").modelspace()) == len(names)
     assert len(read(tmp_path / "n.dxf").layers) == len(names) + 2

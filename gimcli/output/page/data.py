@@ -19,7 +19,6 @@ from gimcli.output import style
 from gimcli.output.anchors import Anchor
 from gimcli.output.animation import Animation, Clip, Moment, Section
 from gimcli.output.axis import value_window
-from gimcli.output.mechanism_symbols import light_symbols, point_marks, strong_symbols
 from gimcli.output.scene import Scene
 from gimcli.output.style import LONGEST_VECTOR, Mark, Pen
 from gimcli.output.symbols import ARROWHEAD, NECK, Seat, Stroke, Symbol, mark_strokes
@@ -159,28 +158,28 @@ class SceneData:
 
     def data(self, far: float) -> dict[str, Any]:
         """Return all items; nodes that only define a guide, if they are at most `far` from the origin along x and y."""
-        scene, mechanism = self.scene, self.scene.mechanism
+        scene, mechanism, members = self.scene, self.scene.mechanism, [one.name for one in self.scene.mechanism.members]
         crosses = [k for k in scene.crosses if _apart(complex(scene.poses[0][k]) - self.origin) <= far]
-        marks = [*point_marks(scene), *((mechanism.nodes[k], style.CROSS, Anchor(k)) for k in crosses)]
-        named = {*scene.pins, *scene.plain, *crosses, *(node for slider in scene.sliders for node in slider.nodes)}
+        marks = [*scene.marks, *((mechanism.nodes[k], style.CROSS, Anchor(k)) for k in crosses)]
+        blocks = [{"name": block.name, "nodes": [end.node for end in block.ends]} for block in scene.blocks]
+        named = {*scene.pins, *scene.plain, *crosses, *(end.node for block in scene.blocks for end in block.ends)}
         tracers = [{"name": name, "at": self.place(anchor)} for name, anchor in scene.tracers.items()]
         return {
             "nodes": list(mechanism.nodes),
-            "members": [member.name for member in mechanism.members],
+            "members": members,
             "carriers": [[carrier.origin, carrier.towards] for carrier in scene.carriers],
             "fixed": sorted(scene.fixed),
-            "bodies": [{"member": b.member, "outline": [self.place(a) for a in b.outline]} for b in scene.bodies],
+            "bodies": [{"member": members.index(b.name), "outline": self._places(b)} for b in scene.bodies],
             "lines": self._lines(),
-            "blocks": [{"name": slider.name, "nodes": list(slider.nodes)} for slider in scene.sliders],
-            "loads": [{"name": load.name, "at": self.place(load.at)} for load in scene.loads],
+            "blocks": blocks,
+            "loads": [{"name": load.name, "at": self._places(load)[0]} for load in scene.loads],
             "asides": [
-                *([d.nodes[0], *_pair(d.direction)] for d in scene.drives if d.kind == "turn"),
-                *([support.node, 0.0, 1.0 if support.upward else -1.0] for support in scene.supports),
+                [one.ends[0].node, *_pair(one.aside)] for one in (*scene.drives, *scene.supports) if one.aside
             ],
             "tracers": tracers,
             "named": [*([mechanism.nodes[k], k] for k in sorted(named)), *([t["name"], t["at"]] for t in tracers)],
-            "strong": self._strokes((*strong_symbols(scene), *(self._mark(*mark) for mark in marks))),
-            "light": self._strokes(light_symbols(scene)),
+            "strong": self._strokes((*scene.strong, *(self._mark(*mark) for mark in marks))),
+            "light": self._strokes(scene.light),
             "seats": self.seats,
         }  # fmt: skip
 
@@ -197,9 +196,12 @@ class SceneData:
 
     def _lines(self) -> list[dict[str, Any]]:
         """Return cylinders, springs and dampers between two places."""
-        cylinders = [(drive.name, map(Anchor, drive.nodes)) for drive in self.scene.cylinders]
-        elements = [(f"{one.kind} {one.name}", one.ends) for one in self.scene.elements if one.pivot < 0]
-        return [{"name": name, "ends": [self.place(end) for end in ends]} for name, ends in (*cylinders, *elements)]
+        lines = [(drive.name, drive) for drive in self.scene.cylinders]
+        lines += [(one.part.replace(":", " ", 1), one) for one in self.scene.elements if len(one.ends) == 2]
+        return [{"name": name, "ends": self._places(symbol)} for name, symbol in lines]
+
+    def _places(self, symbol: Symbol) -> list[int | list[float]]:
+        return list(map(self.place, symbol.ends))
 
     def _mark(self, part: str, mark: Mark, at: Anchor) -> Symbol:
         return Symbol(part, mark_strokes(mark), Seat(at, None, 1.0), fixed=at.node in self.scene.fixed)
@@ -216,7 +218,7 @@ class SceneData:
         """Return the number of the seat of a symbol, or its corners."""
         seat = symbol.seat
         if seat is None:
-            return {"corners": [self.place(corner) for corner in symbol.corners]}
+            return {"corners": self._places(symbol)}
         self.seats.append({
             "at": self.place(seat.at), "to": None if seat.to is None else self.place(seat.to), "turn": seat.turn,
             "arm": None if seat.arm is None else self.place(seat.arm), "member": seat.member,
