@@ -6,7 +6,7 @@ import math
 from itertools import combinations
 from typing import Any
 
-from gimcli.exchange.draft import GROUND, PARALLEL, Draft, DrawnJoint, free_name
+from gimcli.exchange.draft import GROUND, PARALLEL, Draft, DrawnJoint, Place, coordinates, free_name
 
 REACH = 0.25
 """Distance of an added guide node from its joint, relative to the size of the mechanism."""
@@ -28,7 +28,7 @@ class Assembling:
 
     def __init__(self, draft: Draft) -> None:
         self.draft = draft
-        self.places = dict(draft.joints)
+        self.places = {name: complex(*place) for name, place in draft.joints.items()}
         draft.refuse(not self.places, f"no joints found: this is not a mechanism of {draft.program}")
         self.size = draft.size()
         self.reach = float(f"{REACH * self.size:.0e}")  # one digit: readable coordinates
@@ -99,12 +99,12 @@ class Assembling:
         if held:
             node, body = self._add(carrier, f"{node}_slide", self.places[node]), carrier
             carrier, named = GROUND, None
-        line = (node, carrier, slot.direction)
+        line = (node, carrier, slot.along)
         known = self.lines.get(line)
-        guide = known or self._guide(named, node, carrier, slot.direction)
+        guide = known or self._guide(named, node, carrier, slot.along)
         nodes = [] if known else [node]
         if body and (len(self.bodies[body]) > 1 or self._needed(body)):
-            nodes.append(self._second(node, body, slot.direction))
+            nodes.append(self._second(node, body, slot.along))
         if nodes:
             offset = self._offset(node, guide)
             shifted = {"offset": offset} if abs(offset) > self.near else {}
@@ -167,7 +167,7 @@ class Assembling:
         far = max(self.bodies.get(body) or [pivot], key=lambda n: self._gap(n, pivot))
         if self._gap(far, pivot) > self.tiny:
             return far
-        places = [(own, z) for own, (owner, z) in self.draft.tracers.items() if owner == body]
+        places = [(own, complex(*place)) for own, (owner, place) in self.draft.tracers.items() if owner == body]
         points = [(own, z) for own, z in places if abs(z - self.places[pivot]) > self.tiny]
         self.draft.refuse(not points, f"input {name}: the link that it turns has no second joint")
         return self._add(body, *points[0])
@@ -214,9 +214,9 @@ class Assembling:
         }  # fmt: skip
         return {key: value for key, value in data.items() if value not in (None, "", {})}
 
-    def _pair(self, z: complex) -> list[float]:
+    def _pair(self, place: Place | complex) -> list[float]:
         """Return a place or a vector as in a model file, with 0 in place of coordinates that are rounding errors."""
-        return [0.0 if abs(value) <= ROUNDING * self.size else value for value in (z.real, z.imag)]
+        return [0.0 if abs(value) <= ROUNDING * self.size else value for value in coordinates(place)]
 
     def _gears(self, taken: list[str]) -> dict[str, Any]:
         found: dict[str, Any] = {}
@@ -227,7 +227,7 @@ class Assembling:
             }  # fmt: skip
         return found
 
-    def _point(self, name: str, body: str, place: complex) -> dict[str, Any] | None:
+    def _point(self, name: str, body: str, place: Place) -> dict[str, Any] | None:
         owner, free = self._carrier(body), name not in self.places
         if free and owner in (GROUND, *self.members):
             return {"on": owner, "at": self._pair(place)}

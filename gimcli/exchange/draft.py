@@ -1,13 +1,13 @@
 """A mechanism as other programs have it: read from a file to become a model, or made of a model to be written.
 
-The programs draw one assembled position: joints with coordinates, and rigid bodies that share joints. A reader adds the
-joints, bodies, slots, inputs, tracers, masses and loads of its file to a `Draft`, from which `assembling.model_of`
-makes the plain data of a model file. Writers get the draft of a mechanism, `drawn_linkage.DrawnLinkage`.
+The programs draw one assembled position: joints with two or three coordinates, and rigid bodies that share joints. A
+reader adds the joints, bodies, slots, inputs, tracers, masses and loads of its file to a `Draft`, from which
+`assembling.model_of` makes the plain data of a model file in the plane. Writers get the draft of a mechanism,
+`drawn_linkage.DrawnLinkage`.
 """
 
 from __future__ import annotations
 
-import cmath
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
@@ -28,29 +28,41 @@ STROKE = 0.1
 PARALLEL = 1e-9
 """Largest sine of the angle between a slot and a line through two joints that is its guide."""
 
+Place = tuple[float, ...]
+"""The coordinates of a place, or of a direction: two in the plane, three in space."""
+
+
+def coordinates(place: Place | complex) -> Place:
+    """Return the coordinates of a place, which may be given as x + iy."""
+    return place if isinstance(place, tuple) else (place.real, place.imag)
+
 
 @dataclass
 class DrawnJoint:
     """A joint of bodies: a pin (R), or a slot of the first one in which a pin (RP) or a block (P) of the others slides.
 
-    `at` is the name of its place in the draft. A place and a direction are complex numbers in the plane; a drawing in
-    space has a third coordinate for both, and the direction of each pin. An input turns or moves the second body
-    against the first one.
+    `at` is the name of its place in the draft. In space, pins have a direction, too. An input turns or moves the second
+    body against the first one.
     """
 
     kind: str  # R, P or RP; G for gear teeth
     bodies: tuple[str, ...]
-    place: complex = 0.0j
-    direction: complex = 1.0 + 0.0j  # of the slot
+    place: Place = (0.0, 0.0)
+    direction: Place = (1.0, 0.0)  # of the slot
     at: str = ""
     name: str = ""  # of its pair or its input in the model
     guide: tuple[str, str] | None = None  # places on the line of the slot, which are joints of the first body
     arm: str = ""  # place of the second body whose direction is the angle of the input; "": the farthest one
     keys: dict[str, Any] = field(default_factory=dict)  # of the input
     driver: int | None = None  # actuator that drives it, by its number in the mechanism that is written
-    stroke: tuple[complex, complex] | None = None  # the two ends of the barrel of a cylinder
+    stroke: tuple[complex, complex] | None = None  # the two ends of the barrel of a cylinder, in the plane
     traced: bool = False
     own: FilePart = field(default_factory=lambda: FilePart(""))  # for messages
+
+    @property
+    def along(self) -> complex:
+        """The direction of a slot in the plane."""
+        return complex(*self.direction)
 
     @property
     def carrier(self) -> str:
@@ -65,12 +77,12 @@ class DrawnJoint:
 
 @dataclass
 class Draft(Refusing):
-    """A mechanism as other programs have it; all coordinates are those of its drawn position, y upwards.
+    """A mechanism as other programs have it; all coordinates are those of its drawn position, in the plane y upwards.
 
     `joints`: the places. `bodies`: joints by body, GROUND among them. `slots`, `turns`: sliding joints, and pins with
     an input. `tracers`: points of bodies, with their places.
     `travels`, `gears`, `masses`, `loads`: parts as in the model file, with the names of bodies and joints of the draft
-    and with complex numbers for places and vectors; without `centre` the centre of mass is the mean of the joints.
+    and, in the plane, x + iy for places and vectors; without `centre` the centre of mass is the mean of the joints.
     `resolution`: distance below which two joints of a body coincide, the last digit of the file's coordinates.
     `left_out`: sentences that name what the file has and the model has not, as the motion does not depend on it.
     """
@@ -83,12 +95,12 @@ class Draft(Refusing):
     resolution: float = 0.0
     duration: float | None = None
     gravity: complex | None = None
-    joints: dict[str, complex] = field(default_factory=dict)
+    joints: dict[str, Place] = field(default_factory=dict)
     bodies: dict[str, list[str]] = field(default_factory=lambda: {GROUND: []})
     slots: list[DrawnJoint] = field(default_factory=list)
     turns: list[DrawnJoint] = field(default_factory=list)
     travels: dict[str, dict[str, Any]] = field(default_factory=dict)
-    tracers: dict[str, tuple[str, complex]] = field(default_factory=dict)
+    tracers: dict[str, tuple[str, Place]] = field(default_factory=dict)
     traced: list[str] = field(default_factory=list)  # joints and tracers whose paths the program draws
     gears: list[tuple[str, dict[str, Any]]] = field(default_factory=list)
     masses: list[tuple[str, dict[str, Any]]] = field(default_factory=list)
@@ -97,11 +109,11 @@ class Draft(Refusing):
 
     # -- what readers call ----------------------------------------------------------------------
 
-    def joint(self, name: str, place: complex, *bodies: str) -> str:
+    def joint(self, name: str, place: Place | complex, *bodies: str) -> str:
         """Add a joint of some bodies; return its name, which is changed if another joint has it."""
-        self.refuse(not cmath.isfinite(place), f"joint {name}: the coordinates are not finite numbers")
-        own = free_name(name, self.joints)
-        self.joints[own] = place
+        own, found = free_name(name, self.joints), coordinates(place)
+        self.refuse(not all(map(math.isfinite, found)), f"joint {name}: the coordinates are not finite numbers")
+        self.joints[own] = found
         for body in bodies:
             self.bodies[body].append(own)
         self._refuse_many()
@@ -118,30 +130,34 @@ class Draft(Refusing):
         places = sum(map(len, self.bodies.values()))
         counts = {"joints": (len(self.joints) + len(self.tracers), MOST), "links": (len(self.bodies) - 1, MOST),
                   "joints of links": (places, MOST_PLACES)}  # fmt: skip
-        for what, (count, most) in counts.items():
-            self.refuse(count > most, f"more than {most} {what} are too many for one mechanism")
+        self.check({f"more than {most} {what} are too many for one mechanism": count > most
+                    for what, (count, most) in counts.items()})  # fmt: skip
+
+    def z(self, joint: str) -> complex:
+        """Return the place of a joint in the plane."""
+        return complex(*self.joints[joint])
 
     def common(self, *joints: str) -> list[str]:
         """Return the bodies that have all of some joints, the ground first."""
         return [body for body, own in self.bodies.items() if set(joints) <= set(own)]
 
-    def point(self, name: str, body: str, place: complex) -> None:
+    def point(self, name: str, body: str, place: Place | complex) -> None:
         """Add a point of a body whose path counts; its name is changed if another point has it."""
-        self.tracers[free_name(name, [*self.joints, *self.tracers])] = (body, place)
+        self.tracers[free_name(name, [*self.joints, *self.tracers])] = (body, coordinates(place))
         self._refuse_many()
 
     def slot(
-        self, name: str, joint: str, carrier: str, direction: complex, *, body: str = "",
-        guide: tuple[str, str] | None = None, driver: int | None = None, stroke: tuple[complex, complex] | None = None,
+        self, name: str, joint: str, carrier: str, direction: Place | complex, body: str = "", **more: Any
     ) -> None:  # fmt: skip
-        """Let a joint slide along a line through its place, in a direction of length 1 that is fixed to a carrier.
+        """Let a joint slide along a line through its place, in a direction of any length that is fixed to a carrier.
 
-        With `body` the joint is a block of this body, which slides without turning against the carrier. `guide`: two
-        joints of the carrier on the line, if the file names them. For `driver` and `stroke` see DrawnJoint.
+        With `body` the joint is a block of this body, which slides without turning against the carrier. `more`: what a
+        DrawnJoint further has, such as its guide.
         """
         kind, bodies = ("P", (carrier, body)) if body else ("RP", (carrier,))
-        place = self.joints[joint]
-        self.slots.append(DrawnJoint(kind, bodies, place, direction, joint, name, guide, driver=driver, stroke=stroke))
+        place, along = self.joints[joint], coordinates(direction)
+        unit = tuple(part / math.hypot(*along) for part in along)
+        self.slots.append(DrawnJoint(kind, bodies, place, unit, joint, name, **more))
 
     def linked(self, joints: Iterable[DrawnJoint], key: Callable[[str], str]) -> list[DrawnJoint]:
         """Add the links of joints as bodies without joints; return the joints with the names of these bodies.
@@ -166,8 +182,7 @@ class Draft(Refusing):
             bodies = (GROUND, bodies[0])
         own = self.joint(name, joint.place, *(bodies if joint.kind == "R" else bodies[1:]))
         if joint.kind != "R" and len(bodies) > 1:
-            along = joint.direction / abs(joint.direction)
-            self.slot(f"{slot}_{own}", own, bodies[0], along, body=bodies[1] if joint.kind == "P" else "")
+            self.slot(f"{slot}_{own}", own, bodies[0], joint.direction, body=bodies[1] if joint.kind == "P" else "")
         return own
 
     def rotary(
@@ -202,9 +217,8 @@ class Draft(Refusing):
 
     def size(self) -> float:
         """Return the diagonal of the joints; 1 where they coincide."""
-        places = list(self.joints.values())
-        spans = [max(values) - min(values) for values in ([z.real for z in places], [z.imag for z in places])]
-        return math.hypot(*spans) or 1.0
+        axes = zip(*self.joints.values(), strict=True)
+        return math.hypot(*(max(values) - min(values) for values in axes)) or 1.0
 
     def refused(self, text: str) -> ModelError:
         """Return the error for a part of the file that cannot become a model."""

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from gimcli.connected import grouped
-from gimcli.exchange.draft import BARREL, GROUND, Draft, DrawnJoint
+from gimcli.exchange.draft import BARREL, GROUND, Draft, DrawnJoint, coordinates
 from gimcli.mechanism import ANGLE, FRAME, HEIGHT, SPAN, ComplexArray, Input, Mechanism
 
 
@@ -48,7 +48,7 @@ class DrawnLinkage(Draft):
         self.pose, self.mechanism = pose, own
         self.span = own.size * own.scale
         self.names = [GROUND, *(m.name for m in own.members[1:])]
-        self.joints = {name: complex(z) for name, z in zip(own.nodes, pose.z, strict=True)}
+        self.joints = {name: (float(z.real), float(z.imag)) for name, z in zip(own.nodes, pose.z, strict=True)}
         self.bodies = {n: [own.nodes[k] for k in m.nodes] for n, m in zip(self.names, own.members, strict=True)}
         self.turned = [self._rotation(k) for k in range(len(own.members))]
         self._pairs()
@@ -126,7 +126,7 @@ class DrawnLinkage(Draft):
     def _cylinder(self, number: int, actuator: Input) -> None:
         """Add a barrel at the first node and a rod at the second; its strokes end where the law ends."""
         a, b = (self.mechanism.nodes[k] for k in actuator.nodes)
-        ray = self.joints[b] - self.joints[a]
+        ray = self.z(b) - self.z(a)
         length = abs(ray)
         law = actuator.law(np.array([0.0, 1.0])) * self.mechanism.scale
         change = float(law[1] - law[0])
@@ -135,9 +135,9 @@ class DrawnLinkage(Draft):
         unit = ray / length
         barrel = self.body(f"{actuator.name} barrel", [a])
         rod = self.body(f"{actuator.name} rod", [b])
-        piston = self.joint(f"{actuator.name} piston", self.joints[a] + inside * unit, rod)
-        far = self.joints[a] + end * unit
-        self.slot(actuator.name, piston, barrel, unit, body=rod, driver=number, stroke=(self.joints[a], far))
+        piston = self.joint(f"{actuator.name} piston", self.z(a) + inside * unit, rod)
+        far = self.z(a) + end * unit
+        self.slot(actuator.name, piston, barrel, unit, body=rod, driver=number, stroke=(self.z(a), far))
 
     def _turn(self, number: int, actuator: Input) -> None:
         pivot = self.mechanism.nodes[actuator.node]
@@ -155,7 +155,7 @@ class DrawnLinkage(Draft):
     def _block_of(self, slot: DrawnJoint) -> str:
         """Let the pin of a slot turn in a block that slides without turning; return the block."""
         block = self.body(f"{slot.at} block", [slot.at])
-        place = self.joints[slot.at] + PIECE * self.span * slot.direction
+        place = self.z(slot.at) + PIECE * self.span * slot.along
         slot.at, slot.kind, slot.bodies = self.joint(f"{slot.at} slide", place, block), "P", (slot.carrier, block)
         return block
 
@@ -163,12 +163,12 @@ class DrawnLinkage(Draft):
         node, guide = self.mechanism.nodes[actuator.node], self.names[actuator.guide]
         direction = actuator.normal * self.turned[actuator.guide]
         for slot in self.slots:
-            parallel = abs((slot.direction / direction).imag) <= STRAIGHT
+            parallel = abs((slot.along / direction).imag) <= STRAIGHT
             if slot.at == node and slot.carrier == guide and parallel:
-                slot.direction, slot.driver = direction, number
+                slot.direction, slot.driver = coordinates(direction), number
                 return
         carriage = self.body(f"{actuator.name} carriage", [])
-        joint = self.joint(f"{actuator.name} slide", self.joints[node] + PIECE * self.span * direction, carriage)
+        joint = self.joint(f"{actuator.name} slide", self.z(node) + PIECE * self.span * direction, carriage)
         self.slot(actuator.name, joint, guide, direction, body=carriage, driver=number)
         self.slot(actuator.name, node, carriage, 1j * direction)
 

@@ -180,8 +180,7 @@ class _Linkage:
         carrier = shared[0].body if shared else GROUND if a.anchor and b.anchor else ""
         connector.refuse(not carrier, f"its limits {a.name} and {b.name} are on no common link; correct its limits")
         name, guide = connector.named, (a.named, b.named)
-        along = b.place - a.place
-        self.draft.slot(f"slot_{name}", name, carrier, along / abs(along), guide=guide)
+        self.draft.slot(f"slot_{name}", name, carrier, b.place - a.place, guide=guide)
 
     # -- inputs ---------------------------------------------------------------------------------
 

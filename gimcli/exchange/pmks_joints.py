@@ -9,9 +9,10 @@ from __future__ import annotations
 import cmath
 import math
 from dataclasses import replace
+from typing import Any
 
-from gimcli.exchange.draft import GROUND, STROKE, Draft, DrawnJoint
-from gimcli.exchange.records import all_of
+from gimcli.exchange.draft import GROUND, STROKE, Draft, DrawnJoint, coordinates
+from gimcli.exchange.records import FilePart, all_of
 
 PROGRAM = "PMKS"
 GROUND_NAMES = ("0", "gnd", "grnd", "grond", "gound", "groud")
@@ -26,16 +27,28 @@ Source: PMKS writes a speed only if it is not its default (DefaultSpeed of its c
 """
 
 
+def drawn_joint(
+    kind: str, links: list[str], x: float, y: float, angle: float, own: FilePart, **more: Any
+) -> DrawnJoint:
+    """Return a joint; `angle` [rad] is that of its slot, nan if it has none.
+
+    PMKS turns slots by half a revolution to between -90 and 90 degrees.
+    """
+    along = cmath.rect(1.0, 0.0 if math.isnan(angle) else math.remainder(angle, math.pi))
+    return DrawnJoint(kind, tuple(links), (x, y), coordinates(along), own=own, **more)
+
+
 def draft_of_joints(
-    joints: list[DrawnJoint], source: str, name: str, speed: float, driver: int | None, left_out: list[str]
+    joints: list[DrawnJoint], source: str, name: str, speed: float, driver: int | None, shape: object
 ) -> Draft:  # fmt: skip
     """Return the mechanism of a list of joints.
 
     `speed` is nan if the file has none, `driver` the number of the joint that is the input, if the file names it apart
-    from the joints. Raises ModelError with all faults of joints: those that contradict each other, gears, and a driver
-    that is a pin in a slot.
+    from the joints, `shape` the target of its path, if it has one. Raises ModelError with all faults of joints: those
+    that contradict each other, gears, and a driver that is a pin in a slot.
     """
-    draft = Draft(PROGRAM, source, name=name, left_out=left_out)
+    draft = Draft(PROGRAM, source, name=name)
+    draft.note(shape, "the target shape is left out")
     if driver in range(len(joints)):
         joints = [replace(joint, driver=0 if k == driver else None) for k, joint in enumerate(joints)]
     all_of(_check, joints)
@@ -73,17 +86,15 @@ def _key(link: str) -> str:
 def _check(joint: DrawnJoint) -> None:
     """Raise ModelError if something is wrong with a joint."""
     keys = [_key(link) for link in joint.bodies]
-    faults = {
+    joint.own.check({
         f"expected the names of links before the type {joint.kind}": not keys,
         "a link is named twice in one joint": len(set(keys)) < len(keys),
-        "the coordinates are not finite numbers": not (cmath.isfinite(joint.place) and cmath.isfinite(joint.direction)),
+        "the coordinates are not finite numbers": not all(map(math.isfinite, joint.place)),
         "gear teeth (type G) cannot be converted; write the gears as `gears` of a model file": joint.kind == "G",
         f"a sliding block (type P) joins two links, not {len(keys)}": joint.kind == "P" and len(keys) > 2,
         "the driver is a pin in a slot (type RP), which has two freedoms; drive an R or P joint":
             joint.driver is not None and joint.kind == "RP",
-    }  # fmt: skip
-    for text, holds in faults.items():
-        joint.own.refuse(holds, text)
+    })  # fmt: skip
 
 
 def _add(draft: Draft, name: str, joint: DrawnJoint) -> str:
@@ -97,21 +108,15 @@ def _add(draft: Draft, name: str, joint: DrawnJoint) -> str:
     return name
 
 
-def half_turned(angle: float) -> float:
-    """Return the angle of a slot: PMKS turns it by half a revolution to between -90 and 90 degrees."""
-    return math.remainder(angle, math.pi)
-
-
 def _drive(draft: Draft, name: str, joint: DrawnJoint, speed: float) -> None:
     sense = -1.0 if speed < 0.0 else 1.0
     if joint.kind == "R":
         reference, body = joint.bodies[1::-1] if joint.bodies[1] == GROUND else joint.bodies[:2]
         draft.rotary("motor", name, body, reference, law={"by": 360.0 * sense})
         draft.duration = 60.0 / abs(speed) if speed else None
-        if not speed:
-            draft.left_out.append(NO_SPEED)
+        draft.note(not speed, NO_SPEED)
         return
     travel = STROKE * draft.size()
     draft.travel("motor", slot=f"slide_{name}", law={"by": travel * sense})
     draft.duration = travel / abs(speed) if speed else None
-    draft.left_out.append(f"the stroke of the input at joint {name} is not in the file; the law moves it by {travel:g}")
+    draft.note(True, f"the stroke of the input at joint {name} is not in the file; the law moves it by {travel:g}")

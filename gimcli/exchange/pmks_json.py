@@ -6,11 +6,8 @@ radians, the speed of the input is in revolutions per minute or lengths per seco
 
 from __future__ import annotations
 
-import cmath
-import math
-
 from gimcli.exchange.draft import Draft, DrawnJoint
-from gimcli.exchange.pmks_joints import TYPES, draft_of_joints, half_turned
+from gimcli.exchange.pmks_joints import TYPES, draft_of_joints, drawn_joint
 from gimcli.exchange.records import FileRecord, all_of, number_of, read as read_part, read_json
 
 JOINT = {"X": float, "Y": float, "Angle": (object,), "TypeOfJoint": str, "Links": [str], "PositionVisible": False}
@@ -25,15 +22,11 @@ def recognises(text: str) -> bool:
 def read(text: str, source: str) -> Draft:
     """Return the mechanism of a JSON file; raise ModelError with all errors."""
     own = read_part(FILE, read_json(text, source))
-    left_out = ["the target shape is left out"] if own.TargetShape else []
     joints = all_of(_joint, own.Joints)
-    return draft_of_joints(joints, source, own.Name, number_of(str(own.InputSpeed)), own.DrivingIndex, left_out)
+    return draft_of_joints(joints, source, own.Name, number_of(str(own.InputSpeed)), own.DrivingIndex, own.TargetShape)
 
 
 def _joint(own: FileRecord) -> DrawnJoint:
-    kind = own.TypeOfJoint.upper()
+    kind, angle = own.TypeOfJoint.upper(), number_of(str(own.Angle))  # joints without a slot have NaN
     own.at("TypeOfJoint").refuse(kind not in TYPES, f"expected R, P or RP, got '{kind[:40]}'")
-    angle = number_of(str(own.Angle))  # joints without a slot have NaN
-    place, slope = complex(own.X, own.Y), 0.0 if math.isnan(angle) else angle
-    direction = cmath.rect(1.0, half_turned(slope))
-    return DrawnJoint(kind, tuple(own.Links), place, direction, traced=own.PositionVisible, own=own.own)
+    return drawn_joint(kind, own.Links, own.X, own.Y, angle, own.own, traced=own.PositionVisible)

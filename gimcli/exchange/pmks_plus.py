@@ -119,7 +119,7 @@ class PlusDraft:
         slot = free_name(f"slide_{joint.named}", [own.name for own in self.draft.slots])
         for number, body in enumerate(riders if joint.welded or joint.sealed else [""]):
             name = f"{slot}_{number + 1}" if number else slot
-            self.draft.slot(name, joint.named, carrier, direction / abs(direction), body=body, guide=guide)
+            self.draft.slot(name, joint.named, carrier, direction, body, guide=guide)
         return slot
 
     # -- masses and forces ----------------------------------------------------------------------

@@ -51,8 +51,8 @@ class PlusDrawing:
         self.document = PlusDocument()
         self._unit()
         self.joints: dict[str, FileRecord] = {}
-        for name, place in drawn.joints.items():
-            self._joint(name, place)
+        for name in drawn.joints:
+            self._joint(name)
         self._apart()
         for slot in drawn.slots:
             self._slot(slot)
@@ -76,7 +76,7 @@ class PlusDrawing:
         unit, drawn = self.mechanism.length_unit, self.drawn
         own = {"in": 0, "ft": 0, "m": 2, "km": 2}.get(unit, 1)
         self.metre = metre = METRES.get(unit, 1e-2)
-        furthest = max(max(abs(place.real), abs(place.imag)) for place in drawn.joints.values())
+        furthest = max(abs(part) for place in drawn.joints.values() for part in place)
         drawn.refuse(not furthest * metre / UNITS[own] <= FURTHEST, f"the coordinates are too large for {PROGRAM}")
         own = 1 if own == 2 and not self._exact(round(metre / UNITS[2], 12)) else own
         self.unit, self.factor = own, round(metre / UNITS[own], 12)
@@ -90,15 +90,14 @@ class PlusDrawing:
 
     def _exact(self, factor: float) -> bool:
         """Return whether thousandths hold all coordinates."""
-        numbers = (part for place in self.drawn.joints.values() for part in (place.real, place.imag))
-        values = [number * factor * THOUSANDTHS for number in numbers]
+        values = [part * factor * THOUSANDTHS for place in self.drawn.joints.values() for part in place]
         error = max(abs(value - round(value)) for value in values)
         return error / THOUSANDTHS <= EXACT * self.drawn.span * factor
 
     # -- joints and slots -----------------------------------------------------------------------
 
-    def _joint(self, name: str, place: complex) -> FileRecord:
-        z = place * self.factor
+    def _joint(self, name: str) -> FileRecord:
+        z = self.drawn.z(name) * self.factor
         values = {"fixed": name in self.drawn.bodies[GROUND], "traced": name in self.mechanism.traced}
         own = JOINT.record(PROGRAM, id=letter(len(self.joints)), name=_plain(name), x=z.real, y=z.imag, **values)
         self.joints[name] = own
@@ -106,12 +105,12 @@ class PlusDrawing:
 
     def _added(self, name: str, place: complex, *bodies: str) -> FileRecord:
         """Add a joint that the mechanism has no node for."""
-        return self._joint(self.drawn.joint(name, place, *bodies), place)
+        return self._joint(self.drawn.joint(name, place, *bodies))
 
     def _slot(self, slot: DrawnJoint) -> None:
         """Let a joint slide along a line; a pin that is also something else gets a slider beside it."""
-        drawn, joint, here = self.drawn, self.joints[slot.at], self.drawn.joints[slot.at]
-        bodies, step = drawn.common(slot.at), PIECE * drawn.span * slot.direction
+        drawn, joint, here = self.drawn, self.joints[slot.at], self.drawn.z(slot.at)
+        bodies, step = drawn.common(slot.at), PIECE * drawn.span * slot.along
         turned = any(turn.at == slot.at for turn in drawn.turns)
         if joint.slides or joint.fixed or turned or (slot.block and bodies != [slot.block]):
             body = slot.block or bodies[0]
@@ -133,18 +132,18 @@ class PlusDrawing:
         """Add a bar that is fixed by two pins of the ground, which a moving link slides over; return it."""
         frame = self.drawn.body(f"frame at {joint}", [])
         for end in (step, -step):
-            self._added(f"{joint} pin", self.drawn.joints[joint] + end, frame).fixed = True
+            self._added(f"{joint} pin", self.drawn.z(joint) + end, frame).fixed = True
         return frame
 
     def _line(self, slot: DrawnJoint, joint: FileRecord) -> None:
         """Set the line of a slider: an angle on the ground, or two joints of its carrier."""
-        place, angle = complex(joint.x, joint.y) / self.factor, cmath.phase(slot.direction)
+        place, angle = complex(joint.x, joint.y) / self.factor, cmath.phase(slot.along)
         joint.sealed = slot.stroke is not None
         joint.fixed = not joint.sealed and slot.carrier == GROUND and _written(angle)
         if joint.fixed:
             joint.angle = angle
             return
-        reach = 2.5 * PIECE * self.drawn.span * slot.direction
+        reach = 2.5 * PIECE * self.drawn.span * slot.along
         joint.carrier = slot.carrier
         joint.start, joint.end = (
             self._end(f"{slot.at} {end}", slot.carrier, z).id
@@ -153,9 +152,7 @@ class PlusDrawing:
 
     def _end(self, name: str, body: str, place: complex) -> FileRecord:
         """Return the joint of a body at a place; add it if it has none there."""
-        near = [
-            own for own in self.drawn.bodies[body] if abs(self.drawn.joints[own] - place) <= EXACT * self.drawn.span
-        ]
+        near = [own for own in self.drawn.bodies[body] if abs(self.drawn.z(own) - place) <= EXACT * self.drawn.span]
         known = [self.joints[own] for own in near if not self.joints[own].slides]
         return known[0] if known else self._added(name, place, body)
 
@@ -188,7 +185,7 @@ class PlusDrawing:
             for body in further:
                 self.drawn.bodies[body].remove(turn.at)
             if further:
-                self._added(f"{turn.at} pin", self.drawn.joints[turn.at], turn.carrier, *further)
+                self._added(f"{turn.at} pin", self.drawn.z(turn.at), turn.carrier, *further)
                 for other in self.drawn.turns:
                     if other is not turn and other.at == turn.at and other.bodies[1] in further:
                         other.at = next(reversed(self.joints))
@@ -235,7 +232,7 @@ class PlusDrawing:
         if node == NO_NODE:
             return self.drawn.names[member], self.drawn.at(member, local)
         name = self.mechanism.nodes[node]
-        return next((body for body in self.drawn.common(name) if body in self.links), ""), self.drawn.joints[name]
+        return next((body for body in self.drawn.common(name) if body in self.links), ""), self.drawn.z(name)
 
     def _joined(self, link: FileRecord, parts: list[tuple[float, float, complex]]) -> None:
         """Set the mass of a link, its centre and its moment of inertia, from those of its parts (Steiner)."""

@@ -17,13 +17,7 @@ from urllib.parse import unquote
 
 from gimcli.exchange.draft import GROUND, MOST, Draft, DrawnJoint, free_name
 from gimcli.exchange.drawn_linkage import DrawnLinkage, DrawnPose
-from gimcli.exchange.pmks_joints import (
-    PROGRAM,
-    TYPES,
-    draft_of_joints,
-    half_turned,
-    is_ground,
-)
+from gimcli.exchange.pmks_joints import PROGRAM, TYPES, draft_of_joints, drawn_joint, is_ground
 from gimcli.exchange.pmks_plus_codec import HEAD
 from gimcli.exchange.records import FilePart, all_of, number_of
 
@@ -63,11 +57,8 @@ def read(text: str, source: str) -> Draft:
     given = {key: value for key, _, value in parts if key != MECH}
     given |= {part[:1].casefold(): part[1:] for part in given.get("set", "").split("|")}  # s5|f1
     driver = re.fullmatch(r"\s*([0-9]{1,9})\s*", given.get("d", ""))
-    left_out = ["the target shape is left out"] if given.get("ts", "").strip() else []
-    return draft_of_joints(
-        joints, source, given.get("name", ""), number_of(given.get("s", "")), int(driver[1]) if driver else None,
-        left_out,
-    )  # fmt: skip
+    name, speed = given.get("name", ""), number_of(given.get("s", ""))
+    return draft_of_joints(joints, source, name, speed, int(driver[1]) if driver else None, given.get("ts", "").strip())
 
 
 def _address(line: str) -> str:
@@ -124,14 +115,12 @@ def _joint(row: tuple[str, str]) -> DrawnJoint:
     at = max((k for k, word in enumerate(words) if word.upper() in TYPES), default=-1)
     place.refuse(at < 0, f"expected LINKS,TYPE,X,Y with a type R, P or RP, {got}")
     x, y, angle = (*map(number_of, words[at + 1 : at + 4]), *[math.nan] * 3)[:3]
-    kind, slope = words[at].upper(), 0.0 if math.isnan(angle) else math.radians(angle)
-    place.refuse(math.isnan(x + y), f"expected two coordinates after the type {kind}, {got}")
+    place.refuse(math.isnan(x + y), f"expected two coordinates after the type {words[at].upper()}, {got}")
     marks = words[at + (3 if math.isnan(angle) else 4) :][:4]
     spelled = all(word.casefold() in ("true", "false") for word in marks)
     signs = ("".join(word[0] for word in marks) if spelled else marks[0]).ljust(4)
-    traced, driver = signs[0] in "tT+", signs[3] in "tT+"
-    direction, number = cmath.rect(1.0, half_turned(slope)), 0 if driver else None
-    return DrawnJoint(kind, tuple(words[:at]), complex(x, y), direction, driver=number, traced=traced, own=place)
+    own = {"traced": signs[0] in "tT+", "driver": 0 if signs[3] in "tT+" else None}
+    return drawn_joint(words[at].upper(), words[:at], x, y, math.radians(angle), place, **own)
 
 
 # -- writing --------------------------------------------------------------------------------------
@@ -159,14 +148,13 @@ def write(pose: DrawnPose) -> str:
 def _line(row: DrawnJoint, links: dict[str, str]) -> str:
     """Return the line of a joint; all digits are written. `links`: the names of bodies."""
     marks = f"{'t' if row.traced else 'f'}ff{'f' if row.driver is None else 't'}"
-    numbers = (row.place.real, row.place.imag, math.degrees(cmath.phase(row.direction)))
+    numbers = (*row.place, math.degrees(cmath.phase(row.along)))
     return ",".join([*(links[body] for body in row.bodies), row.kind, *(repr(value + 0.0) for value in numbers), marks])
 
 
 def _speed(drawn: DrawnLinkage) -> float:
     """Return the speed of the input, against the direction of its slot if PMKS turns this by half a revolution."""
-    drives = [slot.direction for slot in drawn.slots if slot.driver is not None]
-    against = bool(drives) and (cmath.rect(1.0, half_turned(cmath.phase(drives[0]))) / drives[0]).real < 0.0
+    against = any(abs(cmath.phase(slot.along)) > math.pi / 2.0 for slot in drawn.slots if slot.driver is not None)
     return -drawn.speed(0) if against else drawn.speed(0)
 
 

@@ -115,10 +115,10 @@ class _Mechanism:
     def _add_slide(self, joint: FileRecord) -> None:
         name, axis = joint.named, joint.axis
         joint.at("axis").refuse(not abs(axis) > 0.0, "the axis has no direction; give two numbers that are not both 0")
-        across = abs(((self.draft.joints[name] - joint.line_point) / axis * abs(axis)).imag)
+        across = abs(((self.draft.z(name) - joint.line_point) / axis * abs(axis)).imag)
         off = f"the joint is {across:g} off its line (axis, line_point); move it there"
         joint.refuse(across > NEAR * self.draft.size(), off)
-        self.draft.slot(f"slot_{name}", name, GROUND, axis / abs(axis))
+        self.draft.slot(f"slot_{name}", name, GROUND, axis)
 
     def _add_tracker(self, joint: FileRecord) -> None:
         """Add a point; one that joins links is a joint of the link that carries it, too."""
@@ -154,7 +154,7 @@ class _Mechanism:
             link.refuse(not good, f"{what} needs two joints, its `motor_joint` and one more")
             name = "motor" if len(drivers) == 1 else f"motor_{link.id}"
             pivot, arm = motor.named, others[0].named
-            law = motion.add(name, _driver(link, self.draft.joints[arm] - self.draft.joints[pivot]))
+            law = motion.add(name, _driver(link, self.draft.z(arm) - self.draft.z(pivot)))
             self.draft.rotary(name, pivot, link.body, arm=arm, law=law)
         motion.complete()
 

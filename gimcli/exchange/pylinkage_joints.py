@@ -82,7 +82,7 @@ class PylinkageJoints:
         parents = [self._parent(joint, key) for key in _KEYS[:count]]
         joint.named = free_name(_chosen(joint.name, f"joint{number}"), self.draft.joints)
         joint.drawn = complex(joint.x, joint.y)
-        place(joint, parents, [self.draft.joints[parent] for parent in parents])
+        place(joint, parents, [self.draft.z(parent) for parent in parents])
 
     # -- one of each type -----------------------------------------------------------------------
 

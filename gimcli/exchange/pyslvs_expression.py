@@ -11,7 +11,7 @@ import math
 import re
 from collections import Counter
 
-from gimcli.exchange.draft import MOST, DrawnJoint
+from gimcli.exchange.draft import MOST, DrawnJoint, coordinates
 from gimcli.exchange.records import LARGEST, FilePart, number_of
 
 MOST_CHARACTERS = 300_000
@@ -71,4 +71,4 @@ def _joint(kind: str, text: str, place: FilePart) -> DrawnJoint:
     links, (x, y, angle) = tuple(parts["L"]), map(float, numbers)
     twice = [link for link, count in Counter(links).items() if count > 1]
     place.refuse(twice, f"link {''.join(twice[:1])[:40]} is named twice in one joint")
-    return DrawnJoint(kind, links, complex(x, y), cmath.rect(1.0, math.radians(angle % 360.0)), own=place)
+    return DrawnJoint(kind, links, (x, y), coordinates(cmath.rect(1.0, math.radians(angle % 360.0))), own=place)

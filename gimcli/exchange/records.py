@@ -11,7 +11,7 @@ from __future__ import annotations
 import json
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any, TypeVar
@@ -44,6 +44,11 @@ class Refusing(ABC):
         """Raise ModelError if something is wrong with this part."""
         if bad:
             raise self.refused(text)
+
+    def check(self, faults: Mapping[str, object]) -> None:
+        """Raise ModelError with the first of the texts that holds."""
+        for text, bad in faults.items():
+            self.refuse(bad, text)
 
 
 class FileRecord(SimpleNamespace, Refusing):

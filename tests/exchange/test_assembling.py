@@ -113,6 +113,19 @@ def test_mechanisms_are_of_at_most_500_joints_and_links():
         draft.body("b500", ())
 
 
+def test_a_draft_in_space_holds_three_coordinates_and_has_the_size_of_its_diagonal():
+    draft = Draft("Program", "f")
+    pillar = draft.body("pillar", [draft.joint("A", (0.0, 0.0, 0.0), GROUND), draft.joint("B", (2.0, 3.0, 6.0))])
+    draft.slot("slot", "B", pillar, (0.0, 3.0, 4.0))
+    draft.point("P", pillar, (1.0, 1.0, 1.0))
+    assert draft.joints["B"] == draft.slots[0].place == (2, 3, 6)
+    assert draft.slots[0].direction == pytest.approx((0, 0.6, 0.8))
+    assert draft.tracers["P"] == (pillar, (1, 1, 1))
+    assert draft.size() == 7
+    with pytest.raises(gimcli.ModelError, match="joint C: the coordinates are not finite numbers"):
+        draft.joint("C", (0.0, 0.0, math.inf))
+
+
 def sliding(fixed: str) -> Draft:
     """A link with a slot, of two further joints, over a block; `fixed` is the part on the ground."""
     draft = Draft("Program", "f")

@@ -253,7 +253,7 @@ def test_a_drawing_without_an_input_names_one():
 
 def test_numbers_with_all_digits_replace_those_in_thousandths():
     found = draft(edited(".N_", ".N_.PJA~0~-3.0821234,JA,KJB~d"))
-    assert found.joints["A"] == complex(-3.0821234, -0.038)
+    assert found.joints["A"] == (-3.0821234, -0.038)
     assert not found.left_out
 
 

@@ -147,7 +147,7 @@ def test_an_address_keeps_thousandths(name):
     for joint in drawing.document.joints:
         place = back.joints.get(joint.name)
         if place is not None and [one.name for one in drawing.document.joints].count(joint.name) == 1:
-            assert abs(place - complex(joint.x, joint.y)) <= 0.00071
+            assert abs(complex(*place) - complex(joint.x, joint.y)) <= 0.00071
     if name == LOCKED:
         assert any("lock" in sentence for sentence in pose.left_out)
         return
