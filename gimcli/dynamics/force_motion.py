@@ -256,31 +256,10 @@ class Work:
         return self.positive + self.negative
 
 
-class WorkBalance:
-    """Integrates the powers of a motion in pieces."""
-
-    def __init__(self, mechanism: Mechanism) -> None:
-        self.mechanism = mechanism
-        self._sums: RowIntegrals | None = None
-        self.names: tuple[str, ...] = ()
-
-    def add(self, forces: Forces) -> None:
-        """Add the next rows."""
-        efforts = {f"{a.name}.effort": forces.power(k) for k, a in enumerate(self.mechanism.actuators)}
-        powers = {**efforts, **forces.loads.power}
-        if self._sums is None:
-            self.names, self._sums = tuple(powers), RowIntegrals(len(powers), signed=len(powers))
-        self._sums.add(np.array([np.where(forces.good, power, np.nan) for power in powers.values()]))
-
-    def result(self, closed: bool, step: float) -> dict[str, Work]:
-        """Return the work of each actuator, and of each kind of force; `step` is the time of a step [s]."""
-        if self._sums is None:
-            return {}
-        self._sums.finish(closed)
-        positive, net = self._sums.positive * step, self._sums.net * step
-        return {
-            name: Work(float(up), float(whole - up)) for name, up, whole in zip(self.names, positive, net, strict=True)
-        }
+def powers(forces: Forces) -> dict[str, FloatArray]:
+    """Return the power [W] of each actuator, and of each kind of force (rows,); NaN without determined forces."""
+    efforts = {f"{a.name}.effort": forces.power(k) for k, a in enumerate(forces.mechanism.actuators)}
+    return {name: np.where(forces.good, power, np.nan) for name, power in {**efforts, **forces.loads.power}.items()}
 
 
 BALL, ROLLER = 3.0, 10.0 / 3.0
@@ -300,44 +279,25 @@ class BearingLoad:
     roller: float  # N, with p = 10/3
 
 
-class BearingLoads:
-    """Computes the mean loads from the rows of a motion in pieces."""
+def bearing_load(turned: FloatArray, step: float) -> BearingLoad:
+    """Return the mean load from the integrals and the number of steps (4,) of `turning_pins`; step [s]."""
+    angle, ball, roller, steps = turned.tolist()
+    turns = angle * step / (2.0 * math.pi)
+    speed = 60.0 * turns / (steps * step) if steps else math.nan
+    if not turns > TURNING:
+        return BearingLoad(speed, turns, math.nan, math.nan)
+    return BearingLoad(speed, turns, (ball / angle) ** (1.0 / BALL), (roller / angle) ** (1.0 / ROLLER))
 
-    def __init__(self, statics: Statics) -> None:
-        self.statics = statics
-        self.pairs = [
-            (reaction_name(statics, pin, member), pin, member) for pin in statics.pins for member in pin.members[1:]
-        ]
-        self._sums = RowIntegrals(3 * len(self.pairs), signed=3 * len(self.pairs))
 
-    def add(self, forces: Forces) -> None:
-        """Add the next rows; those next to singular positions are left out."""
-        self._sums.add(self._integrands(forces))
+def turning_pins(forces: Forces) -> dict[str, FloatArray]:
+    """Return the relative speed, and its products with powers of the force (3, rows), by the names of the reactions.
 
-    def result(self, closed: bool, step: float) -> dict[str, BearingLoad]:
-        """Return the mean loads by the names of the reactions, after the last rows; `step` is the time of a step."""
-        self._sums.finish(closed)
-        whole = 2.0 * self._sums.positive - self._sums.net  # of the magnitudes
-        found = {}
-        for k, (name, _, _) in enumerate(self.pairs):
-            (turned, ball, roller), steps = whole[3 * k : 3 * k + 3], self._sums.steps[3 * k]
-            turns = turned * step / (2.0 * math.pi)
-            speed = 60.0 * turns / (steps * step) if steps else math.nan
-            if turns > TURNING:
-                ball, roller = (ball / turned) ** (1.0 / BALL), (roller / turned) ** (1.0 / ROLLER)
-            else:
-                ball = roller = math.nan
-            found[name] = BearingLoad(float(speed), float(turns), float(ball), float(roller))
-        return found
-
-    def _integrands(self, forces: Forces) -> FloatArray:
-        """Return relative speed, and its products with powers of the force, of every pair (3 pairs, rows)."""
-        mechanism, course = self.statics.mechanism, forces.course
-        found = np.full((3 * len(self.pairs), len(course.time)), np.nan)
-        for k, (_, pin, member) in enumerate(self.pairs):
-            speed = turning(mechanism, course, member)[0] - turning(mechanism, course, pin.members[0])[0]
-            force = np.abs(forces.pin(pin, member))
-            rows = forces.bounded & np.isfinite(force)
-            for j, factor in enumerate((1.0, force**BALL, force**ROLLER)):
-                found[3 * k + j] = np.where(rows, speed * factor, np.nan)
-        return found
+    Rows next to singular positions are left out.
+    """
+    statics, course, found = forces.statics, forces.course, dict[str, FloatArray]()
+    for pin, member in ((one, member) for one in statics.pins for member in one.members[1:]):
+        first, own = (turning(statics.mechanism, course, k)[0] for k in (pin.members[0], member))
+        force = np.abs(forces.pin(pin, member))
+        every = (own - first) * np.array([np.ones_like(force), force**BALL, force**ROLLER])
+        found[reaction_name(statics, pin, member)] = np.where(forces.bounded & np.isfinite(force), every, np.nan)
+    return found

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gimcli.canonical import first_greatest
-from gimcli.dynamics.force_motion import BearingLoad, BearingLoads, RowIntegrals, Work, WorkBalance
+from gimcli.dynamics.force_motion import BearingLoad, RowIntegrals, Work, bearing_load, powers, turning_pins
 from gimcli.dynamics.forces import Forces
 from gimcli.dynamics.statics import Statics
 from gimcli.mechanism import BoolArray, ComplexArray, FloatArray, Mechanism
@@ -202,23 +202,24 @@ class ForceStatistics:
         self.mechanism: Mechanism = statics.mechanism
         self.steps = steps
         self._step = self.mechanism.duration / steps
-        self.bearings, self.work = BearingLoads(statics), WorkBalance(self.mechanism)
         self.units: dict[str, str] = {}
+        self.names: tuple[tuple[str, ...], tuple[str, ...]] = (), ()  # of powers and of bearings
         self._ends: list[tuple[ComplexArray, FloatArray]] = []  # positions and amounts of the first and the last row
 
     def add(self, table: Table, motion: Motion, forces: Forces) -> None:
         """Add the next piece: its rows, motion and forces."""
         found = amounts(table, forces.bounded)
         values = np.array([amount.values for amount in found.values()])
+        work, bearings = powers(forces), turning_pins(forces)
+        integrands = np.concatenate([values, values**2, [*work.values()], *bearings.values()])
         if not self._ends:
             self.units = {name: amount.unit for name, amount in found.items()}
-            self._sums, self._extremes = RowIntegrals(2 * len(found)), ExtremeRows(len(found))
+            self.names, signed = (tuple(work), tuple(bearings)), len(integrands) - 2 * len(found)
+            self._sums, self._extremes = RowIntegrals(len(integrands), signed), ExtremeRows(len(found))
             self._ends.append((motion.z[:, 0], values[:, 0]))
         self._ends[1:] = [(motion.z[:, -1], values[:, -1])]
-        self._sums.add(np.concatenate([values, values**2]))
+        self._sums.add(integrands)
         self._extremes.add(values)
-        self.bearings.add(forces)
-        self.work.add(forces)
 
     def summary(self, at: AMOUNTS_AT, inputs: Callable[[FloatArray], FloatArray]) -> ForceSummary:
         """Return everything, after the last rows.
@@ -241,7 +242,16 @@ class ForceStatistics:
             for k, (name, unit) in enumerate(self.units.items())
             if (k, 1.0) in places
         }  # fmt: skip
-        work, bearings = self.work.result(closed, self._step), self.bearings.result(closed, self._step)
+        positive, net, first = self._sums.positive, self._sums.net[2 * count :], len(self.names[0])
+        work = {
+            name: Work(float(up * self._step), float((whole - up) * self._step))
+            for name, up, whole in zip(self.names[0], positive, net, strict=False)
+        }
+        sizes = np.stack([2.0 * positive - net, self._sums.steps[2 * count :]])[:, first:]
+        bearings = {
+            name: bearing_load(np.append(sizes[0, 3 * k : 3 * k + 3], sizes[1, 3 * k]), self._step)
+            for k, name in enumerate(self.names[1])
+        }
         return ForceSummary(statistics, work, bearings, closed)
 
     def _closed(self) -> bool:
