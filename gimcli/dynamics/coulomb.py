@@ -27,7 +27,7 @@ import numpy as np
 
 from gimcli.calculus.numbers import nominal
 from gimcli.dynamics.coulomb_solver import FrictionStatus, FrictionSystem, solve_friction
-from gimcli.dynamics.equilibrium_equations import Balance, coefficients, equilibrium, right_side
+from gimcli.dynamics.equilibrium_equations import coefficients, equilibrium, right_side, solved
 from gimcli.dynamics.kinematic_history import Course, Turns, reading
 from gimcli.dynamics.load_arrays import FrictionPair, friction_pairs
 from gimcli.dynamics.loading import Loading
@@ -82,15 +82,6 @@ class DryFriction:
         return np.asarray(self.codes == FrictionStatus.STANDSTILL)
 
 
-def require_determined(statics: Statics) -> None:
-    """Raise ModelError if redundant constraints leave the reactions, and so the dry friction, undetermined."""
-    if statics.surplus:
-        raise ModelError(
-            [f"{statics.mechanism.name}: redundant constraints leave reactions indeterminate, and dry friction depends"
-             " on them; remove the redundant constraints (`gim mobility` names them), or `mu` in `friction`"]
-        )  # fmt: skip
-
-
 def sliding_forces(
     statics: Statics, course: Course, run: Run, turns: Turns | None = None, unit: Callable[[], Course] | None = None
 ) -> tuple[Loading, FloatArray, FloatArray, DryFriction]:
@@ -109,24 +100,22 @@ def sliding_forces(
     Raises:
         ModelError: redundant constraints leave the reactions undetermined.
     """
-    require_determined(statics)
-    resting = replace(course, nodes=_still(course.nodes), angles=None)
+    if statics.surplus:
+        raise ModelError(
+            [f"{statics.mechanism.name}: redundant constraints leave reactions indeterminate, and dry friction depends"
+             " on them; remove the redundant constraints (`gim mobility` names them), or `mu` in `friction`"]
+        )  # fmt: skip
+    still = np.concatenate([course.nodes[:1], np.zeros_like(course.nodes[1:])])
+    resting = replace(course, nodes=still, angles=None)
     held = Loading(statics, resting, deepcopy(turns))  # weight, springs and loads at rest
     loads = Loading(statics, course, turns)
     with np.errstate(all="ignore"):  # singular rows become NaN
         right = right_side(statics, loads)
-        found, weakest = Balance(statics).solve(course.nodes[0], right, run)
+        found, weakest = solved(statics, course.nodes[0], right, run)
         rows = _Rows(statics, course, found, right_side(statics, held) - right, unit)
         unknowns, dry = rows.solved(right, loads.rotors)
     rub(loads, rows.pairs, rows.senses.T * rows.moving.friction(unknowns.T).T, dry.powers)
     return loads, unknowns, weakest, dry
-
-
-def _still(nodes: ComplexArray) -> ComplexArray:
-    """Return positions with velocities and accelerations of zero."""
-    still = np.zeros_like(nodes)
-    still[0] = nodes[0]
-    return still
 
 
 class _Rows:

@@ -24,52 +24,36 @@ from gimcli.status import Status
 class FrictionStatus(IntEnum):
     """What dry friction leaves of the forces in one row; a later one prevails."""
 
-    SLIDING = 0
-    STANDSTILL = 1
-    SEVERAL = 2
-    NO_SOLUTION = 3
-    NOT_CONVERGED = 4
+    SLIDING = 0, "sliding", "all pairs with dry friction slide"
+    STANDSTILL = (
+        1,
+        "standstill",
+        "a pair with dry friction does not slide there, so its friction is not determined; forces that depend on it are"
+        " empty, INPUT.effort.least and .greatest are limits of the effort; with another number of steps the rows are"
+        " elsewhere",
+    )
+    SEVERAL = 2, Status.SEVERAL_SOLUTIONS.word, Status.SEVERAL_SOLUTIONS.text, Status.SEVERAL_SOLUTIONS
+    NO_SOLUTION = 3, Status.NO_SOLUTION.word, Status.NO_SOLUTION.text, Status.NO_SOLUTION
+    NOT_CONVERGED = (
+        4,
+        Status.NOT_CONVERGED.word,
+        "the iteration for dry friction did not converge: use another number of steps",
+        Status.NOT_CONVERGED,
+    )
 
-    @property
-    def word(self) -> str:
-        """The word in the status column."""
-        return _WORDS[self]
+    word: str  # in the status column
+    text: str  # a message with the correction
+    status: Status  # of a row without forces; OK where there are forces, or limits of them
 
-    @property
-    def text(self) -> str:
-        """A message with the correction."""
-        return _TEXTS[self]
-
-    @property
-    def status(self) -> Status:
-        """The status of a row without forces; OK where there are forces, or limits of them."""
-        return _FAILURES.get(self, Status.OK)
+    def __new__(cls, value: int, word: str, text: str, status: Status = Status.OK) -> FrictionStatus:
+        """Make a member with its word, message and status."""
+        own = int.__new__(cls, value)
+        own._value_, own.word, own.text, own.status = value, word, text, status
+        return own
 
 
 SELF_LOCKING = "self-locking"
 """Word in the column `friction.state` for a row in which friction holds the mechanism against its loads."""
-
-_FAILURES = {
-    FrictionStatus.SEVERAL: Status.SEVERAL_SOLUTIONS,
-    FrictionStatus.NO_SOLUTION: Status.NO_SOLUTION,
-    FrictionStatus.NOT_CONVERGED: Status.NOT_CONVERGED,
-}
-
-_WORDS = {
-    FrictionStatus.SLIDING: "sliding",
-    FrictionStatus.STANDSTILL: "standstill",
-    **{code: status.word for code, status in _FAILURES.items()},
-}
-
-_TEXTS = {
-    FrictionStatus.SLIDING: "all pairs with dry friction slide",
-    FrictionStatus.STANDSTILL: "a pair with dry friction does not slide there, so its friction is not determined;"
-    " forces that depend on it are empty, INPUT.effort.least and .greatest are limits of the effort; with another"
-    " number of steps the rows are elsewhere",
-    FrictionStatus.SEVERAL: Status.SEVERAL_SOLUTIONS.text,
-    FrictionStatus.NO_SOLUTION: Status.NO_SOLUTION.text,
-    FrictionStatus.NOT_CONVERGED: "the iteration for dry friction did not converge: use another number of steps",
-}
 
 
 CLOSE = 1e-13

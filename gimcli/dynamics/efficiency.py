@@ -41,8 +41,9 @@ def source_powers(forces: Forces) -> dict[str, FloatArray]:
     return {**found, **applied, "inertia": -forces.loads.kinetic_rate}
 
 
-def lost_powers(forces: Forces, dry: DryFriction) -> dict[str, FloatArray]:
+def lost_powers(forces: Forces) -> dict[str, FloatArray]:
     """Return the power [W] lost in each pair with dry friction, and in dampers and viscous friction (rows,)."""
+    dry: Any = forces.dry
     return {**dict(zip(dry.names, -dry.powers, strict=True)), VISCOUS: -forces.loads.power["damping"]}
 
 
@@ -54,9 +55,9 @@ def efficiency(sources: list[Any], lost: Any) -> FloatArray:
         return np.where(given > NOTHING * size, np.maximum(1.0 - lost / given, 0.0), np.nan)
 
 
-def row_efficiency(forces: Forces, dry: DryFriction) -> FloatArray:
-    """Return the efficiency in every row (rows,)."""
-    return efficiency(list(source_powers(forces).values()), sum(lost_powers(forces, dry).values()))
+def row_efficiency(forces: Forces) -> FloatArray:
+    """Return the efficiency in every row (rows,) of a motion with dry friction."""
+    return efficiency(list(source_powers(forces).values()), sum(lost_powers(forces).values()))
 
 
 def self_locking(dry: DryFriction) -> BoolArray:
@@ -98,7 +99,7 @@ class FrictionSummary:
         self._places.append(np.asarray(over))
         self._margins.append(dry.margin)
         self._driven.append(_driven(dry.margin, dry.smooth))
-        powers = source_powers(forces), lost_powers(forces, dry)
+        powers = source_powers(forces), lost_powers(forces)
         if forces.good.any():
             sources, lost = ({name: power[forces.good] for name, power in kind.items()} for kind in powers)
             self._powers.append((forces.course.time[forces.good], sources, lost))
@@ -201,17 +202,12 @@ def friction_formulas(statics: Statics) -> Iterator[ForceColumn]:
             find = partial(_limit, word=word, end=i, actuator=k)
             yield ForceColumn(f"{actuator.name}.{word}.{end}", effort_unit(mechanism, k), find, dry=True)
     if rubbing:
-        yield ForceColumn("friction.efficiency", "", _efficiency, dry=True)
+        yield ForceColumn("friction.efficiency", "", row_efficiency, dry=True)
 
 
 def _power(forces: Forces, name: str) -> FloatArray:
     dry: Any = forces.dry
     return np.where(forces.good, dry.powers[dry.names.index(name)], np.nan)
-
-
-def _efficiency(forces: Forces) -> FloatArray:
-    assert forces.dry is not None
-    return row_efficiency(forces, forces.dry)
 
 
 def _limit(forces: Forces, word: str, end: int, actuator: int) -> FloatArray:

@@ -28,6 +28,7 @@ from gimcli.kernels.reduction import DISSIPATED, KINETIC, POTENTIAL, SUPPLIED
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.numerics.along import bisected
 from gimcli.positions.newton import Run
+from gimcli.rates.derivatives import law_rates
 from gimcli.status import Status
 from gimcli.structure.coordinate_partitioning import free_choice, input_choice
 
@@ -76,7 +77,7 @@ class Equations:
         if not reducer.given:
             moved = reducer.move(y[:own], y[own : 2 * own], NOTHING, time)
             return moved and (self.friction is None or self.friction(NOTHING))
-        laws = [self.given(time, order) for order in range(3)]
+        laws = self.given(time)
         target = np.concatenate([y[:own], laws[0]])
         speeds = np.concatenate([y[own : 2 * own], laws[1]])
         gains = np.concatenate([np.zeros(own), laws[2]])
@@ -95,21 +96,13 @@ class Equations:
             table[:, k] = (self.slopes(time, moved) - base) / (moved[k] - y[k])
         return np.nan_to_num(table, posinf=0.0, neginf=0.0)
 
-    def given(self, time: float, order: int) -> FloatArray:
-        """Return the inputs that follow laws, or a derivative by s; before and after the law the speed is constant."""
+    def given(self, time: float) -> FloatArray:
+        """Return the inputs that follow laws with two derivatives (3, inputs); beyond the law the speed is constant."""
         duration = self.mechanism.duration
-        at = np.array([time / duration])
-        inside, result = np.clip(at, 0.0, 1.0), []
-        for k in self.reducer.given:
-            law = self.mechanism.actuators[k].law
-            beyond = float((at - inside)[0])
-            value = float(law(inside, order)[0])
-            if beyond and order == 0:
-                value += beyond * float(law(inside, 1)[0])
-            elif beyond and order == 2:
-                value = 0.0
-            result.append(value / duration**order)
-        return np.array(result)
+        inside = min(max(time / duration, 0.0), 1.0)
+        beyond = time - inside * duration if inside != time / duration else 0.0
+        found = law_rates(self.mechanism, np.array([inside]), 2)[:, list(self.reducer.given), 0]
+        return np.array([found[0] + beyond * found[1], found[1], found[2] * (not beyond)])
 
     def event(self, kind: str, time: float, actuator: int = -1, pair: str = "") -> Event:
         """Return an event at the reducer's last state."""

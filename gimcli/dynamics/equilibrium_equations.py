@@ -115,26 +115,22 @@ def _term(factor: Any, number: Any) -> RealTerm:
     return own * float(factor), lane, 1.0
 
 
-class Balance:
-    """The equations of equilibrium for given positions and right sides."""
+def solved(statics: Statics, z: ComplexArray, right: FloatArray, run: Run) -> tuple[FloatArray, FloatArray]:
+    """Return the unknowns (unknowns, rows) for positions z (nodes, rows) and right sides (equations, rows).
 
-    def __init__(self, statics: Statics) -> None:
-        self.unknowns, tape = range(len(statics.reactions)), Tape()
-        nodes = Nodes(tape, 1)
-        z = [number(tape, nodes[node][0]) for node in range(len(statics.mechanism.nodes))]
-        found = TapeBalance(statics, tape, z, [given(tape, 0, row) for row in range(statics.equations)])
-        for k in self.unknowns:
-            tape.emit(kernels.WRITE_ANGLE, tape.lane(found[k].lanes), 0, k)
-        tape.emit(kernels.WRITE_ANGLE, found.weak, 0, len(self.unknowns))
-        self.arrays, self.least = tape.arrays(), found.least
-
-    def solve(self, z: ComplexArray, right: FloatArray, run: Run) -> tuple[FloatArray, FloatArray]:
-        """Return the unknowns (unknowns, rows), and the least ratio of pivots in the blocks of each row (rows,)."""
-        rows = z.shape[1]
-        points, out = np.empty((0, 0, rows), dtype=complex), np.empty((1, len(self.unknowns) + 1, rows))
-        z, right = np.ascontiguousarray(z), np.ascontiguousarray(right)
-        run(kernels.play)(*self.arrays, parts(z), right[None], parts(points), out)
-        return out[0, :-1], np.nan_to_num(np.minimum(out[0, -1], self.least))
+    Returns the least ratio of pivots in the blocks of each row (rows,) too.
+    """
+    (count, rows), tape = (len(statics.reactions), z.shape[1]), Tape()
+    nodes = Nodes(tape, 1)
+    places = [number(tape, nodes[node][0]) for node in range(len(z))]
+    found = TapeBalance(statics, tape, places, [given(tape, 0, row) for row in range(statics.equations)])
+    for k in range(count):
+        tape.emit(kernels.WRITE_ANGLE, tape.lane(found[k].lanes), 0, k)
+    tape.emit(kernels.WRITE_ANGLE, found.weak, 0, count)
+    points, out = np.empty((0, 0, rows), dtype=complex), np.empty((1, count + 1, rows))
+    z, right = np.ascontiguousarray(z), np.ascontiguousarray(right)
+    run(kernels.play)(*tape.arrays(), parts(z), right[None], parts(points), out)
+    return out[0, :-1], np.nan_to_num(np.minimum(out[0, -1], found.least))
 
 
 def equilibrium(statics: Statics, z: ComplexArray) -> FloatArray:

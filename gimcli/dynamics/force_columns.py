@@ -79,17 +79,12 @@ def totals(statics: Statics) -> Iterator[ForceColumn]:
     yield ForceColumn("shaking.moment", "N m", attrgetter("shaking_moment"))
     kinds: dict[str, Any] = {
         "drive": attrgetter("drive_power"),
-        **{kind: partial(_power, kind=kind) for kind in POWERS},
+        **{kind: lambda forces, kind=kind: forces.loads.power[kind] for kind in POWERS},
     }
     for kind, find in {**kinds, "error": attrgetter("power_error")}.items():
         yield ForceColumn(f"power.{kind}", "W", partial(_only, find=find))
     for kind in ("kinetic", "potential"):
         yield ForceColumn(f"energy.{kind}", "J", partial(_only, find=attrgetter(f"loads.{kind}")))
-
-
-def _power(forces: Forces, kind: str) -> FloatArray:
-    found: FloatArray = forces.loads.power[kind]
-    return found
 
 
 def rotors(statics: Statics) -> Iterator[ForceColumn]:
@@ -179,7 +174,7 @@ def _of_gear(gear: GearPair, unknown: int) -> Iterator[ForceColumn]:
         return forces.unknown(unknown) * require_action(forces.mechanism)
 
     def force(forces: Forces) -> ComplexArray:  # on the second member: of the teeth, or of the strand under tension
-        from gimcli.dynamics.gear_pivots import across  # imported late: only for models with gears
+        from gimcli.dynamics.gear_reactions import across  # imported late: only for models with gears
 
         value, own = forces.unknown(unknown), forces.statics
         part = 0.0 if own.reactions[unknown].vector.u < 0 and gear.slide < 0 else forces.direction(unknown)

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gimcli.calculus.numbers import RuleNumber
-from gimcli.dynamics.equilibrium_equations import Balance, equilibrium, right_side
+from gimcli.dynamics.equilibrium_equations import equilibrium, right_side, solved
 from gimcli.dynamics.kinematic_history import Course, Courses, Turns, reading
 from gimcli.dynamics.loading import Loading
 from gimcli.dynamics.physical import effort_shares, input_units, require_action
@@ -200,7 +200,7 @@ def inverse_dynamics(
         if statics.surplus:
             found, free, weakest = _least(statics, z, right)
         else:
-            found, weakest = Balance(statics).solve(z, right, run)
+            found, weakest = solved(statics, z, right, run)
             free = np.zeros((0, *found.shape))
     found = np.where(np.isfinite(found), found, np.nan)
     return Forces(statics, course, loads, *_with_gears(statics, z, found, free * (not every)), weakest)
@@ -211,7 +211,7 @@ def _with_gears(
 ) -> tuple[FloatArray, FloatArray]:
     """Return reactions and self-stresses with the forces of gears that pass through the pivots, added in place."""
     if statics.mechanism.gears:
-        from gimcli.dynamics.gear_pivots import add_across  # imported late: only for models with gears
+        from gimcli.dynamics.gear_reactions import add_across  # imported late: only for models with gears
 
         add_across(statics, z, found, free)
     return found, free
@@ -231,7 +231,7 @@ def piece_forces(
     from gimcli.dynamics.coulomb import sliding_forces  # imported late: only for models with dry friction
 
     if statics.mechanism.gears:
-        from gimcli.dynamics.gear_pivots import refuse_dry_friction
+        from gimcli.dynamics.gear_reactions import refuse_dry_friction
 
         refuse_dry_friction(statics)
     drivers = statics.mechanism.drivers

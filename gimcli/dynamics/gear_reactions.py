@@ -23,42 +23,57 @@ sections 13-15 (spur gears) and 17-2 (flat belts).
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
 
-from gimcli.coupling_data import BELT, CROSSED, EXTERNAL, INTERNAL, RACK, GearPair
-from gimcli.mechanism import Mechanism
-from gimcli.structure.carried import carried_direction
-from gimcli.structure.steps import Vector
+import numpy as np
+
+from gimcli.coupling_data import BELT, CROSSED, INTERNAL, RACK, GearPair
+from gimcli.dynamics.statics import Reaction, Statics
+from gimcli.errors import ModelError
+from gimcli.kernels.equilibrium import COUPLE, PUSH
+from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+from gimcli.structure.carried import carried_direction, unit_of
+from gimcli.structure.joints import sliding_pairs
+from gimcli.structure.steps import NONE, Vector
 
 LEAST = 1e-12
 """Part k of a belt force below which it is 0: the wheels are of equal size."""
 
 
-@dataclass(frozen=True)
-class GearForce:
-    """What a unit of F exerts: `vector` at `nodes[1]` of the second member, the opposite at `nodes[0]` of the first."""
-
-    vector: Vector | None  # None: only couples
-    nodes: tuple[int, int]
-    couples: tuple[tuple[int, float], ...]  # (member, factor); without a force about any point
-    across: float = 0.0  # s: factor of |F|, of wheels along u on the second one, of a rack away from the pinion
-
-
-def gear_force(mechanism: Mechanism, gear: GearPair) -> GearForce:
-    """Return the reaction of a gear."""
-    first, second = gear.members
+def gear_reaction(mechanism: Mechanism, gear: GearPair, body: Mapping[int, int]) -> Reaction:
+    """Return what a unit of F exerts; `body` has the numbers of the bodies of members."""
+    (one, two), ratio = (body[k] for k in gear.members), gear.ratio
     if gear.kind == RACK:
         along = carried_direction(mechanism, mechanism.pairs[gear.slide].guide, rack_direction(mechanism, gear))
-        own = (second, gear.ratio), (first, -gear.ratio)
-        return GearForce(along, (gear.pivots[0],) * 2, own, math.tan(gear.pressure_angle))
+        return Reaction(PUSH, two, one, gear.pivots[0], gear.pivots[0], along, _couples((two, ratio), (one, -ratio)))
     if gear.radii is None:
-        couples = ((second, 1.0), (first, -gear.ratio), (gear.carrier, -(1.0 - gear.ratio)))
-        return GearForce(None, gear.pivots, couples)
+        couples = _couples((two, 1.0), (one, -ratio), (body[gear.carrier], -(1.0 - ratio)))
+        return Reaction(COUPLE, NONE, NONE, couples=couples)
+    part, apart = _part(mechanism, gear)
+    couples = _couples((two, gear.radii[1]), (one, -ratio * gear.radii[1]))
+    if abs(part) <= LEAST:
+        return Reaction(COUPLE, NONE, NONE, couples=couples)
+    return Reaction(PUSH, two, one, gear.pivots[1], gear.pivots[0], Vector(1j * part / apart, *gear.pivots), couples)
+
+
+def _couples(*each: tuple[int, float]) -> tuple[tuple[int, float], ...]:
+    return tuple((own, factor) for own, factor in each if factor != 0.0)
+
+
+def _part(mechanism: Mechanism, gear: GearPair) -> tuple[float, float]:
+    """Return k, the part of a tooth or belt force across the line of the pivots, and the distance of the pivots."""
     one, other = (mechanism.members[gear.carrier].local(node) for node in gear.pivots)
-    apart, radius = abs(other - one), gear.radii[1]
-    part = -(1.0 - gear.ratio) * radius / apart
-    vector = Vector(1j * part / apart, *gear.pivots) if abs(part) > LEAST else None
-    return GearForce(vector, gear.pivots, ((second, radius), (first, -gear.ratio * radius)), _across(gear, part))
+    apart = float(abs(other - one))
+    return -(1.0 - gear.ratio) * (gear.radii[1] if gear.radii else 0.0) / apart, apart
+
+
+def across_factor(mechanism: Mechanism, gear: GearPair) -> float:
+    """Return s, the factor of |F|: of wheels along u on the second one, of a rack away from the pinion."""
+    if gear.radii is None and gear.kind != RACK:
+        return 0.0
+    if gear.kind in (BELT, CROSSED):
+        return -math.sqrt(max(0.0, 1.0 - _part(mechanism, gear)[0] ** 2))
+    return math.tan(gear.pressure_angle) * (-1.0 if gear.kind == INTERNAL else 1.0)
 
 
 def rack_direction(mechanism: Mechanism, gear: GearPair) -> complex:
@@ -67,7 +82,78 @@ def rack_direction(mechanism: Mechanism, gear: GearPair) -> complex:
     return slide.along if slide.guide == gear.carrier else -slide.along
 
 
-def _across(gear: GearPair, part: float) -> float:
-    if gear.kind in (BELT, CROSSED):
-        return -math.sqrt(max(0.0, 1.0 - part * part))
-    return {EXTERNAL: 1.0, INTERNAL: -1.0}[gear.kind] * math.tan(gear.pressure_angle)
+Change = tuple[int, FloatArray]
+"""An unknown, and what 1 N of the part adds to it (rows,)."""
+
+
+def across(statics: Statics, gear: GearPair, z: ComplexArray) -> ComplexArray:
+    """Return the force on the second member for |F| = 1 that passes through the pivots (rows,), at z (nodes, rows)."""
+    mechanism = statics.mechanism
+    factor = across_factor(mechanism, gear)
+    if gear.kind == RACK:
+        along = unit_of(mechanism, z, mechanism.pairs[gear.slide].guide) * rack_direction(mechanism, gear)
+        return np.asarray(-np.sign(gear.ratio) * factor * 1j * along)
+    line = z[gear.pivots[1]] - z[gear.pivots[0]]
+    return np.asarray(factor * line / np.abs(line))
+
+
+def add_across(statics: Statics, z: ComplexArray, found: FloatArray, free: FloatArray) -> None:
+    """Add these forces to reactions (unknowns, rows), and their changes to self-stresses (., unknowns, rows)."""
+    for gear, unknown in zip(statics.mechanism.gears, statics.teeth, strict=True):
+        own, stresses = found[unknown].copy(), free[:, unknown].copy()
+        for c, change in _changes(statics, gear, z):
+            found[c] += np.abs(own) * change
+            free[:, c] += np.sign(own) * stresses * change
+
+
+def _changes(statics: Statics, gear: GearPair, z: ComplexArray) -> Iterator[Change]:
+    """Yield what the force for |F| = 1 adds to the reactions that bear it."""
+    force = across(statics, gear, z)
+    if not np.any(force):
+        return
+    yield from _on_pivot(statics, gear, 0, -force)
+    if gear.kind == RACK:
+        yield from _on_slide(statics, gear, z, force)
+    else:
+        yield from _on_pivot(statics, gear, 1, force)
+
+
+def _on_pivot(statics: Statics, gear: GearPair, wheel: int, force: ComplexArray) -> Iterator[Change]:
+    """Yield the changes of the pin forces on a wheel and on the carrier that balance a force on the wheel."""
+    pin = next(pin for pin in statics.pins if pin.node == gear.pivots[wheel])
+    for member, sense in ((gear.members[wheel], -1.0), (gear.carrier, 1.0)):
+        yield from zip(pin.unknowns.get(member, ()), (sense * force.real, sense * force.imag), strict=False)
+
+
+def _on_slide(statics: Statics, gear: GearPair, z: ComplexArray, force: ComplexArray) -> Iterator[Change]:
+    """Yield the changes of the two normal forces that balance a force on the rack, on a line through the pivot."""
+    mechanism = statics.mechanism
+    pair = next(pair for pair in sliding_pairs(mechanism) if pair.name == mechanism.pairs[gear.slide].pair)
+    (one, two), guide = pair.slides, pair.bodies[0]
+    normal = unit_of(mechanism, z, guide) * mechanism.slides[one].normal
+    pressed = (force * normal.conj()).real * (-1.0 if guide == gear.carrier else 1.0)
+    start, end = z[mechanism.slides[one].node], z[mechanism.slides[two].node]
+    share = _height(z[gear.pivots[0]] - start, normal) / _height(end - start, normal)
+    yield statics.normals[two], pressed * share
+    yield statics.normals[one], pressed * (1.0 - share)
+
+
+def _height(arm: ComplexArray, direction: ComplexArray) -> FloatArray:
+    """Return the moment of a unit force about a point at the distance `arm` (rows,)."""
+    return np.asarray((arm.conj() * direction).imag)
+
+
+def refuse_dry_friction(statics: Statics) -> None:
+    """Raise ModelError for dry friction in a pair whose reaction has such a part: it is not in the friction."""
+    mechanism = statics.mechanism
+    for gear in mechanism.gears:
+        if across_factor(mechanism, gear) == 0.0:
+            continue
+        slide = mechanism.pairs[gear.slide].pair if gear.kind == RACK else None
+        for friction in mechanism.dynamics.frictions:
+            on_pivot = friction.slide < 0 and friction.node in gear.pivots
+            if friction.mu and (on_pivot or friction.name == slide):
+                raise ModelError(
+                    [f"friction: '{friction.name}' bears a force of the gear '{gear.name}', and dry friction there is"
+                     " not computed; write a number (viscous friction)"]
+                )  # fmt: skip

@@ -81,8 +81,7 @@ class Integration:
             release = release_of(mechanism, k)
             inputs[k] = inputs[k] if release.start is None else release.start
             speeds.append(release.speed)
-        for row, k in enumerate(reducer.given):
-            inputs[k] = self.equations.given(time, 0)[row]
+        inputs[list(reducer.given)] = self.equations.given(time)[0]
         inputs = followed(mechanism, inputs)
         position = solve(mechanism, inputs, Options())
         assembled = position.status is Status.OK

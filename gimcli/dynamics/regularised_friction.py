@@ -148,7 +148,7 @@ class RegularisedFriction:
         self.reducer, self.slip = reducer, slip
         self.balance = BodyBalance(reducer.mechanism, reducer.free)
         if reducer.mechanism.gears:
-            from gimcli.dynamics.gear_pivots import refuse_dry_friction  # imported late: few mechanisms have gears
+            from gimcli.dynamics.gear_reactions import refuse_dry_friction  # imported late: few mechanisms have gears
 
             refuse_dry_friction(self.balance.statics)
         columns, size, free = len(self.balance.statics.reactions), self.balance.equations, len(reducer.free)

@@ -13,7 +13,7 @@ import math
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import accumulate, chain
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -27,9 +27,6 @@ from gimcli.structure.dulmage_mendelsohn import EquationBlock, split
 from gimcli.structure.joints import PRISMATIC, sliding_pairs
 from gimcli.structure.rotation import members_of
 from gimcli.structure.steps import NONE, Vector
-
-if TYPE_CHECKING:
-    from gimcli.dynamics.gear_reactions import GearForce
 
 
 @dataclass(frozen=True)
@@ -264,17 +261,10 @@ class _StaticsBuilder:
 
     def _gears(self) -> tuple[int, ...]:
         """Add the reactions of the gears."""
-        from gimcli.dynamics.gear_reactions import gear_force  # imported late: only for models with gears
+        from gimcli.dynamics.gear_reactions import gear_reaction  # imported late: only for models with gears
 
-        return tuple(self._gear(gear.members, gear_force(self.mechanism, gear)) for gear in self.mechanism.gears)
-
-    def _gear(self, members: tuple[int, int], force: GearForce) -> int:
-        body = self.body_of_member
-        couples = tuple((body[k], factor) for k, factor in force.couples if factor != 0.0)
-        if force.vector is None:
-            return self._add(Reaction(COUPLE, NONE, NONE, couples=couples))
-        first, second = force.nodes
-        return self._add(Reaction(PUSH, body[members[1]], body[members[0]], second, first, force.vector, couples))
+        mechanism = self.mechanism
+        return tuple(self._add(gear_reaction(mechanism, gear, self.body_of_member)) for gear in mechanism.gears)
 
     def _slider(self, row: PairRow) -> int:
         """Return the sliding member if a height or travel is that of a true prismatic pair, else NONE."""

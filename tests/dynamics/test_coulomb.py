@@ -250,7 +250,7 @@ def test_a_wedge_lifts_a_weight(alpha, phi, lift, out, share):
     place = dict(c=c, e=s - 0.2, px=0.5 * c, py=0.5 * s - 0.2, qy=0.5 * s + 1, mu=mu)
     _, found = moved(WEDGE.format(by=-0.1, **place), 1)
     assert np.abs(found.effort(0)) == pytest.approx(100 * lift, rel=1e-12)
-    assert row_efficiency(found, found.dry) == pytest.approx(share, rel=1e-12)
+    assert row_efficiency(found) == pytest.approx(share, rel=1e-12)
     assert found.dry.hold[:, 0, 0] == pytest.approx((-100 * lift, -100 * out), rel=1e-12)
     assert np.all(self_locking(found.dry)) == (alpha <= 2 * phi)
     _, back = moved(WEDGE.format(by=0.1, **place), 1)

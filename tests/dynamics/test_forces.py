@@ -16,7 +16,7 @@ from gimcli import load
 from gimcli.dynamics.equilibrium_equations import right_side
 from gimcli.dynamics.force_columns import columns_of, reactions
 from gimcli.dynamics.forces import equilibrium, inverse_dynamics, motion_forces
-from gimcli.dynamics.gear_pivots import add_across
+from gimcli.dynamics.gear_reactions import add_across
 from gimcli.dynamics.kinematic_history import Course, turning
 from gimcli.dynamics.statics import statics
 from gimcli.kernels.jit import compiled

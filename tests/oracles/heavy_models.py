@@ -6,7 +6,7 @@ import numpy as np
 from bundled import MODELS, changed
 
 from gimcli.dynamics.forces import motion_forces
-from gimcli.dynamics.gear_pivots import across
+from gimcli.dynamics.gear_reactions import across
 from gimcli.dynamics.statics import direction
 from gimcli.kernels.equilibrium import COUPLE
 from gimcli.mechanism import FRAME
