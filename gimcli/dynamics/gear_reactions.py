@@ -23,48 +23,16 @@ sections 13-15 (spur gears) and 17-2 (flat belts).
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 
 import numpy as np
 
 from gimcli.coupling_data import BELT, CROSSED, INTERNAL, RACK, GearPair
-from gimcli.dynamics.statics import Reaction, Statics
+from gimcli.dynamics.statics import Statics, across_part, rack_direction
 from gimcli.errors import ModelError
-from gimcli.kernels.equilibrium import COUPLE, PUSH
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
-from gimcli.structure.carried import carried_direction, unit_of
+from gimcli.structure.carried import unit_of
 from gimcli.structure.joints import sliding_pairs
-from gimcli.structure.steps import NONE, Vector
-
-LEAST = 1e-12
-"""Part k of a belt force below which it is 0: the wheels are of equal size."""
-
-
-def gear_reaction(mechanism: Mechanism, gear: GearPair, body: Mapping[int, int]) -> Reaction:
-    """Return what a unit of F exerts; `body` has the numbers of the bodies of members."""
-    (one, two), ratio = (body[k] for k in gear.members), gear.ratio
-    if gear.kind == RACK:
-        along = carried_direction(mechanism, mechanism.pairs[gear.slide].guide, rack_direction(mechanism, gear))
-        return Reaction(PUSH, two, one, gear.pivots[0], gear.pivots[0], along, _couples((two, ratio), (one, -ratio)))
-    if gear.radii is None:
-        couples = _couples((two, 1.0), (one, -ratio), (body[gear.carrier], -(1.0 - ratio)))
-        return Reaction(COUPLE, NONE, NONE, couples=couples)
-    part, apart = _part(mechanism, gear)
-    couples = _couples((two, gear.radii[1]), (one, -ratio * gear.radii[1]))
-    if abs(part) <= LEAST:
-        return Reaction(COUPLE, NONE, NONE, couples=couples)
-    return Reaction(PUSH, two, one, gear.pivots[1], gear.pivots[0], Vector(1j * part / apart, *gear.pivots), couples)
-
-
-def _couples(*each: tuple[int, float]) -> tuple[tuple[int, float], ...]:
-    return tuple((own, factor) for own, factor in each if factor != 0.0)
-
-
-def _part(mechanism: Mechanism, gear: GearPair) -> tuple[float, float]:
-    """Return k, the part of a tooth or belt force across the line of the pivots, and the distance of the pivots."""
-    one, other = (mechanism.members[gear.carrier].local(node) for node in gear.pivots)
-    apart = float(abs(other - one))
-    return -(1.0 - gear.ratio) * (gear.radii[1] if gear.radii else 0.0) / apart, apart
 
 
 def across_factor(mechanism: Mechanism, gear: GearPair) -> float:
@@ -72,14 +40,8 @@ def across_factor(mechanism: Mechanism, gear: GearPair) -> float:
     if gear.radii is None and gear.kind != RACK:
         return 0.0
     if gear.kind in (BELT, CROSSED):
-        return -math.sqrt(max(0.0, 1.0 - _part(mechanism, gear)[0] ** 2))
+        return -math.sqrt(max(0.0, 1.0 - across_part(mechanism, gear)[0] ** 2))
     return math.tan(gear.pressure_angle) * (-1.0 if gear.kind == INTERNAL else 1.0)
-
-
-def rack_direction(mechanism: Mechanism, gear: GearPair) -> complex:
-    """Return the direction in which a rack moves when its travel increases, in the own frame of the guide."""
-    slide = mechanism.pairs[gear.slide]
-    return slide.along if slide.guide == gear.carrier else -slide.along
 
 
 Change = tuple[int, FloatArray]

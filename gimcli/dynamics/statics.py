@@ -10,6 +10,7 @@ nodes slide. The order of the blocks is the reverse order of formation.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import accumulate, chain
@@ -18,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from gimcli.calculus.numbers import RuleNumber, nominal, scalar
+from gimcli.coupling_data import RACK, GearPair
 from gimcli.dynamic_data import NO_NODE, AppliedLoad, Inertia
 from gimcli.kernels.equilibrium import ALONG, COUPLE, MOMENT, PUSH, TURN, X, Y
 from gimcli.mechanism import FRAME, HEIGHT, FloatArray, Mechanism, PairRow
@@ -205,6 +207,43 @@ def direction(reaction: Reaction, z: Any) -> Any:
         return found / abs(found)
 
 
+LEAST = 1e-12
+"""Part k of a belt force below which it is 0: the wheels are of equal size."""
+
+
+def gear_reaction(mechanism: Mechanism, gear: GearPair, body: Mapping[int, int]) -> Reaction:
+    """Return what a unit of F of a gear exerts (see `gear_reactions`); `body` has the numbers of members' bodies."""
+    (one, two), ratio = (body[k] for k in gear.members), gear.ratio
+    if gear.kind == RACK:
+        along = carried_direction(mechanism, mechanism.pairs[gear.slide].guide, rack_direction(mechanism, gear))
+        return Reaction(PUSH, two, one, gear.pivots[0], gear.pivots[0], along, _couples((two, ratio), (one, -ratio)))
+    if gear.radii is None:
+        couples = _couples((two, 1.0), (one, -ratio), (body[gear.carrier], -(1.0 - ratio)))
+        return Reaction(COUPLE, NONE, NONE, couples=couples)
+    part, apart = across_part(mechanism, gear)
+    couples = _couples((two, gear.radii[1]), (one, -ratio * gear.radii[1]))
+    if abs(part) <= LEAST:
+        return Reaction(COUPLE, NONE, NONE, couples=couples)
+    return Reaction(PUSH, two, one, gear.pivots[1], gear.pivots[0], Vector(1j * part / apart, *gear.pivots), couples)
+
+
+def _couples(*each: tuple[int, float]) -> tuple[tuple[int, float], ...]:
+    return tuple((own, factor) for own, factor in each if factor != 0.0)
+
+
+def across_part(mechanism: Mechanism, gear: GearPair) -> tuple[float, float]:
+    """Return k, the part of a tooth or belt force across the line of the pivots, and the distance of the pivots."""
+    one, other = (mechanism.members[gear.carrier].local(node) for node in gear.pivots)
+    apart = float(abs(other - one))
+    return -(1.0 - gear.ratio) * (gear.radii[1] if gear.radii else 0.0) / apart, apart
+
+
+def rack_direction(mechanism: Mechanism, gear: GearPair) -> complex:
+    """Return the direction in which a rack moves when its travel increases, in the own frame of the guide."""
+    slide = mechanism.pairs[gear.slide]
+    return slide.along if slide.guide == gear.carrier else -slide.along
+
+
 class _StaticsBuilder:
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism, self.reactions = mechanism, list[Reaction]()
@@ -226,7 +265,7 @@ class _StaticsBuilder:
         unknowns = [self._add(one) for one in held]
         slides = (k for k, row in zip(unknowns, mechanism.pairs, strict=True) if row.kind == HEIGHT)
         efforts = tuple(NONE if k in mechanism.geared else self._add(one) for k, one in enumerate(driven))
-        teeth = self._gears() if mechanism.gears else ()
+        teeth = tuple(self._add(gear_reaction(mechanism, gear, self.body_of_member)) for gear in mechanism.gears)
         moving = (Body(k, self._moment_node(k)) for k in range(1, len(mechanism.members)))
         bodies = (*moving, *(Body(NONE, n) for n in self.loose))
         return Statics(
@@ -258,13 +297,6 @@ class _StaticsBuilder:
         vector = Vector(1.0 + 0.0j, first, second)
         plus, minus = self.body_of_pin[second], self.body_of_pin[first]
         return Reaction(ALONG, plus, minus, second, first, vector, on_pin=True)
-
-    def _gears(self) -> tuple[int, ...]:
-        """Add the reactions of the gears."""
-        from gimcli.dynamics.gear_reactions import gear_reaction  # imported late: only for models with gears
-
-        mechanism = self.mechanism
-        return tuple(self._add(gear_reaction(mechanism, gear, self.body_of_member)) for gear in mechanism.gears)
 
     def _slider(self, row: PairRow) -> int:
         """Return the sliding member if a height or travel is that of a true prismatic pair, else NONE."""
