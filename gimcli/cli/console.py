@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
+from gimcli import output
 from gimcli.progress import Progress, no_progress
 
 if TYPE_CHECKING:
@@ -130,10 +131,8 @@ def printable(text: str) -> str:
 
 def print_json(data: dict[str, Any]) -> None:
     """Print one JSON object."""
-    from gimcli.output.json import json_text
-
     end_bars()
-    typer.echo(json_text(data))
+    typer.echo(output.json_text(data))
 
 
 def print_table(title: str, head: Sequence[str], rows: Iterable[Iterable[str]], right: Iterable[int] = ()) -> None:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import typer
 
+from gimcli import output
 from gimcli.cli.arguments import NO_OPTIONS, NONE, Drawing, changed
 from gimcli.cli.console import DRAWING, end_bars, note, print_json, print_written, printable, progress_bar
 from gimcli.errors import OutputError, UsageError
@@ -22,7 +23,6 @@ from gimcli.table import Table
 
 if TYPE_CHECKING:
     from gimcli.library.result import UnderWay
-    from gimcli.output.printed import PictureOptions
 
 CSV = FORMATS[".csv"]
 """The format of tables on standard output."""
@@ -84,11 +84,9 @@ class Outputs:
         if self.files.stdout and sys.__stdout__ is None:
             raise OutputError("-o -: standard output is closed; write the table to a file, such as -o table.csv")
         self.written: list[Path] = []
-        self.options: PictureOptions | None = None
+        self.options: output.printed.PictureOptions | None = None
         if drawing:
-            from gimcli.output.printed import PictureOptions
-
-            self.options = PictureOptions.checked(**drawing)
+            self.options = output.printed.PictureOptions.checked(**drawing)
             if not self.files.prints:
                 raise UsageError(
                     f"--{next(iter(drawing))} changes the picture, but no picture is written: use -o FILE.png"

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gimcli import output
 from gimcli.errors import GimError, StructureError
 from gimcli.library.check_views import CheckSection, check_sections, check_table
 from gimcli.library.check_warnings import file_warnings, motion_warnings
@@ -33,7 +34,6 @@ from gimcli.table import Table, per_second
 
 if TYPE_CHECKING:
     from gimcli.continuation.circuit import Circuit
-    from gimcli.output.animation import Animation
     from gimcli.quantities.motion_summary import MotionSummary, Output, Peak
 
 
@@ -115,7 +115,7 @@ class CheckResult(Result):
         """Return one row for each value of the report: section, name, quantity, value, unit, at."""
         return check_table(self.mechanism, self.report())
 
-    def animation(self) -> Animation:
+    def animation(self) -> output.animation.Animation:
         """Return the page: the report, and the motion along the laws if there is one."""
         from gimcli.library.check_views import check_page
 
@@ -345,7 +345,7 @@ class MachinesCheck(CheckResult):
             replace(own, heading=f"{name}: {own.heading}") for name, one in self.each.items() for own in one._sections()
         ]
 
-    def animation(self) -> Animation:
+    def animation(self) -> output.animation.Animation:
         """Return the page: the reports, and the motion along the laws if all machines have one."""
         from gimcli.library.check_views import check_page
 

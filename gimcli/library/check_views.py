@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gimcli import graphs, output
 from gimcli.mechanism import ComplexArray, Mechanism
 from gimcli.rounding import ZERO, aligned, at_inputs, input_value, interval, length, number
 from gimcli.table import Column, Table
 
 if TYPE_CHECKING:
     from gimcli.motion.motion import Motion
-    from gimcli.output.animation import Animation, Clip, Section
 
 MOST = 12
 """Greatest number of rows of a section."""
@@ -246,39 +246,35 @@ def _output(mechanism: Mechanism, one: dict[str, Any]) -> Rows:
 def check_page(
     mechanism: Mechanism, motion: Motion | None, z: ComplexArray | None, sections: Sequence[CheckSection],
     warnings: Sequence[dict[str, Any]], note: str = "",
-) -> Animation:  # fmt: skip
+) -> output.animation.Animation:  # fmt: skip
     """Return a page with the report and the motion, or else with a position z (nodes,) and a note on it."""
-    from gimcli.graphs.extras import Extras
-    from gimcli.graphs.motion_animation import law_animation
-    from gimcli.output.animation import Animation
-
-    shown = None if motion is None else law_animation(motion, Extras(mechanism), len(motion.time) - 1)
+    shown = (
+        None
+        if motion is None
+        else graphs.motion_animation.law_animation(motion, graphs.extras.Extras(mechanism), len(motion.time) - 1)
+    )
     if shown is None:
-        shown = Animation(mechanism.name, mechanism, (_position(mechanism, z, note),))
+        shown = output.animation.Animation(mechanism.name, mechanism, (_position(mechanism, z, note),))
     return replace(shown, report=(*map(_section, sections), *_warnings(warnings)))
 
 
-def _position(mechanism: Mechanism, z: ComplexArray | None, note: str) -> Clip:
+def _position(mechanism: Mechanism, z: ComplexArray | None, note: str) -> output.animation.Clip:
     """Return a clip of one row; without a position it is empty, and the page shows the initial coordinates."""
-    from gimcli.output.animation import Clip
-
     status = "not-assembled" if z is None else "ok"
     place = np.full(len(mechanism.nodes), complex(np.nan, np.nan)) if z is None else mechanism.to_file(z)
     table = Table((Column("time", np.zeros(1), "s"), Column("status", np.array([status]))))
     name = note or "initial configuration"
-    return Clip(name, place[None, :], np.zeros(1), (status,), table, note=note)
+    return output.animation.Clip(name, place[None, :], np.zeros(1), (status,), table, note=note)
 
 
-def _section(own: CheckSection) -> Section:
-    from gimcli.output.animation import Section
+def _section(own: CheckSection) -> output.animation.Section:
 
     columns = (Column(name, np.array(cells)) for name, cells in zip(own.head, zip(*own.rows, strict=True), strict=True))
     more = (f"and {own.left_out} more: the file .json or .csv lists all",) if own.left_out else ()
-    return Section(own.heading, more, Table(tuple(columns)))
+    return output.animation.Section(own.heading, more, Table(tuple(columns)))
 
 
-def _warnings(warnings: Sequence[dict[str, Any]]) -> list[Section]:
-    from gimcli.output.animation import Section
+def _warnings(warnings: Sequence[dict[str, Any]]) -> list[output.animation.Section]:
 
     lines = tuple(": ".join(filter(None, (one["where"], one["text"]))) for one in warnings)
-    return [Section("Warnings", lines, warning=True)] if lines else []
+    return [output.animation.Section("Warnings", lines, warning=True)] if lines else []

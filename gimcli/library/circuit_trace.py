@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from gimcli import graphs, output
 from gimcli.branching.resampling import circuit_motion
 from gimcli.branching.singular_positions import drawn_circuit
 from gimcli.branching.singularities import STATIONARY, input_ends, interval, singularities
@@ -26,9 +27,6 @@ from gimcli.progress import Phases
 from gimcli.quantities.point_ranges import PointRanges
 from gimcli.rates.member_angles import direction, full_turn
 from gimcli.table import Column, Table
-
-if TYPE_CHECKING:
-    from gimcli.output.contents import Animation, Content, CurveGraph, Geometry
 
 DENSE = 720
 """Least number of rows of a circuit for which no member is expected to turn by half a turn between two rows."""
@@ -157,34 +155,29 @@ class CircuitTraceResult(TraceResult):
         """Return the directions of a member (rows,) in the file's angle unit, full turns counted along each circuit."""
         return np.concatenate([self._found.angles(motion, member) for motion in self._motions])
 
-    def picture(self) -> Content | None:
+    def picture(self) -> output.picture.Content | None:
         """Return positions on the first circuit, and the curves, areas and graphs of all circuits."""
-        from gimcli.output.drawing import motion_picture
-        from gimcli.output.panels import with_panels
-
         mechanism = self.mechanism
         paths = {name + tail: path for tail, motion, _ in self._each for name, path in traced_paths(motion).items()}
         more = {n + tail: curve for tail, motion, own in self._each for n, curve in own.record.curves(motion).items()}
         outlines = [outline for _, motion, own in self._each for outline in own.record.outlines(motion)]
         poses, title = self._poses(self._motions[0]), f"{mechanism.name}: circuit"
-        return with_panels(motion_picture(mechanism, poses, paths, title, more, outlines), self.graphs())
+        return output.panels.with_panels(
+            output.drawing.motion_picture(mechanism, poses, paths, title, more, outlines), self.graphs()
+        )
 
-    def geometry(self) -> Geometry:
+    def geometry(self) -> output.geometry.Geometry:
         """Return a position on the first circuit, and the curves of all circuits, in true size."""
-        from gimcli.output.geometry import motion_geometry
+        return output.geometry.motion_geometry(self.mechanism, self._poses(self._motions[0])[0], self.table())
 
-        return motion_geometry(self.mechanism, self._poses(self._motions[0])[0], self.table())
-
-    def graphs(self) -> list[CurveGraph]:
+    def graphs(self) -> list[output.graph.CurveGraph]:
         """Return the graphs of `plot` as data, those of each circuit in turn."""
-        from gimcli.output.graph import named
-
-        found: list[CurveGraph] = []
+        found: list[output.graph.CurveGraph] = []
         for k, (tail, motion, extras) in enumerate(self._each):
             if extras.plans:
                 events = self.circuits[k]["events"]
                 marks = [(e["kind"], {"part of the length": e["way"], **e["at"]}) for e in events]
-                found += [named(graph, tail) for graph in extras.graphs(motion, marks)]
+                found += [output.graph.named(graph, tail) for graph in extras.graphs(motion, marks)]
         return found
 
     @property
@@ -193,11 +186,9 @@ class CircuitTraceResult(TraceResult):
         tails = [f", branch {number}" * (len(self._motions) > 1) for number in self._found.numbers]
         return list(zip(tails, self._motions, self._found.extras, strict=True))
 
-    def animation(self) -> Animation:
+    def animation(self) -> output.animation.Animation:
         """Return the circuits with their events and columns."""
-        from gimcli.graphs.circuit_animation import circuit_trace_animation
-
-        return circuit_trace_animation(self._motions, self.circuits, self._found.extras)
+        return graphs.circuit_animation.circuit_trace_animation(self._motions, self.circuits, self._found.extras)
 
 
 def _of_circuit(mechanism: Mechanism, number: int, circuit: Circuit, found: list[Any]) -> dict[str, Any]:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import numpy as np
 
+from gimcli import graphs, output
 from gimcli.assemblies import drawn_configuration
 from gimcli.branching.enumeration import CircuitBranch, Circuits, EnumerationConstants, Strand, circuits as all_circuits
 from gimcli.branching.singularities import input_ends
@@ -20,9 +21,6 @@ from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.progress import WORK, Phases, limited, no_phases
 from gimcli.rounding import at_inputs, how_it_ends, intervals
 from gimcli.table import Table
-
-if TYPE_CHECKING:
-    from gimcli.output.contents import Animation, Content, Geometry
 
 ROUND = 1e-12
 """A smaller input, in the file's unit, is shown as 0."""
@@ -160,33 +158,33 @@ class CircuitsResult(Result):
             InputsField(self.mechanism, "to", [ends["to"] for _, _, ends in rows], ".to"),
         ).table()
 
-    def picture(self) -> Content | None:
+    def picture(self) -> output.picture.Content | None:
         """Return the paths of one point on all circuits and a graph over the input; None if there is no circuit."""
-        from gimcli.output.circuits import circuits_picture
+        return (
+            output.circuits.circuits_picture(self._found, self._labels, self.headline())
+            if self._found.strands
+            else None
+        )
 
-        return circuits_picture(self._found, self._labels, self.headline()) if self._found.strands else None
-
-    def geometry(self) -> Geometry | None:
+    def geometry(self) -> output.geometry.Geometry | None:
         """Return the paths of the traced points on all circuits and a position, in true size; None without circuits."""
-        from gimcli.output.circuits import circuits_geometry
+        return output.circuits.circuits_geometry(self._found, self._labels) if self._found.strands else None
 
-        return circuits_geometry(self._found, self._labels) if self._found.strands else None
-
-    def animation(self) -> Animation | None:
+    def animation(self) -> output.animation.Animation | None:
         """Return the circuits, one clip for each curve; None if there is no circuit."""
-        from gimcli.graphs.circuit_animation import ShownCircuit, SingularPlace, circuits_animation
-
         found, mechanism, shown = self._found, self.mechanism, []
         for k, strand in enumerate(found.strands):
             branches = f"; {len(strand.branches)} branches" * (len(strand.branches) > 1)
             note = intervals(mechanism, span(found, strand), strand.circuit.turns) + branches
             at = [at_inputs(mechanism, inputs_at(found, found.curve.inputs(one.p))) for one in strand.limits]
             places = tuple(
-                SingularPlace(one.fraction, one.kind, f"{one.kind} at {text}", one.p)
+                graphs.circuit_animation.SingularPlace(one.fraction, one.kind, f"{one.kind} at {text}", one.p)
                 for one, text in zip(strand.limits, at, strict=True)
             )
-            shown.append(ShownCircuit(f"circuit {curve_label(found, k)}", strand.circuit, note, places))
-        return circuits_animation(mechanism, self.headline(), shown, "Circuit")
+            shown.append(
+                graphs.circuit_animation.ShownCircuit(f"circuit {curve_label(found, k)}", strand.circuit, note, places)
+            )
+        return graphs.circuit_animation.circuits_animation(mechanism, self.headline(), shown, "Circuit")
 
 
 def inputs_at(found: Circuits, inputs: FloatArray) -> dict[str, float]:

@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gimcli import graphs, output
 from gimcli.assemblies import Configurations, all_configurations, drawn_configuration
 from gimcli.library.by_name import coordinates, places
 from gimcli.library.inputs import Tolerance, in_file_units, inputs_of
@@ -20,9 +21,6 @@ from gimcli.mechanism import ComplexArray, Mechanism
 from gimcli.progress import WORK, Phases, limited, no_phases
 from gimcli.rounding import titled
 from gimcli.table import Table
-
-if TYPE_CHECKING:
-    from gimcli.output.contents import Animation, Content
 
 PANELS = 36
 """Largest number of configurations in one picture."""
@@ -173,28 +171,24 @@ class ConfigurationsResult(Placed):
         """The number of configurations that are not in the picture."""
         return max(0, self.count - PANELS)
 
-    def picture(self) -> Content | None:
+    def picture(self) -> output.picture.Content | None:
         """Return the configurations side by side; None if there are none."""
-        from gimcli.output.gallery import gallery_picture
-
         mechanism, shown = self.mechanism, min(self.count, PANELS)
         if not shown:
             return None
         titles = self.names()[:shown]
         count = f"{self.count} configurations" if self.count > 1 else "one configuration"
         count += f", the first {PANELS}" if self.undrawn else ""
-        return gallery_picture(
+        return output.gallery.gallery_picture(
             mechanism, mechanism.to_file(self._found.z[:shown]), titles, f"{titled(mechanism, self.inputs)}: {count}"
         )
 
-    def animation(self) -> Animation | None:
+    def animation(self) -> output.animation.Animation | None:
         """Return the configurations, one clip each; None if there are none."""
-        from gimcli.graphs.motion_animation import configurations_animation
-
         if not self.count:
             return None
         notes = [f"assembly {k + 1}" for k in range(self.count)]
-        return configurations_animation(
+        return graphs.motion_animation.configurations_animation(
             self.mechanism, self._found.z, self.inputs, self.places, self.names(), notes, verdict(self._found)
         )
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from gimcli import output
 from gimcli.errors import ModelError, StructureError, UnassembledError, UsageError
 from gimcli.library.inputs import OneOf
 from gimcli.mechanism import ComplexArray, Mechanism
@@ -56,10 +57,8 @@ class Conversion:
 
     def save(self, path: Path | str) -> None:
         """Write the text to a file, atomically; raise UsageError if the mechanism was read from it."""
-        from gimcli.output.atomic import refuse_unwritable, written_text
-
-        refuse_unwritable(self.mechanism.files, Path(path))
-        with written_text(path) as handle:
+        output.refuse_unwritable(self.mechanism.files, Path(path))
+        with output.written_text(path) as handle:
             handle.write(self.text)
 
 

@@ -6,11 +6,12 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gimcli import output
 from gimcli.dynamic_data import DrivingEffort
 from gimcli.dynamics.equilibria_balance import StaticBalance
 from gimcli.dynamics.equilibria_circuit import circuit_equilibria, released_circuit
@@ -29,9 +30,6 @@ from gimcli.quantities.state import SeparateState
 from gimcli.rounding import greatest
 from gimcli.status import Status
 from gimcli.table import Column, Table
-
-if TYPE_CHECKING:
-    from gimcli.output.picture import Content
 
 ROUND = 1e-12
 """A smaller input, in the file's unit, is shown as 0."""
@@ -297,11 +295,9 @@ class EquilibriumResult(Result):
         more = {} if curve is None else {f"curve.{column.name}": column.values for column in curve.columns}
         return {**super().arrays(), **more}
 
-    def picture(self) -> Content | None:
+    def picture(self) -> output.picture.Content | None:
         """Return potential and effort over the input, and the mechanism in each equilibrium."""
-        from gimcli.output.circuits import equilibrium_picture
-
-        return equilibrium_picture(self.mechanism, self._found, self.headline())
+        return output.circuits.equilibrium_picture(self.mechanism, self._found, self.headline())
 
 
 def _middle(mechanism: Mechanism, released: int, values: FloatArray) -> float:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from gimcli import output
 from gimcli.fitting.targets import GIVEN
 from gimcli.library.fit_targets import FittedTask
 from gimcli.library.record import Records, RowField
@@ -25,7 +26,6 @@ from gimcli.table import Table
 
 if TYPE_CHECKING:
     from gimcli.library.fitted_design import FitMotion, FittedDesign
-    from gimcli.output.contents import Animation, Content, CurveGraph, ModelText
 
 
 @dataclass(frozen=True)
@@ -222,15 +222,15 @@ class FitResult(Result):
     def _degrees(self) -> bool:
         return self.nominal.angle_unit == "deg"
 
-    def picture(self) -> Content | None:
+    def picture(self) -> output.picture.Content | None:
         """Return the mechanism, the curve of its point and the targets; for a function its graph too."""
         return None if self._found is None else fit_picture(self._found.motion, self._task, self.table())
 
-    def animation(self) -> Animation | None:
+    def animation(self) -> output.animation.Animation | None:
         """Return the motion of the fitted mechanism; None if no design is feasible."""
         return None if self._found is None else self._found.motion.trace.animation()
 
-    def model(self) -> ModelText | None:
+    def model(self) -> output.model.ModelText | None:
         """Return the text of the model file with the fitted dimensions; None if no design is feasible.
 
         Raises UsageError if the mechanism was not read from a file.
@@ -270,47 +270,47 @@ class GoalResult(FitResult):
         """The dimensions, one row each: name and value."""
         return self._design
 
-    def picture(self) -> Content | None:
+    def picture(self) -> output.picture.Content | None:
         """Return the motion of the fitted mechanism; None if no design is feasible."""
         return None if self._found is None else self._found.motion.trace.picture()
 
 
-def fit_picture(motion: FitMotion, task: FittedTask, table: Table) -> Content:
+def fit_picture(motion: FitMotion, task: FittedTask, table: Table) -> output.picture.Content:
     """Return the poses at the targets, the curve of the point and the targets; for a function also its graph.
 
     `table` has one row for each target, with the columns of a FitResult.
     """
-    from gimcli.output.drawing import motion_picture
-    from gimcli.output.panels import with_panels
-
     mechanism, z = motion.trace.mechanism, motion.trace._motion.z
     poses = mechanism.to_file(z[:, motion.places].T)
     if task.kind == "function":
-        picture = motion_picture(mechanism, poses, {}, mechanism.name)
-        return with_panels(picture, _graphs(motion, task, table))
+        picture = output.drawing.motion_picture(mechanism, poses, {}, mechanism.name)
+        return output.panels.with_panels(picture, _graphs(motion, task, table))
     path = motion.trace.xy[task.point]
     targets = (task.points[..., 0] + 1j * task.points[..., 1]).ravel().tolist()
-    return motion_picture(mechanism, poses, {task.point: path[:, 0] + 1j * path[:, 1]}, mechanism.name, targets=targets)
+    return output.drawing.motion_picture(
+        mechanism, poses, {task.point: path[:, 0] + 1j * path[:, 1]}, mechanism.name, targets=targets
+    )
 
 
-def _graphs(motion: FitMotion, task: FittedTask, table: Table) -> list[CurveGraph]:
+def _graphs(motion: FitMotion, task: FittedTask, table: Table) -> list[output.graph.CurveGraph]:
     """Return the output over the input, with the targets, and its difference from the targets."""
     from gimcli.library.fitted_design import column_of
-    from gimcli.output.graph import Axis, Curve, CurveGraph
 
     (one,), (given, target, fitted) = task.components, table.columns[1:4]
     trace = motion.trace
-    output = column_of(trace, one)
+    found = column_of(trace, one)
     if one.quantity.circular:
-        output = output + _turns(output[motion.places] - target.values, target.unit)
-    across, inputs = Axis(given.name, given.unit), trace.table().floats(given.name)
+        found = found + _turns(found[motion.places] - target.values, target.unit)
+    across, inputs = output.graph.Axis(given.name, given.unit), trace.table().floats(given.name)
     events = {"target": [complex(a, b) for a, b in zip(given.values, target.values, strict=True)]}
-    curve = Curve(fitted.name, inputs, np.asarray(output))
+    curve = output.graph.Curve(fitted.name, inputs, np.asarray(found))
     order = np.argsort(given.values)
-    difference = Curve("difference", given.values[order], (np.asarray(output)[motion.places] - target.values)[order])
+    difference = output.graph.Curve(
+        "difference", given.values[order], (np.asarray(found)[motion.places] - target.values)[order]
+    )
     return [
-        CurveGraph(across, Axis(fitted.name, fitted.unit), [curve], events=events),
-        CurveGraph(across, Axis("difference", fitted.unit), [difference]),
+        output.graph.CurveGraph(across, output.graph.Axis(fitted.name, fitted.unit), [curve], events=events),
+        output.graph.CurveGraph(across, output.graph.Axis("difference", fitted.unit), [difference]),
     ]
 
 

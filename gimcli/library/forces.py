@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gimcli import output
 from gimcli.dynamics.force_motion import ForceMotion, force_table
 from gimcli.dynamics.force_statistics import Extremum, ForceAmount, ForceStatistics, ForceSummary, Statistic, amounts
 from gimcli.dynamics.physical import require_action
@@ -36,7 +37,6 @@ from gimcli.table import Table, labelled
 if TYPE_CHECKING:
     from gimcli.dynamics.force_motion import BearingLoad, Work
     from gimcli.library.machine_forces import MachineForces
-    from gimcli.output.contents import Content, CurveGraph
 
 
 DRAWN = 4096
@@ -253,17 +253,15 @@ class ForcesResult(RowsResult):
             **({} if found.friction is None else {"friction": found.friction.report()}), **self.measured,
         }  # fmt: skip
 
-    def picture(self) -> Content | None:
+    def picture(self) -> output.picture.Content | None:
         """Return the graphs, by default of the efforts; None if no forces are determined."""
-        from gimcli.output.panels import history_sheet
-
         if not self._found.determined:
             return None
         plans, constant = self._shown()
         title = "; ".join([f"{self.mechanism.name}: forces", *constant])
-        return history_sheet(self._graphs(plans), title)
+        return output.panels.history_sheet(self._graphs(plans), title)
 
-    def graphs(self) -> list[CurveGraph]:
+    def graphs(self) -> list[output.graph.CurveGraph]:
         """Return the graphs of the picture as data."""
         return self._graphs(self._shown()[0])
 
@@ -272,7 +270,7 @@ class ForcesResult(RowsResult):
         own = self._extras
         return (own.plans, []) if own.plans else varying(usual_graphs(self.mechanism), own.kept)
 
-    def _graphs(self, plans: Sequence[PlannedGraph]) -> list[CurveGraph]:
+    def _graphs(self, plans: Sequence[PlannedGraph]) -> list[output.graph.CurveGraph]:
         motion, columns = self._found.summary.motion, self._extras.kept
         over, marks = input_or_time(self.mechanism, motion.time, motion.inputs), motion_events(motion)
         return [with_marks(drawn(plan, columns, over, marks), over) for plan in plans]

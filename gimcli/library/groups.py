@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from gimcli import output
 from gimcli.connected import grouped
 from gimcli.library.machines import for_each_machine
 from gimcli.library.record import Records, RowField
@@ -14,10 +15,6 @@ from gimcli.mechanism import FRAME, Mechanism
 from gimcli.structure.assur import AssurGroup, Formation, formation
 from gimcli.structure.joints import Joint
 from gimcli.structure.mobility import assembled, require_driven
-
-if TYPE_CHECKING:
-    from gimcli.output.picture import Content
-    from gimcli.output.structure import Box, BoxJoint
 
 NAMED, ABREAST = 4, 3
 """Largest numbers of links that the legend names, and in a line of a box."""
@@ -89,22 +86,19 @@ class GroupsResult(Result):
             RowField("driven by", [", ".join(self._drivers(one)) for one in every], str, head="driven by"),
         )
 
-    def picture(self) -> Content:
+    def picture(self) -> output.picture.Content:
         """Return the mechanism coloured by groups, and the groups as boxes, each below those that it is joined to."""
-        from gimcli.output.picture import Sheet
-        from gimcli.output.structure import coloured_picture, formation_picture
-
         mechanism, boxes = self.mechanism, self._boxes()
         found = assembled(mechanism)
         z = mechanism.to_file(mechanism.drawn if found is None else found)
-        drawing = coloured_picture(mechanism, z, boxes, f"{mechanism.name}: groups in the order of formation")
-        return Sheet("", (drawing, formation_picture(boxes, self._joints())))
+        drawing = output.structure.coloured_picture(
+            mechanism, z, boxes, f"{mechanism.name}: groups in the order of formation"
+        )
+        return output.picture.Sheet("", (drawing, output.structure.formation_picture(boxes, self._joints())))
 
-    def _boxes(self) -> list[Box]:
+    def _boxes(self) -> list[output.structure.Box]:
         """Return the frame and the groups, with their names for the legend and their lines in the diagram."""
-        from gimcli.output.structure import Box
-
-        found, boxes = self._found, [Box(0, (f"0: {self._found.links[FRAME]}",), 0)]
+        found, boxes = self._found, [output.structure.Box(0, (f"0: {self._found.links[FRAME]}",), 0)]
         for k, (group, layer, formula) in enumerate(
             zip(found.groups, found.layers, found.formula, strict=True), start=1
         ):
@@ -114,18 +108,18 @@ class GroupsResult(Result):
             head = f"group {k}: {group.description}, class {group.numeral}, order {group.order}"
             name = group.description + (f" ({', '.join(links)})" if len(links) <= NAMED else "")
             short = (", ".join(own[first : first + ABREAST]) for first in range(0, len(own), ABREAST))
-            boxes.append(Box(k, (head, formula, *short, *driven), layer, name, links))
+            boxes.append(output.structure.Box(k, (head, formula, *short, *driven), layer, name, links))
         return boxes
 
-    def _joints(self) -> list[BoxJoint]:
+    def _joints(self) -> list[output.structure.BoxJoint]:
         """Return the pairs between the boxes."""
-        from gimcli.output.structure import BoxJoint
-
-        found, joints = self._found, list[BoxJoint]()
+        found, joints = self._found, list[output.structure.BoxJoint]()
         box_of = {link: k for k, group in enumerate(found.groups, start=1) for link in group.links} | {FRAME: 0}
         for k, group in enumerate(found.groups, start=1):
             above = grouped((box_of[base], (base, names)) for base, names in found.joined(group).items())
             for upper, own in above.items():
                 pairs = " ".join(name for _, names in own for name in names)
-                joints.append(BoxJoint(upper, k, pairs, ", ".join(str(found.numbers[base]) for base, _ in own)))
+                joints.append(
+                    output.structure.BoxJoint(upper, k, pairs, ", ".join(str(found.numbers[base]) for base, _ in own))
+                )
         return joints

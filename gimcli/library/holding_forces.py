@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from gimcli import output
 from gimcli.dynamics.force_motion import UNDETERMINED, force_table, open_reactions
 from gimcli.dynamics.force_statistics import UNITS
 from gimcli.dynamics.forces import Forces
@@ -29,9 +30,6 @@ from gimcli.rounding import titled
 from gimcli.status import Status
 from gimcli.structure.drive_check import require_consistent
 from gimcli.table import Table
-
-if TYPE_CHECKING:
-    from gimcli.output.picture import Content
 
 LIMITS = ("least", "greatest")
 LEFT_OUT = ("step", "energy.kinetic", "efficiency", "friction", "residual")
@@ -164,11 +162,8 @@ class HoldingResult(Result):
             "open": self.open, **({"measures": quantity_rows(self._measured).by("name")} if self._measured else {}),
         }  # fmt: skip
 
-    def picture(self) -> Content | None:
+    def picture(self) -> output.picture.Content | None:
         """Return the position with the pin forces; None if it is not solved."""
-        from gimcli.output.drawing import position_picture
-        from gimcli.output.vectors import Arrows
-
         mechanism = self.mechanism
         if self._found.status.value:
             return None
@@ -180,8 +175,8 @@ class HoldingResult(Result):
             if isinstance(value, complex) and (node := self._node(name)) and np.isfinite(value)
         }
         title = f"{titled(mechanism, self.inputs)}: forces at rest"
-        arrows = [Arrows("force", "N", vectors)] if vectors else []
-        return position_picture(mechanism, mechanism.to_file(self._found.z), title, points, arrows)
+        arrows = [output.vectors.Arrows("force", "N", vectors)] if vectors else []
+        return output.drawing.position_picture(mechanism, mechanism.to_file(self._found.z), title, points, arrows)
 
     def _node(self, reaction: str) -> str:
         """Return the node of a pin force; "" for the shaking force."""

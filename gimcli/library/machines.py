@@ -12,6 +12,7 @@ from typing import Any, ParamSpec, TypeVar, cast
 
 import numpy as np
 
+from gimcli import output
 from gimcli.errors import GimError, UsageError
 from gimcli.library.inputs import checked, inputs_of, refuse_follower, refuse_unmoved
 from gimcli.library.result import Result, UnderWay, joined
@@ -132,11 +133,9 @@ class MachinesResult(Result):
 
     def contents(self, paths: Iterable[Path]) -> dict[Path, Any]:
         """Return the content of each file; pictures and pages are one file for each machine, with its name."""
-        from gimcli.output import format_of
-
         found: dict[Path, Any] = {}
         for path in paths:
-            if format_of(path).content in OF_ALL:
+            if output.format_of(path).content in OF_ALL:
                 found |= super().contents([path])
                 continue
             for name, one in self.each.items():

@@ -7,10 +7,11 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from gimcli import output
 from gimcli.assemblies import all_configurations
 from gimcli.dynamics.modes import Mode, ModeShape, mode_shape, natural_modes
 from gimcli.dynamics.physical import require_masses
@@ -28,9 +29,6 @@ from gimcli.positions.options import Options
 from gimcli.rounding import number, titled
 from gimcli.status import Status
 from gimcli.structure.drive_check import require_consistent
-
-if TYPE_CHECKING:
-    from gimcli.output.contents import Animation, Content
 
 BALANCED = 1e-5
 """Greatest remaining effort, relative to the forces that act, of a position that is taken as an equilibrium."""
@@ -274,16 +272,14 @@ class ModesResult(Result):
 
     # -- pictures -------------------------------------------------------------------------------------
 
-    def picture(self) -> Content | None:
+    def picture(self) -> output.picture.Content | None:
         """Return the shapes, each in both extreme positions; None without modes."""
-        from gimcli.output.modes import modes_picture
-
         return (
-            modes_picture(self._found, self.modes, self.time, self.headline()) if self._found and self.modes else None
+            output.modes.modes_picture(self._found, self.modes, self.time, self.headline())
+            if self._found and self.modes
+            else None
         )
 
-    def animation(self) -> Animation | None:
+    def animation(self) -> output.animation.Animation | None:
         """Return one clip for each mode; None without modes."""
-        from gimcli.output.modes import modes_animation
-
-        return modes_animation(self._found, self.modes, self.time) if self._found and self.modes else None
+        return output.modes.modes_animation(self._found, self.modes, self.time) if self._found and self.modes else None

@@ -6,8 +6,9 @@ import math
 from collections.abc import Sequence
 from dataclasses import asdict
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from gimcli import output
 from gimcli.dynamics.physical import require_masses
 from gimcli.dynamics.reduction import Flywheel, Reduction, chosen_input, flywheel, reduce_to_input, reduction_table
 from gimcli.errors import UsageError
@@ -18,9 +19,6 @@ from gimcli.mechanism import Machine, Mechanism
 from gimcli.progress import Notify, Phases, no_phases
 from gimcli.status import Status
 from gimcli.structure.mobility import require_driven
-
-if TYPE_CHECKING:
-    from gimcli.output.picture import Content
 
 
 @for_each_machine(lambda mechanism, given: _reduced(mechanism, given.get("actuator", "")))
@@ -109,17 +107,17 @@ class ReduceResult(RowsResult):
         }  # fmt: skip
         return {**report, "flywheel": asdict(self.wheel)} if self.wheel else report
 
-    def picture(self) -> Content | None:
+    def picture(self) -> output.picture.Content | None:
         """Return graphs of the reduced quantities over the input; None if fewer than two rows are solved."""
-        from gimcli.output.graph import Axis, Curve, CurveGraph
-        from gimcli.output.panels import history_sheet
-
         found, table, actuator = self._found, self.table(), self.mechanism.actuators[self._found.actuator]
         if found.solved < 2:
             return None
         q = table.floats("q")
         units = {column.name: column.unit for column in table.columns}
         labels = {"J": "reduced inertia J", "dJ_dq": "dJ/dq", "tau": "reduced torque tau", "V": "potential energy V"}
-        over = Axis(actuator.name, units["q"])
-        graphs = [CurveGraph(over, Axis(w, units[n]), [Curve(w, q, table.floats(n))]) for n, w in labels.items()]
-        return history_sheet(graphs, f"{found.mechanism.name}: reduced to {actuator.name}")
+        over = output.graph.Axis(actuator.name, units["q"])
+        graphs = [
+            output.graph.CurveGraph(over, output.graph.Axis(w, units[n]), [output.graph.Curve(w, q, table.floats(n))])
+            for n, w in labels.items()
+        ]
+        return output.panels.history_sheet(graphs, f"{found.mechanism.name}: reduced to {actuator.name}")

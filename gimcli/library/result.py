@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Generic, NoReturn, ParamSpec, S
 import numpy as np
 from numpy.typing import NDArray
 
+from gimcli import output
 from gimcli.errors import UsageError
 from gimcli.library.by_name import unknown
 from gimcli.mechanism import Mechanism
@@ -24,7 +25,6 @@ from gimcli.table import Column, Table
 
 if TYPE_CHECKING:
     from gimcli.library.record import Records
-    from gimcli.output.contents import Animation, Content, Destinations, Geometry, ModelText, PictureOptions, Workbook
     from gimcli.quantities.state import State
 
 FRAME_HEIGHT = 640
@@ -110,26 +110,24 @@ class Result(Columns):
         """Return the columns with their units."""
         return self._records.table()
 
-    def picture(self) -> Content | None:
+    def picture(self) -> output.picture.Content | None:
         """Return the picture, for `save`; None if there is nothing to draw."""
         return None
 
-    def animation(self) -> Animation | None:
+    def animation(self) -> output.animation.Animation | None:
         """Return the motion for an animated page, for `save`; None if there is nothing to show."""
         return None
 
-    def geometry(self) -> Geometry | None:
+    def geometry(self) -> output.geometry.Geometry | None:
         """Return the mechanism and its curves in true size, for a drawing program; None if there is nothing to draw."""
         return None
 
-    def workbook(self) -> Workbook:
+    def workbook(self) -> output.xlsx.Workbook:
         """Return the report and the table, for a spreadsheet."""
-        from gimcli.output.xlsx import Workbook
-
         inputs = tuple(actuator.name for actuator in self.mechanism.actuators)
-        return Workbook(self.headline(), self.report(), self.table(), inputs)
+        return output.xlsx.Workbook(self.headline(), self.report(), self.table(), inputs)
 
-    def model(self) -> ModelText | None:
+    def model(self) -> output.model.ModelText | None:
         """Return the text of the model file with other coordinates, for `save`; None if there is none."""
         return None
 
@@ -159,21 +157,17 @@ class Result(Columns):
     @classmethod
     def destinations(
         cls, out: Sequence[Path | str], stem: str, picture: bool = True, more: Sequence[str] = ()
-    ) -> Destinations:
+    ) -> output.Destinations:
         """Return the output files. A folder gets the usual files: table, picture (if `picture`) and suffixes `more`."""
-        from gimcli.output import destinations
-
         known = cls.suffixes()
         usual = [".csv", *([".png"] if ".png" in known and picture else []), *more]
-        return destinations(out, f"{stem}.{cls.KIND}" if cls.KIND else stem, usual, known)
+        return output.destinations(out, f"{stem}.{cls.KIND}" if cls.KIND else stem, usual, known)
 
     @classmethod
     def suffixes(cls) -> tuple[str, ...]:
         """Return the suffixes of the files that are written, in the order of the formats."""
-        from gimcli.output.formats import FORMATS
-
         lacking = [k for k in ("picture", "animation", "geometry", "model") if getattr(cls, k) is getattr(Result, k)]
-        return tuple(suffix for suffix, one in FORMATS.items() if one.content not in lacking)
+        return tuple(suffix for suffix, one in output.FORMATS.items() if one.content not in lacking)
 
     def save(
         self, *paths: Path | str, size: str | None = None, dpi: int | None = None, title: str | None = None,
@@ -196,14 +190,12 @@ class Result(Columns):
                 was read from one of the files.
             OutputError: a file cannot be written.
         """
-        from gimcli.output.printed import PictureOptions
-
-        options = PictureOptions.checked(size, dpi, title, ghosts, None if style is None else str(style))
+        options = output.printed.PictureOptions.checked(size, dpi, title, ghosts, None if style is None else str(style))
         files = self.destinations(paths, self.mechanism.path.stem if self.mechanism.path else "model")
         if files.stdout:
             raise UsageError("-: give the name of a file")
         files.refuse(self.mechanism.files)
-        if options != PictureOptions() and not files.prints:
+        if options != output.printed.PictureOptions() and not files.prints:
             raise UsageError("size, dpi, title, ghosts and style change the picture, but no picture is written")
         contents = self.contents(files.files)
         for path in files.named:
@@ -214,9 +206,7 @@ class Result(Columns):
 
     def contents(self, paths: Iterable[Path]) -> dict[Path, Any]:
         """Return the content of each file; None if there is nothing to draw."""
-        from gimcli.output import format_of
-
-        kinds = {path: format_of(path).content for path in paths}
+        kinds = {path: output.format_of(path).content for path in paths}
         found = {kind: getattr(self, kind)() for kind in set(kinds.values())}
         return {path: found[kind] for path, kind in kinds.items()}
 
@@ -305,27 +295,24 @@ class Result(Columns):
         """Return the animated page as a frame that a notebook shows; its scripts have no access to the notebook."""
         import html
 
-        from gimcli.output.page import page
-
         motion = self.animation()
         if motion is None:
             return ""
         return (
             f'<iframe sandbox="allow-scripts" title="{html.escape(motion.title)}"'
-            f' style="width:100%;height:{FRAME_HEIGHT}px;border:0" srcdoc="{html.escape(page(motion))}"></iframe>'
+            f' style="width:100%;height:{FRAME_HEIGHT}px;border:0"'
+            f' srcdoc="{html.escape(output.page.page(motion))}"></iframe>'
         )
 
     def _svg(self) -> str:
         from tempfile import TemporaryDirectory
-
-        from gimcli.output import write
 
         content = self.picture()
         if content is None:
             return ""
         with TemporaryDirectory() as folder:
             path = Path(folder) / "picture.svg"
-            write(content, path)
+            output.write(content, path)
             text = path.read_text(encoding="utf-8")
         return text[text.index("<svg") :]
 
@@ -342,13 +329,11 @@ class RowsResult(Result):
         return self._table
 
 
-def write_contents(contents: Mapping[Path, Any], options: PictureOptions | None = None) -> list[Path]:
+def write_contents(contents: Mapping[Path, Any], options: output.printed.PictureOptions | None = None) -> list[Path]:
     """Write the contents of files, except None; return the files that were written."""
-    from gimcli.output import format_of
-
     written = [path for path, content in contents.items() if content is not None]
     for path in written:
-        content, one = contents[path], format_of(path)
+        content, one = contents[path], output.format_of(path)
         if options is not None and one.printed:
             content = options.printed(content) if one.content == "picture" else options.animated(content)
         one.write(content, path)

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from gimcli import output
 from gimcli.canonical import first_greatest
 from gimcli.families.design_sensitivity import QuantitySlopes
 from gimcli.families.motion_sensitivity import MotionNumber
@@ -22,10 +23,6 @@ from gimcli.quantities.quantity import Item
 from gimcli.rounding import titled
 from gimcli.status import Status
 from gimcli.table import Column, Table, labelled
-
-if TYPE_CHECKING:
-    from gimcli.output.picture import Content
-    from gimcli.output.sensitivity import BarLine
 
 DEAD_POINT = (
     "the position is a dead point, or nearly one: the equations do not determine how it depends on the dimensions;"
@@ -304,16 +301,14 @@ class SensitivityResult(Result):
             RowField("status", [self._words()] * len(pairs), str),
         ).table()
 
-    def picture(self) -> Content | None:
+    def picture(self) -> output.picture.Content | None:
         """Return bars at a position, or graphs over the motion; None if there is nothing to draw."""
-        from gimcli.output.sensitivity import Band, bar_chart, sensitivity_graphs
-
         if not self.good.any() or not self._dimensions:
             return None
         title = f"{self.mechanism.name}: effect of the dimensions"
         if not self.by_rows:
             charts = self._bars()
-            return bar_chart(title, charts) if charts else None
+            return output.sensitivity.bar_chart(title, charts) if charts else None
         across = first_columns(self._motion, 0)[1:]
         moving = [column for column in across[1:] if np.ptp(column.values) > 0.0]
         abscissa = moving[0] if len(moving) == 1 else across[0]
@@ -323,13 +318,11 @@ class SensitivityResult(Result):
             order = np.argsort(-self.effects[k], kind="stable")
             slopes = {self._dimensions[n].name: (units[n], self._slopes[k, n]) for n in order.tolist()}
             spreads = {label: rows for label, rows in self._spreads(k) if label in ("worst", "rss", "sampled_sd")}
-            bands.append(Band(name, self.units[k], self._values[k], slopes, spreads))
-        return sensitivity_graphs(title, abscissa, bands)
+            bands.append(output.sensitivity.Band(name, self.units[k], self._values[k], slopes, spreads))
+        return output.sensitivity.sensitivity_graphs(title, abscissa, bands)
 
-    def _bars(self) -> dict[str, list[BarLine]]:
+    def _bars(self) -> dict[str, list[output.sensitivity.BarLine]]:
         """Return the bars of each quantity: effects of tolerances, else derivatives."""
-        from gimcli.output.sensitivity import BarLine
-
         found, tolerated = {}, self.spread is not None
         what = "effect of the tolerances" if tolerated else "derivative"
         for k, name in enumerate(self.names):
@@ -338,7 +331,9 @@ class SensitivityResult(Result):
             units = [own if tolerated else self._slope_unit(k, one) for one in self._dimensions]
             if order:
                 found[labelled(f"{name}, {what}", own if tolerated else "")] = [
-                    BarLine(self._dimensions[n].name, float(values[n]), _with_unit(values[n], units[n]), units[n])
+                    output.sensitivity.BarLine(
+                        self._dimensions[n].name, float(values[n]), _with_unit(values[n], units[n]), units[n]
+                    )
                     for n in order
                 ]
         return found

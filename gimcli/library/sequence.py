@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from gimcli import output
 from gimcli.gim.report import SequenceGroupReport, report as report_groups
 from gimcli.library.inputs import Strategy, Tolerance, inputs_of
 from gimcli.library.machines import for_each_machine
@@ -16,9 +17,6 @@ from gimcli.positions.options import Options
 from gimcli.status import Status
 from gimcli.structure.drive_check import require_consistent
 from gimcli.table import Table
-
-if TYPE_CHECKING:
-    from gimcli.output.picture import Content
 
 
 @for_each_machine()
@@ -102,19 +100,21 @@ class SequenceResult(Result):
         """Return one row for each move: group, moved node, nodes of the constraint, constraint, kind and rule."""
         return self._moves(*self._found).table("group", "node", "about", "constraint", "kind", "rule")
 
-    def picture(self) -> Content:
+    def picture(self) -> output.picture.Content:
         """Return the position with numbered moves, coloured by group, and the table of the moves."""
-        from gimcli.output.structure import DrawnMove, MoveGroup, sequence_sheet
-
-        mechanism, groups, first = self.mechanism, list[MoveGroup](), 1
+        mechanism, groups, first = self.mechanism, list[output.structure.MoveGroup](), 1
         for group in (group for group in self._found if group.steps):
             last = first + len(group.steps) - 1
             moves = tuple(
-                DrawnMove(s.number, s.about_numbers, f"{s.node} about {', '.join(s.about)}: {s.constraint}")
+                output.structure.DrawnMove(
+                    s.number, s.about_numbers, f"{s.node} about {', '.join(s.about)}: {s.constraint}"
+                )
                 for s in group.steps
             )
             count = f"move {first}" if first == last else f"moves {first} to {last}"
             name = f"{group.kind} {' '.join(group.nodes)}" if group.kind == "dyad" else f"{group.kind} group"
-            groups.append(MoveGroup(f"{name}: {count}", moves))
+            groups.append(output.structure.MoveGroup(f"{name}: {count}", moves))
             first = last + 1
-        return sequence_sheet(mechanism, mechanism.to_file(self._z), groups, f"{mechanism.name}: sequence")
+        return output.structure.sequence_sheet(
+            mechanism, mechanism.to_file(self._z), groups, f"{mechanism.name}: sequence"
+        )

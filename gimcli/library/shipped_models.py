@@ -8,7 +8,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from gimcli import shipped
+from gimcli import output, shipped
 from gimcli.errors import OutputError, UsageError
 
 THEMES = {
@@ -111,17 +111,15 @@ class ShippedModel:
             UsageError: the path has another suffix.
             OutputError: a file exists and has other content, or cannot be written.
         """
-        from gimcli.output import refuse_unwritable, written_bytes
-
         target = _target(path, self.path.name)
         files = {target.parent / table: self.path.parent / table for table in self.tables} | {target: self.path}
         content = {new: own.read_bytes() for new, own in files.items()}
         if not force:
             for new, data in content.items():
                 _refuse_other(new, data)
-        refuse_unwritable(files.values(), *content)
+        output.refuse_unwritable(files.values(), *content)
         for new, data in content.items():
-            with written_bytes(new) as handle:
+            with output.written_bytes(new) as handle:
                 handle.write(data)
         return tuple(reversed(content))
 

@@ -6,11 +6,12 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gimcli import graphs, output
 from gimcli.canonical import TURN, counted
 from gimcli.dynamics.force_motion import open_reactions
 from gimcli.dynamics.forces import Forces
@@ -46,9 +47,6 @@ from gimcli.rates.member_angles import full_turn
 from gimcli.status import Status
 from gimcli.structure.carried import carried_point
 from gimcli.table import Column, Table, per_second
-
-if TYPE_CHECKING:
-    from gimcli.output.contents import Animation, Content, Geometry
 
 ASKED = ("measure", "plot")
 """Arguments with texts of quantities."""
@@ -303,26 +301,24 @@ class SimulateResult(Placed, RowsResult):
             "reachable": _reached(found), "open": self.open, **self.measured,
         }  # fmt: skip
 
-    def picture(self) -> Content | None:
+    def picture(self) -> output.picture.Content | None:
         """Return the mechanism above graphs, by default of inputs, speeds and energies; None without rows."""
-        from gimcli.output.drawing import motion_picture
-        from gimcli.output.panels import history_sheet
-        from gimcli.output.picture import Sheet
-
         own, z = self.mechanism, self._found.nodes[0]
         if len(self._found.time) < 2:
             return None
         paths = {name: own.to_file(carried_point(own, name, z)) for name in own.traced}
-        graphs = history_sheet(self.graphs(), f"{own.name}: simulation")
-        return Sheet("", (motion_picture(own, own.to_file(z).T, paths, graphs.title), *graphs.pictures))
+        graphs = output.panels.history_sheet(self.graphs(), f"{own.name}: simulation")
+        return output.picture.Sheet(
+            "", (output.drawing.motion_picture(own, own.to_file(z).T, paths, graphs.title), *graphs.pictures)
+        )
 
-    def geometry(self) -> Geometry | None:
+    def geometry(self) -> output.geometry.Geometry | None:
         """Return the first position and the curves of the traced points in true size; None without rows."""
-        from gimcli.output.geometry import motion_geometry
-
         if not len(self._found.time):
             return None
-        return motion_geometry(self.mechanism, self.mechanism.to_file(self._found.nodes[0][:, 0]), self.table())
+        return output.geometry.motion_geometry(
+            self.mechanism, self.mechanism.to_file(self._found.nodes[0][:, 0]), self.table()
+        )
 
     def graphs(self) -> list[CurveGraph]:
         """Return the graphs of the picture as data."""
@@ -355,12 +351,12 @@ class SimulateResult(Placed, RowsResult):
         graphs.append(CurveGraph(over, Axis("energy", "J"), [*energies, Curve("total", found.time, found.total)]))
         return graphs
 
-    def animation(self) -> Animation | None:
+    def animation(self) -> output.animation.Animation | None:
         """Return the motion with its events and columns; None if it has no row."""
-        from gimcli.graphs.motion_animation import requested_graphs, simulation_animation
-
-        requested = requested_graphs(self._shown, self._extras, "time")
-        return simulation_animation(self._found, self._nodes, self.times, self._shown, requested)
+        requested = graphs.motion_animation.requested_graphs(self._shown, self._extras, "time")
+        return graphs.motion_animation.simulation_animation(
+            self._found, self._nodes, self.times, self._shown, requested
+        )
 
 
 def _times(time: float, dt: float | None) -> FloatArray:

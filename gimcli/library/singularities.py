@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gimcli import graphs, output
 from gimcli.branching.singular_positions import Found, Survey, first_turn, survey
 from gimcli.branching.singularities import STATIONARY, BranchRates, input_ends, rates
 from gimcli.library.inputs import in_file_units, interval_of
@@ -20,8 +21,6 @@ from gimcli.table import Table
 
 if TYPE_CHECKING:
     from gimcli.continuation.circuit import Circuit
-    from gimcli.graphs.circuit_animation import SingularPlace
-    from gimcli.output.contents import Animation, Content
 
 CURVES = 6
 """Largest number of curves in the picture."""
@@ -133,11 +132,9 @@ class SingularitiesResult(Result):
         """Return one row for each singular position: kind, inputs, coordinates of the nodes, members, branches."""
         return self._records.table("kind", "at", "nodes", "about", "branches")
 
-    def picture(self) -> Content:
+    def picture(self) -> output.picture.Content:
         """Return the numbered positions and the curves of the traced points."""
         from gimcli.branching.resampling import along
-        from gimcli.output.circuits import singular_picture
-        from gimcli.output.pose import Shown
         from gimcli.structure.carried import carried_point
 
         found, curve, mechanism = self._found, self._found.curve, self.mechanism
@@ -153,30 +150,28 @@ class SingularitiesResult(Result):
         for number, one in enumerate(found.found, start=1):
             z = curve.nodes(one.what.p)
             at = tuple(complex(mechanism.to_file(carried_point(mechanism, n, z[:, None]))[0]) for n in names[:1])
-            shown.append(Shown(number, one.what.kind, mechanism.to_file(z), at))
-        return singular_picture(mechanism, shown, curves, self.headline())
+            shown.append(output.pose.Shown(number, one.what.kind, mechanism.to_file(z), at))
+        return output.circuits.singular_picture(mechanism, shown, curves, self.headline())
 
-    def animation(self) -> Animation | None:
+    def animation(self) -> output.animation.Animation | None:
         """Return the branches with all singular and stationary positions as events."""
-        from gimcli.graphs.circuit_animation import ShownCircuit, circuits_animation
-
         circuits, shown = self._found.branches.circuits, []
         for number, circuit in enumerate(circuits):
             own = [one for one in self._found.found if number in one.circuits]
             places = tuple(self._place(circuit, number, one) for one in own)
             name = f"branch {number + 1}" if len(circuits) > 1 else "circuit"
             note = intervals(self.mechanism, self._interval(number), circuit.turns)
-            shown.append(ShownCircuit(name, circuit, note, places))
-        return circuits_animation(self.mechanism, self.headline(), shown, "Branch")
+            shown.append(graphs.circuit_animation.ShownCircuit(name, circuit, note, places))
+        return graphs.circuit_animation.circuits_animation(self.mechanism, self.headline(), shown, "Branch")
 
-    def _place(self, circuit: Circuit, number: int, one: Found) -> SingularPlace:
+    def _place(self, circuit: Circuit, number: int, one: Found) -> graphs.circuit_animation.SingularPlace:
         """Return a singular position as a mark on a circuit; stationary members are named."""
-        from gimcli.graphs.circuit_animation import SingularPlace, part_of
-
         kind = one.what.kind
         words = f"{', '.join(one.what.about)} stationary" if kind == STATIONARY else kind
         text = f"{words} at {at_inputs(self.mechanism, self._inputs(one))}"
-        return SingularPlace(part_of(circuit, number, one.what), kind, text, one.what.p)
+        return graphs.circuit_animation.SingularPlace(
+            graphs.circuit_animation.part_of(circuit, number, one.what), kind, text, one.what.p
+        )
 
 
 def _compared(tangents: list[BranchRates], loose: bool) -> str:

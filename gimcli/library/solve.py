@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gimcli import graphs, output
 from gimcli.errors import UsageError
 from gimcli.library.by_name import ByName, angles, coordinates, places
 from gimcli.library.inputs import Jit, Method, OneOf, Seed, Strategy, Tolerance, checked, in_file_units, inputs_of
@@ -25,8 +26,6 @@ from gimcli.table import Table, per_second
 
 if TYPE_CHECKING:
     from gimcli.gim.sweeper import ErrorLaw
-    from gimcli.graphs.extras import Extras
-    from gimcli.output.contents import Animation, Content, Geometry, ModelText
     from gimcli.quantities.state import SeparateState
     from gimcli.rates.derivatives import Instant
 
@@ -76,9 +75,7 @@ def solve(
         raise UsageError("history: the error after every sweep needs method gim")
     extras = None
     if measure:
-        from gimcli.graphs.extras import Extras
-
-        extras = Extras(mechanism, measure)
+        extras = graphs.extras.Extras(mechanism, measure)
     given = {**(at if isinstance(at, Mapping) else {}), **inputs}
     if any(np.ndim(value) for value in given.values()):
         if (method, start, history, velocities, sequence) != ("auto", "drawn", False, False, ""):
@@ -111,7 +108,9 @@ class SolveResult(Result):
 
     KIND = "solve"
 
-    def __init__(self, position: Position, law: ErrorLaw | None, moving: Instant | None, extras: Extras | None) -> None:
+    def __init__(
+        self, position: Position, law: ErrorLaw | None, moving: Instant | None, extras: graphs.extras.Extras | None
+    ) -> None:
         self.mechanism, self._found, self._law, self._moving = position.mechanism, position, law, moving
         self._measured = extras.beside(self._state, ()) if extras is not None and extras.wanted else []
 
@@ -246,7 +245,7 @@ class SolveResult(Result):
         """
         return self._records.table()
 
-    def model(self) -> ModelText | None:
+    def model(self) -> output.model.ModelText | None:
         """Return the text of the model file with the coordinates of this position; None if it is not solved.
 
         Raises UsageError if the mechanism was not read from a file, or if other coordinates would change a dimension.
@@ -254,7 +253,7 @@ class SolveResult(Result):
         return self._model if self._found.status.solved else None
 
     @cached_property
-    def _model(self) -> ModelText:
+    def _model(self) -> output.model.ModelText:
         from gimcli.library.model_text import model_text
 
         text = model_text(self.mechanism, self._found.z)
@@ -265,36 +264,34 @@ class SolveResult(Result):
             )
         return text
 
-    def picture(self) -> Content | None:
+    def picture(self) -> output.picture.Content | None:
         """Return the drawing of the position, or the graph of the errors; None if there is nothing to draw."""
-        from gimcli.output.drawing import history_picture, position_picture
-
         if self._law is not None:
             errors, fit = self._law.errors.max(axis=1), (self._law.c1, self._law.c2)
-            return history_picture(errors, fit, f"{self.mechanism.name}: error per sweep", self._law.radius, 0)
+            return output.drawing.history_picture(
+                errors, fit, f"{self.mechanism.name}: error per sweep", self._law.radius, 0
+            )
         if not self._found.status.solved:
             return None
         moving, z = self._moving, self.mechanism.to_file(self._found.z)
         arrows = velocity_arrows(moving, self.places) if moving is not None and not moving.singular else []
-        return position_picture(self.mechanism, z, self.mechanism.name, self._points, arrows)
+        return output.drawing.position_picture(self.mechanism, z, self.mechanism.name, self._points, arrows)
 
-    def geometry(self) -> Geometry | None:
+    def geometry(self) -> output.geometry.Geometry | None:
         """Return the position in true size; None if it is not solved."""
-        from gimcli.output.geometry import Geometry
-
         if not self._found.status.solved:
             return None
-        found = Geometry(self.mechanism.length_unit)
+        found = output.geometry.Geometry(self.mechanism.length_unit)
         found.add_mechanism(self.mechanism, self.mechanism.to_file(self._found.z), self._points)
         return found
 
-    def animation(self) -> Animation | None:
+    def animation(self) -> output.animation.Animation | None:
         """Return the position as a clip of one row; None if it is not solved."""
-        from gimcli.graphs.motion_animation import position_animation
-
         if not self._found.status.solved:
             return None
-        return position_animation(self.mechanism, self._found.z, self.inputs, self.places, self._moving)
+        return graphs.motion_animation.position_animation(
+            self.mechanism, self._found.z, self.inputs, self.places, self._moving
+        )
 
 
 def velocities_report(found: Instant) -> dict[str, Any]:
@@ -322,11 +319,9 @@ def input_rates(found: Instant) -> dict[str, dict[str, float]]:
 
 def velocity_arrows(found: Instant, at: Mapping[str, complex]) -> list[Any]:
     """Return velocities and accelerations as vectors for the picture; `at` are the coordinates where they are drawn."""
-    from gimcli.output.vectors import Arrows
-
     kinds = []
     for order, name in ((1, "velocity"), (2, "acceleration")):
         vectors = found.of_points(order)
         unit = per_second(found.mechanism.length_unit, order)
-        kinds.append(Arrows(name, unit, {n: (z, vectors[n]) for n, z in at.items()}))
+        kinds.append(output.vectors.Arrows(name, unit, {n: (z, vectors[n]) for n, z in at.items()}))
     return kinds

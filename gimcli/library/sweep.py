@@ -7,11 +7,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gimcli import output
 from gimcli.errors import UsageError
 from gimcli.families.design_table import POINTS, design_table, listed_designs
 from gimcli.families.family import ONE, kernel_name, mode_of
@@ -34,9 +35,6 @@ from gimcli.status import Status
 from gimcli.structure.plan import make_plan
 from gimcli.table import Table, labelled
 from gimcli.version import __version__
-
-if TYPE_CHECKING:
-    from gimcli.output.contents import Animation, Content, Destinations
 
 MOST_WORKERS = 1024
 
@@ -261,14 +259,14 @@ class SweepResult(RowsResult):
             "ranges": self.ranges, **best,
         }  # fmt: skip
 
-    def picture(self) -> Content | None:
+    def picture(self) -> output.picture.Content | None:
         """Return curves over one dimension, contours over two, otherwise distributions; None if there is nothing."""
         from gimcli.families.sweep_views import sweep_picture
 
         rows = np.concatenate(self._found.drawn) if self._found.drawn else np.empty(0, self._found.job.row)
         return sweep_picture(self._found, rows)
 
-    def animation(self) -> Animation | None:
+    def animation(self) -> output.animation.Animation | None:
         """Return the motions of the designs, one slider for each dimension; None if no design is solved."""
         from gimcli.families.sweep_views import sweep_animation
 
@@ -282,7 +280,7 @@ class SweepResult(RowsResult):
     @classmethod
     def destinations(
         cls, out: Sequence[Path | str], stem: str, picture: bool = True, more: Sequence[str] = ()
-    ) -> Destinations:
+    ) -> output.Destinations:
         """Return the output files; a film of many designs is refused."""
         for given in out:
             if Path(given).suffix.lower() in FILMS:

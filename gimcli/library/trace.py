@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import numpy as np
 
+from gimcli import graphs, output
 from gimcli.errors import UsageError
 from gimcli.graphs.extras import Extras
 from gimcli.library.inputs import (
@@ -36,7 +37,6 @@ from gimcli.structure.drive_check import require_consistent
 from gimcli.table import Table
 
 if TYPE_CHECKING:
-    from gimcli.output.contents import Animation, Content, CurveGraph, Geometry
     from gimcli.rates.derivatives import TracedRates
 
 AT_LIMIT = ("stop", "skip", "reverse")
@@ -273,40 +273,35 @@ class MotionTraceResult(TraceResult):
         angles = self._found.counted()
         return np.concatenate([angles(motion, member) for motion in self._motions])
 
-    def picture(self) -> Content | None:
+    def picture(self) -> output.picture.Content | None:
         """Return some positions, the curves of the traced points and the graphs; None if no row is solved."""
-        from gimcli.output.drawing import motion_picture
-        from gimcli.output.panels import with_panels
-
         if not self.solved:
             return None
         motion, mechanism, extras = self._motion, self.mechanism, self._found.extras
         curves, outlines = extras.record.curves(motion), extras.record.outlines(motion)
         poses, paths = self._poses(motion), traced_paths(motion)
-        picture = motion_picture(mechanism, poses, paths, mechanism.name, curves, outlines)
-        return with_panels(picture, self.graphs())
+        picture = output.drawing.motion_picture(mechanism, poses, paths, mechanism.name, curves, outlines)
+        return output.panels.with_panels(picture, self.graphs())
 
-    def geometry(self) -> Geometry | None:
+    def geometry(self) -> output.geometry.Geometry | None:
         """Return the first position and all curves in true size, with all rows of the traced points."""
-        from gimcli.output.geometry import motion_geometry
-
         if not self.solved:
             return None
         motion, extras = self._motion, self._found.extras
-        found = motion_geometry(self.mechanism, self._poses(motion)[0], self.table())
+        found = output.geometry.motion_geometry(self.mechanism, self._poses(motion)[0], self.table())
         for name, curve in extras.record.curves(motion).items():
             found.add_curve(f"curve {name}", curve)
         found.add_loops("area swept", extras.record.outlines(motion))
         return found
 
-    def graphs(self) -> list[CurveGraph]:
+    def graphs(self) -> list[output.graph.CurveGraph]:
         """Return the graphs of `plot` as data."""
         from gimcli.quantities.motion_table import motion_events
 
         return self._found.extras.graphs(self._motion, motion_events(self._motion))
 
-    def animation(self) -> Animation | None:
+    def animation(self) -> output.animation.Animation | None:
         """Return the motion with its events, velocities and columns; None if no row is solved."""
-        from gimcli.graphs.motion_animation import law_animation
-
-        return law_animation(self._motion, self._found.extras, self._found.steps, self._found.counted())
+        return graphs.motion_animation.law_animation(
+            self._motion, self._found.extras, self._found.steps, self._found.counted()
+        )

@@ -6,10 +6,11 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import numpy as np
 
+from gimcli import output
 from gimcli.comparison.timing import TIMING, Clock
 from gimcli.comparison.tradeoff import STEPS, TOLERANCES, Tradeoff, advise, tradeoff as compare
 from gimcli.connected import grouped
@@ -20,9 +21,6 @@ from gimcli.library.record import Records, RowField
 from gimcli.library.result import Result
 from gimcli.mechanism import Mechanism
 from gimcli.progress import Notify, Phases, no_phases
-
-if TYPE_CHECKING:
-    from gimcli.output.picture import Content
 
 FINEST, COARSEST = 1e-14, 1.0
 
@@ -135,10 +133,8 @@ class TradeoffResult(Result):
             RowField("call", [e.call for e in found], float, "s"),
         )  # fmt: skip
 
-    def picture(self) -> Content | None:
+    def picture(self) -> output.picture.Content | None:
         """Return the graph of the error over the time; None if there is nothing to draw."""
-        from gimcli.output.tradeoff import tradeoff_sheet
-
         found = self._found
         if not any(e.drawable for e in found.entries):
             return None
@@ -148,7 +144,7 @@ class TradeoffResult(Result):
         how = "compiled kernels" if found.compiled else "kernels not compiled"
         title = f"{found.mechanism.name}: error and time, {how}"
         arrays = {name: np.array(points) for name, points in curves.items()}
-        return tradeoff_sheet(arrays, front, title, self.steps)
+        return output.tradeoff.tradeoff_sheet(arrays, front, title, self.steps)
 
 
 def _sum(parts: Sequence[float]) -> str:

@@ -6,8 +6,9 @@ import math
 from collections.abc import Mapping
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
+from gimcli import output
 from gimcli.errors import StructureError, UsageError
 from gimcli.families.grid import Grid, Kept, solve_grid
 from gimcli.library.inputs import MOST_STEPS, Jit, Range, checked, refuse_unmoved
@@ -34,9 +35,6 @@ from gimcli.structure.carried import carried_point
 from gimcli.structure.mobility import assembled
 from gimcli.structure.plan import make_plan
 from gimcli.table import Table, labelled
-
-if TYPE_CHECKING:
-    from gimcli.output.contents import Content, Geometry
 
 
 @checked
@@ -136,23 +134,21 @@ class WorkspaceResult(Result):
         """Return the positions of the grid, if there is one, otherwise the columns."""
         return self._grid.arrays() if self._grid else super().arrays()
 
-    def picture(self) -> Content:
+    def picture(self) -> output.picture.Content:
         """Return the region or the paths, with one position of the mechanism."""
-        from gimcli.output.workspace import path_picture, workspace_picture
-
         found, mechanism, name = self._found, self.mechanism, self._found.task.point
         places = self._grid.places.ravel() if self._grid else None
         pose, at = _pose(found.task)
         if isinstance(found, Reach):
             paths = [placed(mechanism, run.points()) for run in found.runs]
-            return path_picture(mechanism, pose, paths, (name, at), self.headline())
+            return output.workspace.path_picture(mechanism, pose, paths, (name, at), self.headline())
         if not found.loops:  # no boundary: draw the positions themselves
             reached = placed(mechanism, found.positions)
             at = complex(reached.mean()) if found.single is not None else at
             places = reached if places is None and found.single is None else places
-        return workspace_picture(mechanism, pose, outlines(found), (name, at), places, self.headline())
+        return output.workspace.workspace_picture(mechanism, pose, outlines(found), (name, at), places, self.headline())
 
-    def geometry(self) -> Geometry | None:
+    def geometry(self) -> output.geometry.Geometry | None:
         """Return the boundary or the paths, and one position of the mechanism, in true size; None without any."""
         found = _geometry_of(self._found)
         pose, at = _pose(self._found.task)
@@ -240,11 +236,9 @@ def _span(mechanism: Mechanism, ends: list[float]) -> str:
     return " to ".join(length(mechanism, value) for value in ends)
 
 
-def _geometry_of(found: Workspace | Reach) -> Geometry:
+def _geometry_of(found: Workspace | Reach) -> output.geometry.Geometry:
     """Return the boundary or the paths in true size."""
-    from gimcli.output.geometry import Geometry
-
-    mechanism, geometry = found.task.mechanism, Geometry(found.task.mechanism.length_unit)
+    mechanism, geometry = found.task.mechanism, output.geometry.Geometry(found.task.mechanism.length_unit)
     if isinstance(found, Reach):
         for number, run in enumerate(found.runs, start=1):
             geometry.add_curve(f"curve {found.task.point} path {number}", placed(mechanism, run.points()))

@@ -19,8 +19,8 @@ def asked():
     found = defaultdict(set)
     for path, tree in trees().items():
         for node in nodes(tree):
-            if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("gimcli."):
-                found[path.parts[0]].add(node.module.split(".")[1])
+            if isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] == "gimcli":
+                found[path.parts[0]] |= {f"{node.module}.{one.name}".split(".")[1] for one in node.names}
     return {own: (found[own] & set(PACKAGES)) - {own} for own in PACKAGES}
 
 
