@@ -294,89 +294,71 @@ class LoopGroup:
                 state.place[joint.body] = state.place[node] - step
 
 
-class _LoopWriter:
-    """Collects the terms of positions and loops."""
-
-    def __init__(self, linkage: Linkage, part: GroupPart) -> None:
-        self.linkage, self.part = linkage, part
-        self.new = set(part.vertices)
-        self.angle = {c: 1 + k for k, c in enumerate(part.classes)}
-        self.slide = {s: 1 + len(part.classes) + k for k, s in enumerate(part.slides)}
-
-    def start(self, node: int) -> Counter[Term]:
-        """Return the terms of a known node."""
-        return Counter({("place", node, 0): 1})
-
-    def step(self, index: int) -> Counter[Term]:
-        """Return the terms of the vector from a joint's body to its node; of the node itself if the body is known."""
-        joint = self.linkage.joints[index]
-        column = self.angle.get(self.linkage.classes[joint.body], 0)
-        label = joint.through if joint.through in self.part.joints else index
-        total: Counter[Term] = Counter({("arm" if joint.body in self.new else "at", label, column): 1})
-        if index in self.slide:
-            other = next(k for k in self.part.slides if self.linkage.same_rail(k, index))
-            sense = self.linkage.sense(joint, self.linkage.joints[other]) if other != index else 1
-            total[("rail", other, self.slide[index])] += sense
-        return total
-
-
-def _sum(a: Counter[Term], b: Counter[Term], factor: int = 1) -> Counter[Term]:
-    return Counter({term: a[term] + factor * b[term] for term in {**a, **b}})
-
-
 def group_of(linkage: Linkage, part: GroupPart) -> LoopGroup:
     """Return the loop group of a part."""
-    writer = _LoopWriter(linkage, part)
-    tree, place = _spanning(writer)
-    chords = [k for k in part.joints if k not in {index for index, _ in tree}]
-    loops = []
-    for index in chords:
-        joint = linkage.joints[index]
-        node = linkage.bodies + joint.node
-        end = place[node] if node in writer.new else writer.start(joint.node)
-        loops.append(_sum(_sum(place.get(joint.body, Counter()), writer.step(index)), end, -1))
-    family, parameters = _tensors(writer, loops)
-    return LoopGroup(linkage, part, family, parameters, tuple(tree))
+    tree, ways = _spanning(linkage, part)
+    loops = [
+        ways[joint.body] + unit - ways[linkage.bodies + joint.node]
+        for index, (joint, unit) in enumerate(zip(linkage.joints, np.eye(ways.shape[1], dtype=int), strict=True))
+        if index in part.joints and index not in tree
+    ]
+    return LoopGroup(linkage, part, *_tensors(linkage, part, loops), tuple(tree.items()))
 
 
-def _spanning(writer: _LoopWriter) -> tuple[list[tuple[int, bool]], dict[int, Counter[Term]]]:
-    """Return the joints of the tree in the order of solution with their senses, and the terms of the vertices."""
-    linkage, left = writer.linkage, list(writer.part.joints)
-    tree: list[tuple[int, bool]] = []
-    place: dict[int, Counter[Term]] = {}
-    news = True
-    while news:
-        news = False
-        for index in left.copy():
-            joint = linkage.joints[index]
-            body, node = joint.body, linkage.bodies + joint.node
-            known = [v in place or v not in writer.new for v in (body, node)]
-            if known[0] == known[1]:
-                continue
-            step = writer.step(index)
-            if known[0]:
-                place[node] = _sum(place.get(body, Counter()), step)
-            else:
-                place[body] = _sum(place[node] if node in place else writer.start(joint.node), step, -1)
-            tree.append((index, known[0]))
-            left.remove(index)
-            news = True
-    return tree, place
+def _spanning(linkage: Linkage, part: GroupPart) -> tuple[dict[int, bool], IntArray]:
+    """Return the joints of the tree in the order of solution with their senses, and the ways to the vertices.
+
+    A way (vertices, joints) has the signs of the joints from a known vertex on.
+    """
+    ways = np.zeros((linkage.vertices, len(linkage.joints)), dtype=int)
+    known, tree, left, idle = set(range(len(ways))) - {*part.vertices}, dict[int, bool](), list(part.joints), 0
+    while idle < len(left):
+        index = left.pop(0)
+        body, node = linkage.joints[index].body, linkage.bodies + linkage.joints[index].node
+        if (body in known) == (node in known):
+            left, idle = [*left, index], idle + 1
+            continue
+        tree[index] = forward = body in known
+        start, end, sign = (body, node, 1) if forward else (node, body, -1)
+        ways[end] = ways[start]
+        ways[end, index] = sign
+        known, idle = known | {end}, 0
+    return tree, ways
 
 
-def _tensors(writer: _LoopWriter, loops: list[Counter[Term]]) -> tuple[LoopFamily, tuple[tuple[str, int], ...]]:
-    """Return the tensors of some loops and their parameters."""
-    part, linkage = writer.part, writer.linkage
-    terms = {(kind, which) for loop in loops for (kind, which, _), count in loop.items() if count}
-    parameters = tuple(sorted(terms))
-    number = {p: k for k, p in enumerate(parameters)}
-    n, q = len(part.classes), len(part.slides)
-    table = np.zeros((len(loops), 1 + n + q, len(parameters)))
-    for k, loop in enumerate(loops):
-        for (kind, which, column), count in loop.items():
-            if count:
-                table[k, column, number[(kind, which)]] += count
-    rail = [writer.angle.get(linkage.classes[linkage.joints[s].body], 0) - 1 for s in part.slides]
-    assert GROUND == -1
-    family = LoopFamily(table[:, 0], table[:, 1 : 1 + n], table[:, 1 + n :], np.array(rail, dtype=np.int64))
-    return family, parameters
+def _terms(linkage: Linkage, part: GroupPart, index: int) -> Iterator[tuple[Term, int]]:
+    """Yield the terms of the vector from a joint's body to its node, and their factors; known ends are fixed points."""
+    joint = linkage.joints[index]
+    label = joint.through if joint.through in part.joints else index
+    yield ("arm" if joint.body in part.vertices else "at", label, 1 + _class(linkage, part, index)), 1
+    if linkage.bodies + joint.node not in part.vertices:
+        yield ("place", joint.node, 0), -1
+    if index in part.slides:
+        other = next(k for k in part.slides if linkage.same_rail(k, index))
+        sense = linkage.sense(joint, linkage.joints[other]) if other != index else 1
+        yield ("rail", other, 1 + len(part.classes) + part.slides.index(index)), sense
+
+
+def _class(linkage: Linkage, part: GroupPart, index: int) -> int:
+    """Return the column of the rotation class of a joint's body; GROUND if its angle is known."""
+    own = linkage.classes[linkage.joints[index].body]
+    return part.classes.index(own) if own in part.classes else GROUND
+
+
+def _tensors(
+    linkage: Linkage, part: GroupPart, loops: list[IntArray]
+) -> tuple[LoopFamily, tuple[tuple[str, int], ...]]:
+    """Return the tensors of loops, given by the signs (joints,) of their joints, and their parameters."""
+    total = Counter[tuple[int, Term]]()
+    for k, signs in enumerate(loops):
+        for index in np.flatnonzero(signs).tolist():
+            for term, factor in _terms(linkage, part, index):
+                total[k, term] += int(signs[index]) * factor
+    kept = {key: count for key, count in total.items() if count}
+    parameters = tuple(sorted({term[:2] for _, term in kept}))
+    n = len(part.classes)
+    table = np.zeros((len(loops), 1 + n + len(part.slides), len(parameters)))
+    for (k, (kind, which, column)), count in kept.items():
+        table[k, column, parameters.index((kind, which))] = count
+    rail = np.array([_class(linkage, part, s) for s in part.slides], dtype=np.int64)
+    return LoopFamily(table[:, 0], table[:, 1 : 1 + n], table[:, 1 + n :], rail), parameters
