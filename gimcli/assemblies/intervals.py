@@ -15,8 +15,6 @@ Source: Merlet, Solving the forward kinematics of a Gough-type parallel manipula
 
 from __future__ import annotations
 
-import math
-import time
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -24,7 +22,7 @@ import numpy as np
 from gimcli.assemblies.cosine_rows import EPS, CosineRows, RowConstants, contract, cosine_rows
 from gimcli.assemblies.krawczyk import IsolatedRoots, centred, image, local, narrow
 from gimcli.assemblies.loops import GROUND, Coefficients
-from gimcli.mechanism import BoolArray, ComplexArray, FloatArray, IntArray
+from gimcli.mechanism import BoolArray, ComplexArray, FloatArray
 from gimcli.progress import spend
 
 
@@ -95,7 +93,6 @@ BATCH = 300
 class IntervalConstants:
     """Limits of the search, chosen by the user."""
 
-    seconds: float = math.inf  # [s] time limit of the search; results depend on the machine if it is finite
     boxes: int = 2_000_000  # largest number of processed boxes
     narrowest: float = 1e-8  # width [rad, unit lengths of a slide] below which a box is undecided
     batch: int = 20_000  # boxes processed in one call
@@ -130,7 +127,6 @@ class Enclosures:
     unique: FloatArray  # (R, n + q) half-widths of boxes that contain no other solution
     undecided: FloatArray = field(repr=False)  # (K, 2, n + q) bounds of boxes; the same solution may be in several
     boxes: int  # number of processed boxes
-    limit: str  # limit that ended the search, "seconds" or "boxes", or ""
     everywhere: bool  # no slide can leave the searched range, for any angles
 
     @property
@@ -140,21 +136,14 @@ class Enclosures:
 
 
 def real_roots(
-    C0: ComplexArray, C: ComplexArray, U: ComplexArray, rail: IntArray, reach: FloatArray | float | None = None,
-    constants: IntervalConstants | None = None,
-) -> Enclosures:  # fmt: skip
-    """Return all real solutions of C0 + Σ C_c θ_c + Σ U_q s_q θ_rail(q) = 0, |θ| = 1, |s| <= reach.
+    loops: Coefficients, reach: FloatArray | float = np.inf, constants: IntervalConstants | None = None
+) -> Enclosures:
+    """Return all real solutions of loops, with |θ| = 1 and |s| <= reach.
 
-    Shapes (L,), (L, n), (L, q), (q,) with n + q = 2 L; `rail` -1 is the frame. `reach` is one length, or one for each
-    slide; if it is None or greater than the bound from the lengths, that bound is used. Raises ValueError if shapes do
-    not fit or a number is not finite.
+    `reach` is one length, or one for each slide; if it is greater than the bound from the lengths, that bound is used.
     """
-    loops, constants = Coefficients(*_checked(C0, C, U, rail)), constants or IntervalConstants()
-    wanted = np.broadcast_to(np.inf if reach is None else np.asarray(reach, dtype=float), loops.rail.shape)
-    if not (wanted > 0.0).all() or (reach is not None and not np.isfinite(wanted).all()):
-        raise ValueError(f"reach: expected positive finite lengths, got {wanted}")
-    proved = proved_reach(loops)
-    searched = np.minimum(wanted, proved)
+    constants, proved = constants or IntervalConstants(), proved_reach(loops)
+    searched = np.minimum(reach, proved)
     searched = np.where(np.isfinite(searched), searched, constants.unbounded * units(loops))
     return _BoxSearch(loops, searched, bool((searched >= proved).all()), constants).run()
 
@@ -165,21 +154,6 @@ def units(loops: Coefficients) -> FloatArray:
     with np.errstate(divide="ignore", invalid="ignore"):
         unit = size / np.abs(loops.U).max(axis=0, initial=0.0)
     return np.asarray(np.where(np.isfinite(unit) & (unit > 0.0), unit, 1.0))
-
-
-def _checked(
-    C0: ComplexArray, C: ComplexArray, U: ComplexArray, rail: IntArray
-) -> tuple[ComplexArray, ComplexArray, ComplexArray, IntArray]:
-    """Return the arrays in their types; U and rail may be empty lists."""
-    C0, C, rail = np.asarray(C0, complex), np.asarray(C, complex), np.asarray(rail, dtype=np.int64)
-    U = np.asarray(U, complex).reshape(len(C0), len(rail))
-    if C.shape[1] + len(rail) != 2 * len(C0) or len(C) != len(C0):
-        raise ValueError(
-            f"expected two unknowns per loop, got {len(C0)} loops, {C.shape[1]} angles, {len(rail)} slides"
-        )
-    if not all(np.isfinite(a).all() for a in (C0, C, U)) or not ((rail >= -1) & (rail < C.shape[1])).all():
-        raise ValueError("coefficients must be finite, and each rail -1 or the column of an angle")
-    return C0, C, U, rail
 
 
 class _BoxSearch:
@@ -198,17 +172,16 @@ class _BoxSearch:
         self.boxes = 0
 
     def run(self) -> Enclosures:
-        """Process boxes until none is waiting or a limit is reached."""
-        begin, limit = time.monotonic(), ""
-        while self.waiting and not limit:
+        """Process boxes until none is waiting or a limit is reached; return the solutions and the undecided boxes."""
+        while self.waiting:
             low, high = self._next()
             self.boxes += low.shape[1]
             self._work(low, high)
-            if self.waiting and self.boxes >= self.constants.boxes:
-                limit = "boxes"
-            elif self.waiting and (spend(BATCH) or time.monotonic() - begin >= self.constants.seconds):
-                limit = "seconds"
-        return self._result(limit)
+            if self.boxes >= self.constants.boxes or spend(BATCH):
+                break
+        left = [(np.zeros((len(self.unit), 0)),) * 2, *self.left, *self.waiting]
+        undecided = np.stack([np.hstack(bounds).T for bounds in zip(*left, strict=True)], axis=1)
+        return Enclosures(*self.found.inside(self.reach), undecided, self.boxes, self.everywhere)
 
     def _next(self) -> tuple[FloatArray, FloatArray]:
         """Remove a batch of waiting boxes, the oldest first."""
@@ -278,14 +251,6 @@ class _BoxSearch:
         first, second = high.copy(), low.copy()
         first[side, every] = second[side, every] = at
         self._wait(np.hstack([low, second]), np.hstack([first, high]))
-
-    def _result(self, limit: str) -> Enclosures:
-        """Return the solutions found and the undecided boxes."""
-        left = [*self.left, *self.waiting]
-        undecided = np.stack([np.hstack([b[i] for b in left]).T for i in (0, 1)], axis=1) if left else None
-        if undecided is None:
-            undecided = np.zeros((0, 2, len(self.unit)))
-        return Enclosures(*self.found.inside(self.reach), undecided, self.boxes, limit, self.everywhere)
 
 
 def _keep(mask: BoolArray, *arrays: FloatArray) -> tuple[FloatArray, ...]:

@@ -126,7 +126,7 @@ def _by_intervals(loops: Loops, found: Roots) -> Roots:
     family, n = loops.family, loops.family.angles
     if (mirror_distance(family, found.doubtful) < SEARCH.real).any():
         return found
-    boxes = real_roots(loops.C0, loops.C, loops.U, loops.rail, None, IntervalConstants(boxes=SEARCH.boxes))
+    boxes = real_roots(loops, constants=IntervalConstants(boxes=SEARCH.boxes))
     proved = boxes.complete and boxes.everywhere
     if len(boxes.roots) == 0:
         return replace(found, level=REALS) if proved and not found.proven.real.any() else found

@@ -53,6 +53,12 @@ def contains(result, x, angles):
     return bool((apart(middle, x, angles) <= half + slack).all(axis=1).any())
 
 
+def searched(C0, C, U, rail, reach=np.inf, constants=None):
+    """Return the real solutions of loops."""
+    arrays = np.array(C0, complex), np.array(C, complex), np.reshape(U, (len(C0), -1)), np.array(rail, dtype=int)
+    return real_roots(Coefficients(*arrays), reach, constants)
+
+
 def two_bars(d, b, c):
     """Return the coefficients of b θ_1 - c θ_2 = d, a four-bar at a given input."""
     return np.array([-d]), np.array([[b, -c]], dtype=complex), [], []
@@ -75,7 +81,7 @@ def test_four_bars_agree_with_the_law_of_cosines():
     for _ in range(150):
         a, b, c, g = rng.uniform(0.3, 3.0, 4)
         d = g - a * np.exp(1j * rng.uniform(0, TURN))
-        result, expected = real_roots(*two_bars(d, b, c), 1.0), two_bars_solved(d, b, c)
+        result, expected = searched(*two_bars(d, b, c), 1.0), two_bars_solved(d, b, c)
         assert result.complete
         assert same(result.roots, expected, 2, 1e-9), (d, b, c)
         counts.add(len(expected))
@@ -93,7 +99,7 @@ def test_slider_cranks_agree_with_the_theorem_of_pythagoras():
         roots = roots[np.abs(roots) <= 1.5]
         angle = np.angle(along * (roots + 1j * h) - start)
         loops = np.array([start - 1j * along * h]), np.array([[b]]), np.array([[-along]]), [-1]
-        result = real_roots(*loops, 1.5)
+        result = searched(*loops, 1.5)
         assert result.complete
         assert same(result.roots, np.column_stack([angle, roots]), 1, 1e-9)
         counts.add(len(roots))
@@ -105,7 +111,7 @@ def test_a_block_on_a_turning_rail():
     rng = np.random.default_rng(3)
     for _ in range(60):
         d, e = rng.normal() + 1j * rng.normal(), rng.uniform(0, 1)
-        result = real_roots(np.array([-d]), np.array([[1j * e]]), np.array([[1.0]]), [0], 5.0)
+        result = searched(np.array([-d]), np.array([[1j * e]]), np.array([[1.0]]), [0], 5.0)
         s = np.sqrt(abs(d) ** 2 - e * e) * np.array([1, -1]) if abs(d) > e else np.zeros(0)
         assert result.complete
         assert same(result.roots, np.column_stack([np.angle(d / (s + 1j * e)), s]), 1, 1e-8)
@@ -113,26 +119,26 @@ def test_a_block_on_a_turning_rail():
 
 def test_two_slides_agree_with_the_linear_solution():
     loops = np.array([0.3 - 0.4j]), np.zeros((1, 0)), np.array([[1.0, 1j]]), [-1, -1]
-    result = real_roots(*loops, 1.0)
+    result = searched(*loops, 1.0)
     assert result.complete
     assert same(result.roots, [[-0.3, 0.4]], 0, 1e-12)
-    assert len(real_roots(*loops, [0.2, 1.0]).roots) == 0
+    assert len(searched(*loops, [0.2, 1.0]).roots) == 0
 
 
 def test_a_slide_just_out_of_reach_is_not_listed():
     along, b, h = np.exp(0.4j), 1.3, 0.5  # b θ = along (s + i h): s = ± 1.2
     loops = np.array([-1j * along * h]), np.array([[b]]), np.array([[-along]]), [-1]
     for gap in (1e-2, 1e-5, 1e-9, 1e-12):
-        assert len(real_roots(*loops, 1.2 + gap).roots) == 2
-        assert len(real_roots(*loops, 1.2 - gap).roots) == 0
+        assert len(searched(*loops, 1.2 + gap).roots) == 2
+        assert len(searched(*loops, 1.2 - gap).roots) == 0
 
 
 def test_the_reach_limits_the_list():
     for seed in range(40):
         *coefficients, x = random_loops(2, 1, np.random.default_rng((12, seed)))
-        roots = real_roots(*coefficients, 7.0).roots
+        roots = searched(*coefficients, 7.0).roots
         reach = abs(x[3]) * (1 + (1e-3 if seed % 2 else -1e-3))
-        cut = real_roots(*coefficients, reach)
+        cut = searched(*coefficients, reach)
         assert cut.complete
         assert same(cut.roots, roots[np.abs(roots[:, 3]) <= reach], 3, 1e-8)
 
@@ -141,7 +147,7 @@ def test_the_reach_limits_the_list():
 def test_solutions_where_the_circle_is_cut_open(angle):
     for other in (0.3, CONSTANTS.seam, np.pi, angle + CONSTANTS.cut * TURN):
         d = 2 * np.exp(1j * angle) - 1.5 * np.exp(1j * other)
-        result = real_roots(*two_bars(d, 2.0, 1.5), 1.0)
+        result = searched(*two_bars(d, 2.0, 1.5), 1.0)
         if 0.51 < abs(d) < 3.49:
             assert result.complete
             assert len(result.roots) == 2
@@ -179,7 +185,7 @@ def double_butterfly(turn):
 
 
 def test_the_double_butterfly_agrees_with_all_printed_digits():
-    result = real_roots(*double_butterfly(np.radians(-67.38)), 1.0)
+    result = searched(*double_butterfly(np.radians(-67.38)), 1.0)
     assert result.complete
     assert same(np.degrees(result.roots), np.array(BUTTERFLY), 0, 0.6e-6)
     assert result.boxes < 250  # the number that a simple form of the method needs for two loops
@@ -195,7 +201,7 @@ def innocenti():
 
 
 def test_innocenti_group_has_eight_real_solutions():
-    result = real_roots(*innocenti(), 1.0)
+    result = searched(*innocenti(), 1.0)
     assert result.complete
     assert len(result.roots) == 8
     C0, C, _, _ = innocenti()
@@ -218,7 +224,7 @@ def triangle(ab, bc, ca):
 def test_platform_of_innocenti_and_parenti_castelli_has_six_assemblies():
     """Angles as published with the geometry (CuikSuite, 3RPR)."""
     loops = platform([0, 15.91, 10j], triangle(17.04, 16.54, 20.84), [14.98, 15.38, 12.0])
-    result = real_roots(*loops, 1.0)
+    result = searched(*loops, 1.0)
     published = [
         14.055200800153845,
         33.55657865639533,
@@ -237,7 +243,7 @@ def test_collinear_platforms_have_at_most_four():
     for _ in range(30):
         base, plate = rng.normal(size=3), rng.normal(size=3)
         at, turn = rng.normal() + 1j * rng.normal(), np.exp(1j * rng.uniform(0, TURN))
-        result = real_roots(*platform(base, plate, np.abs(at + turn * plate - base)), 1.0)
+        result = searched(*platform(base, plate, np.abs(at + turn * plate - base)), 1.0)
         assert result.complete
         assert contains(result, np.angle([turn, *(at + turn * plate - base)]), 4)
         counts.add(len(result.roots))
@@ -248,10 +254,10 @@ def test_collinear_platforms_have_at_most_four():
 def test_equilateral_platform():
     """Four of six solutions are at infinity: two remain; at legs of 1.5 they coincide."""
     corners = np.exp(1j * TURN * np.arange(3) / 3)
-    result = real_roots(*platform(3 * corners, 1.5 * corners, [2.0] * 3), 1.0)
+    result = searched(*platform(3 * corners, 1.5 * corners, [2.0] * 3), 1.0)
     assert result.complete
     assert len(result.roots) == 2
-    double = real_roots(*platform(3 * corners, 1.5 * corners, [1.5] * 3), 1.0)
+    double = searched(*platform(3 * corners, 1.5 * corners, [1.5] * 3), 1.0)
     assert len(double.roots) == 0
     assert not double.complete
     assert contains(double, np.array([0.0, *(np.angle(-corners))]), 4)
@@ -260,7 +266,7 @@ def test_equilateral_platform():
 def test_three_prism_has_24_embeddings():
     """Source: Capco et al., SIAM J. Appl. Algebra Geometry 2018."""
     bars = {(1, 2): 2, (1, 3): 2, (2, 3): 2, (1, 4): 7 / 4, (3, 6): 27 / 10, (2, 5): 197 / 100, (4, 5): 11 / 5}
-    result = real_roots(*framework({**bars, (4, 6): 29 / 10, (5, 6): 43 / 20}), 1.0)
+    result = searched(*framework({**bars, (4, 6): 29 / 10, (5, 6): 43 / 20}), 1.0)
     assert result.complete
     assert len(result.roots) == 24
 
@@ -274,7 +280,7 @@ def test_a_known_solution_is_never_lost(loops, slides):
     for seed in range(40):
         rng = np.random.default_rng((4, loops, slides, seed))
         *coefficients, x = random_loops(loops, slides, rng)
-        result = real_roots(*coefficients, 3.5)
+        result = searched(*coefficients, 3.5)
         assert result.complete
         assert contains(result, x, 2 * loops - slides), seed
 
@@ -319,7 +325,7 @@ def test_two_solutions_close_together(gap):
     b, c = 2.0, 1.5
     other = np.arcsin(b * np.sin(gap / 2) / c)
     d = np.exp(0.3j) * (b * np.cos(gap / 2) + c * np.cos(other))
-    result = real_roots(*two_bars(d, b, -c), 1.0)
+    result = searched(*two_bars(d, b, -c), 1.0)
     expected = [[0.3 + gap / 2, 0.3 - other], [0.3 - gap / 2, 0.3 + other]]
     assert result.complete
     assert same(result.roots, expected, 2, 1e-2 * gap + 4e-16 / gap)
@@ -359,9 +365,8 @@ def test_no_box_next_to_a_solution_is_proved():
 
 
 def test_a_double_solution_is_in_an_undecided_box():
-    result = real_roots(*two_bars(3.5 * np.exp(0.3j), 2.0, -1.5), 1.0)
+    result = searched(*two_bars(3.5 * np.exp(0.3j), 2.0, -1.5), 1.0)
     assert not result.complete
-    assert result.limit == ""
     assert len(result.roots) == 0
     assert contains(result, np.array([0.3, 0.3]), 2)
     assert (np.abs(result.undecided - 0.3) < 1e-6).all()
@@ -388,7 +393,7 @@ def refined(C0, C, U, rail, x):
 def test_enclosures_contain_the_solution_of_40_digits(loops, slides):
     for seed in range(6):
         *coefficients, _ = random_loops(loops, slides, np.random.default_rng((7, loops, slides, seed)))
-        result = real_roots(*coefficients, 3.5)
+        result = searched(*coefficients, 3.5)
         for x, radius in zip(result.roots, result.radius, strict=True):
             exact = refined(*coefficients, x)
             assert (np.abs(exact - x) <= radius).all()
@@ -408,7 +413,7 @@ def peaucellier(difference):
 
 
 def test_peaucellier_has_four_isolated_solutions_and_two_free_branches():
-    result = real_roots(*peaucellier(0.0), 1.0, IntervalConstants(narrowest=0.01))
+    result = searched(*peaucellier(0.0), 1.0, IntervalConstants(narrowest=0.01))
     assert len(result.roots) == 4
     assert not result.complete
     # if A = B, a bar can rotate: the undecided boxes must contain every value of its angle
@@ -418,14 +423,13 @@ def test_peaucellier_has_four_isolated_solutions_and_two_free_branches():
 
 
 def test_a_slightly_perturbed_peaucellier_cell_is_decided():
-    result = real_roots(*peaucellier(1e-3), 1.0)
+    result = searched(*peaucellier(1e-3), 1.0)
     assert result.complete
     assert len(result.roots) == 4
 
 
 def test_a_folded_parallelogram_can_rotate_freely():
-    result = real_roots(*two_bars(0.0, 1.0, 1.0), 1.0, IntervalConstants(seconds=0.3))
-    assert result.limit == "seconds"
+    result = searched(*two_bars(0.0, 1.0, 1.0), 1.0, IntervalConstants(boxes=20_000))
     assert len(result.roots) == 0
     for angle in np.linspace(-3, 3, 50):
         assert contains(result, np.array([angle, angle]), 2)
@@ -435,39 +439,25 @@ def test_no_solution_is_lost_at_a_limit():
     for seed in range(20):
         *coefficients, x = random_loops(3, 0, np.random.default_rng((8, seed)))
         for boxes in (1, 5, 10, 20):
-            assert contains(real_roots(*coefficients, 1.0, IntervalConstants(boxes=boxes, batch=3)), x, 6)
+            assert contains(searched(*coefficients, 1.0, IntervalConstants(boxes=boxes, batch=3)), x, 6)
 
 
 def test_the_size_of_batches_does_not_change_the_solutions():
-    all_ = real_roots(*innocenti(), 1.0)
-    few = real_roots(*innocenti(), 1.0, IntervalConstants(batch=7))
+    all_ = searched(*innocenti(), 1.0)
+    few = searched(*innocenti(), 1.0, IntervalConstants(batch=7))
     assert few.complete
     assert few.roots == pytest.approx(all_.roots, abs=1e-11)
 
 
 def test_results_do_not_depend_on_scale_and_rotation():
     C0, C, U, rail, _ = random_loops(2, 1, np.random.default_rng(9))
-    plain = real_roots(C0, C, U, rail, 3.5)
+    plain = searched(C0, C, U, rail, 3.5)
     factor = 1e6 * np.exp(1j)
-    scaled = real_roots(C0 * factor, C * factor, U * np.exp(1j), rail, 3.5e6)
+    scaled = searched(C0 * factor, C * factor, U * np.exp(1j), rail, 3.5e6)
     assert plain.complete
     assert scaled.complete
     assert scaled.roots[:, :3] == pytest.approx(plain.roots[:, :3], abs=1e-10)
     assert scaled.roots[:, 3] / 1e6 == pytest.approx(plain.roots[:, 3], abs=1e-10)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "word"),
-    [
-        (([0.0], [[1.0]], [], [], 1.0), "two unknowns per loop"),
-        (([np.nan], [[1.0, 1.0]], [], [], 1.0), "finite"),
-        (([0.0], [[1.0]], [[1.0]], [1], 1.0), "each rail"),
-        (([0.0], [[1.0]], [[1.0]], [-1], np.inf), "reach"),
-    ],
-)
-def test_invalid_arguments_are_rejected(arguments, word):
-    with pytest.raises(ValueError, match=word):
-        real_roots(*arguments)
 
 
 @pytest.mark.soak
@@ -477,7 +467,7 @@ def test_thousands_of_known_solutions_are_not_lost():
         loops = int(rng.integers(1, 4))
         slides = int(rng.integers(0, loops + 1))
         *coefficients, x = random_loops(loops, slides, rng)
-        assert contains(real_roots(*coefficients, 3.5, IntervalConstants(boxes=400_000)), x, 2 * loops - slides), seed
+        assert contains(searched(*coefficients, 3.5, IntervalConstants(boxes=400_000)), x, 2 * loops - slides), seed
 
 
 # ------------------------------------------------------------------ whole mechanisms, against an independent method
@@ -509,7 +499,7 @@ def test_random_platforms_agree_with_their_polynomial():
         base, plate = rng.normal(size=(2, 3)) + 1j * rng.normal(size=(2, 3))
         at, turn = rng.normal() + 1j * rng.normal(), np.exp(1j * rng.uniform(0, TURN))
         legs = np.abs(at + turn * plate - base)
-        result, expected = real_roots(*platform(base, plate, legs), 1.0), platform_angles(base, plate, legs)
+        result, expected = searched(*platform(base, plate, legs), 1.0), platform_angles(base, plate, legs)
         assert result.complete
         assert len(result.roots) == len(expected)
         assert result.roots[:, 0] == pytest.approx(expected, abs=1e-6)
@@ -549,17 +539,17 @@ def test_two_rails_on_the_frame_have_bounds_unless_parallel():
 def test_without_a_reach_the_list_is_proved_everywhere():
     for seed in range(15):
         *coefficients, x = random_loops(3, 2, np.random.default_rng((15, seed)), reach=20.0)
-        result = real_roots(*coefficients)
+        result = searched(*coefficients)
         assert result.complete
         assert result.everywhere
         assert contains(result, x, 4)
-        short = real_roots(*coefficients, 0.5 * np.abs(x[4:]).max())
+        short = searched(*coefficients, 0.5 * np.abs(x[4:]).max())
         assert not short.everywhere
 
 
 def test_a_slot_with_its_pin_at_the_pivot_can_rotate_freely():
     """s θ = 0 has the solution s = 0 for every angle."""
-    result = real_roots([0.0], [[0.0]], [[1.0]], [0], 1.0, IntervalConstants(narrowest=0.05))
+    result = searched([0.0], [[0.0]], [[1.0]], [0], 1.0, IntervalConstants(narrowest=0.05))
     assert not result.complete
     for angle in np.linspace(-3, 3, 40):
         assert contains(result, np.array([angle, 0.0]), 1)
@@ -567,8 +557,6 @@ def test_a_slot_with_its_pin_at_the_pivot_can_rotate_freely():
 
 def test_the_search_ends_at_its_number_of_boxes():
     """The bound is a count: a slower machine finds the same."""
-    one, other = (real_roots(*peaucellier(0.0), 1.0, IntervalConstants(boxes=20_000)) for _ in range(2))
-    assert one.limit == other.limit == "boxes"
+    one, other = (searched(*peaucellier(0.0), 1.0, IntervalConstants(boxes=20_000)) for _ in range(2))
     assert one.boxes == other.boxes < 2 * 20_000
     assert np.array_equal(one.roots, other.roots)
-    assert IntervalConstants().seconds == np.inf

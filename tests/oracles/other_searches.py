@@ -254,18 +254,19 @@ class Vectors:
         return z
 
 
-def configurations_proved(mechanism, inputs, seconds=20.0, reach=None):
+def configurations_proved(mechanism, inputs, reach=np.inf):
     """Return the configurations (K, nodes), and whether the list is proved complete.
 
-    Slides are searched up to `reach` times the size; None uses the bound that follows from the lengths.
+    Slides are searched up to `reach` times the size, or as far as the lengths allow.
     """
-    from gimcli.assemblies.intervals import IntervalConstants, real_roots
+    from gimcli.assemblies.intervals import real_roots
+    from gimcli.assemblies.loops import Coefficients
 
     vectors = Vectors(mechanism, inputs)
     (C0, C, U, rail), place = vectors.coefficients()
     if not len(C0):
         return np.array([vectors.nodes(place, rail, np.zeros(0))]), True
-    result = real_roots(C0, C, U, rail, reach and reach * mechanism.size, IntervalConstants(seconds=seconds))
+    result = real_roots(Coefficients(C0, C, U, rail), reach * mechanism.size)
     return np.array([vectors.nodes(place, rail, x) for x in result.roots]).reshape(
         -1, len(mechanism.nodes)
     ), result.complete
