@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from gimcli import load
-from gimcli.comparison.methods import COORDINATES, TextbookConstants, follow
+from gimcli.comparison.methods import COORDINATES, follow
 from gimcli.comparison.operations import coordinates_cost, paper_iteration, paper_sweep, plan_cost, sweep_cost
 from gimcli.gim.sweeper import Sweeper, parse_moves, radius_at
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
@@ -76,10 +76,12 @@ def measure(case: Case) -> dict[str, float]:
     found["rules"] = float(ruled.sweeps) if ruled.status.solved else math.inf
     found["paper"] = paper_sweep(mechanism) * found["sweeps"]
     found["real"] = sweep_cost(mechanism, parse_moves(mechanism, case.sequence)).operations(found["sweeps"])
-    unit = TextbookConstants(length=1.0 / mechanism.scale)  # corrections in the file's unit and in rad, as in the paper
+    unit = 1.0 / mechanism.scale  # corrections in the file's unit and in rad, as in the paper
     for name, make in COORDINATES.items():
         system = make(mechanism)
-        counts = [float(follow(system, inputs[:, None], start, t, plain, unit).iterations[0]) for t in (STOP, TIGHT)]
+        counts = [
+            float(follow(system, inputs[:, None], start, t, plain, length=unit).iterations[0]) for t in (STOP, TIGHT)
+        ]
         found[f"{name} iterations"], found[f"tight {name}"] = counts
         found[f"real {name}"] = coordinates_cost(system).operations(counts[0])
     found["paper absolute"] = paper_iteration(mechanism) * found["absolute iterations"]

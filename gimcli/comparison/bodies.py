@@ -24,16 +24,6 @@ from gimcli.structure.kinematic_nodes import loose_nodes
 from gimcli.structure.residual import pose
 from gimcli.structure.steps import NONE
 
-
-@dataclass(frozen=True)
-class Stop:
-    """Stop when no correction exceeds `tolerance`: angles in rad, lengths relative to `length`."""
-
-    tolerance: float
-    length: float  # normal frame
-    iterations: int  # maximum number for one position
-
-
 PARTS = {
     kernels.COINCIDENT: ("x", "y"), kernels.ON_LINE: ("line",), kernels.ANGLE: ("angle",),
     kernels.DISTANCE: ("distance",),
@@ -188,14 +178,18 @@ class BodyCoordinates(ABC):
         return self.layout, *self.bodies.arrays(self.equated), *self.joints
 
     def follow(
-        self, inputs: FloatArray, start: ComplexArray, stop: Stop, run: Run
+        self, inputs: FloatArray, start: ComplexArray, tolerance: float, length: float, most: int, run: Run
     ) -> tuple[ComplexArray, FloatArray, FloatArray]:
-        """Solve inputs (actuators, rows) from a position (nodes,); return z, iterations and 1 for converged rows."""
+        """Solve inputs (actuators, rows) from a position (nodes,); return z, iterations and 1 for converged rows.
+
+        A row ends when no correction exceeds `tolerance` (angles in rad, lengths relative to `length`), or after `most`
+        iterations.
+        """
         rows, room = inputs.shape[1], coordinates.room(self.equations, self.unknowns)
         pose, iterations, good = frame_poses(rows, self.bodies.count), np.zeros(rows), np.zeros(rows)
         run(coordinates.follow_bodies)(
-            self.start(start), np.ascontiguousarray(inputs.T), *self.arrays, room, self.weights(stop.length),
-            stop.tolerance, stop.iterations, pose, iterations, good,
+            self.start(start), np.ascontiguousarray(inputs.T), *self.arrays, room, self.weights(length), tolerance,
+            most, pose, iterations, good,
         )  # fmt: skip
         z = self.bodies.positions(pose[:, :, 0] + 1j * pose[:, :, 1], pose[:, :, 3] + 1j * pose[:, :, 4])
         return z, iterations, good

@@ -21,7 +21,7 @@ from itertools import combinations, permutations
 
 import numpy as np
 
-from gimcli.comparison.bodies import BodyCoordinates, BodyPair, Stop
+from gimcli.comparison.bodies import BodyCoordinates, BodyPair
 from gimcli.kernels import bodies as pairs, coordinates as kernels
 from gimcli.kernels.points import DISTANCE, LINE, RIGID
 from gimcli.mechanism import ANGLE, CLOSURE, FRAME, SPAN, ComplexArray, FloatArray, Mechanism
@@ -231,17 +231,17 @@ class NaturalCoordinates:
         return coordinates(z[self.free])
 
     def follow(
-        self, inputs: FloatArray, start: ComplexArray, stop: Stop, run: Run
+        self, inputs: FloatArray, start: ComplexArray, tolerance: float, length: float, most: int, run: Run
     ) -> tuple[ComplexArray, FloatArray, FloatArray]:
-        """Solve inputs (actuators, rows) from a position (nodes,); return z, iterations and 1 for converged rows."""
+        """Solve inputs (actuators, rows) from a position (nodes,), as `BodyCoordinates.follow`."""
         rows = inputs.shape[1]
         x, y = (np.tile(part, (rows, 1)) for part in (start.real, start.imag))
         iterations, good = np.zeros(rows), np.zeros(rows)
-        weights = np.full(self.unknowns, 1.0 / stop.length)
+        weights = np.full(self.unknowns, 1.0 / length)
         values = np.ascontiguousarray(inputs.T)
         run(kernels.follow_points)(
             self.start(start), values, np.cos(values), np.sin(values), self.heads, self.factors, self.columns,
-            kernels.room(self.equations, self.unknowns), weights, stop.tolerance, stop.iterations, x, y, iterations,
+            kernels.room(self.equations, self.unknowns), weights, tolerance, most, x, y, iterations,
             good,
         )  # fmt: skip
         return carry(self.mechanism, (x + 1j * y).T), iterations, good

@@ -15,11 +15,10 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from typing import Protocol
 
 import numpy as np
 
-from gimcli.comparison.bodies import AbsoluteCoordinates, Stop
+from gimcli.comparison.bodies import AbsoluteCoordinates
 from gimcli.comparison.coordinates import JointCoordinates, NaturalCoordinates
 from gimcli.comparison.operations import Cost, coordinates_cost, plan_cost, sweep_cost
 from gimcli.gim.sequence_switching import SwitchingState
@@ -37,14 +36,6 @@ from gimcli.status import Status
 from gimcli.structure.plan import make_plan
 from gimcli.structure.residual import residual
 from gimcli.structure.steps import Plan
-
-
-@dataclass(frozen=True)
-class TextbookConstants:
-    """Constants of the iteration."""
-
-    iterations: int = 50  # maximum number for one position
-    length: float = math.nan  # corrections of lengths are relative to it [normal frame]; NaN: the mechanism's size
 
 
 @dataclass(frozen=True)
@@ -67,14 +58,15 @@ COORDINATES: dict[str, Callable[[Mechanism], Coordinates]] = {
 
 
 def follow(
-    system: Coordinates, inputs: FloatArray, start: ComplexArray, tolerance: float, run: Run,
-    constants: TextbookConstants | None = None,
+    system: Coordinates, inputs: FloatArray, start: ComplexArray, tolerance: float, run: Run, most: int = 50,
+    length: float | None = None,
 ) -> Followed:  # fmt: skip
-    """Solve inputs (actuators, rows) from an assembled position (nodes,), each row from the previous one."""
-    constants = constants or TextbookConstants()
-    length = system.mechanism.size if math.isnan(constants.length) else constants.length
+    """Solve inputs (actuators, rows) from an assembled position (nodes,), each row from the previous one.
+
+    most: iterations of a position. length: that to which lengths are relative [normal frame], by default the size.
+    """
     with np.errstate(all="ignore"):
-        z, iterations, converged = system.follow(inputs, start, Stop(tolerance, length, constants.iterations), run)
+        z, iterations, converged = system.follow(inputs, start, tolerance, length or system.mechanism.size, most, run)
     good = (converged == 1.0) & np.all(np.isfinite(z), axis=0)
     z[:, ~good] = complex(np.nan, np.nan)
     return Followed(z, iterations, good)
@@ -131,13 +123,6 @@ class Outcome:
     reason: str = ""  # status word of the missing rows
 
 
-class Solver(Protocol):
-    """A method prepared for a motion."""
-
-    def solve(self, tolerance: float) -> Outcome:
-        """Solve the motion to a tolerance."""
-
-
 @dataclass(frozen=True)
 class MotionMethod:
     """A method of `gim`, or a reference method that only this comparison has."""
@@ -145,7 +130,7 @@ class MotionMethod:
     name: str
     label: str
     options: str  # options of the command line that select the method; "" for a reference
-    prepare: Callable[[MotionTask], Solver]
+    prepare: Callable[[MotionTask], Sweeps | Following | Reference]
 
 
 SLOWER = 8

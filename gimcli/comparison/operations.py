@@ -95,11 +95,6 @@ def _value(move: Move) -> int:
     return 2 if move.restriction.value.actuator != NONE else 0
 
 
-def _direction(vector: Vector) -> int:
-    turned = TURN if vector.actuator != NONE else 0
-    return turned + (2 + MULTIPLY if vector.u != NONE else 0)
-
-
 def _move(move: Move) -> int:
     """Return the operations of one move in `gimcli.kernels.sweep.impose`."""
     r = move.restriction
@@ -107,10 +102,10 @@ def _move(move: Move) -> int:
         return 12 + _value(move)
     if r.kind == ANGLE:
         arm = move.node not in (r.p, r.q)
-        return _direction(r.vector) + 15 + (2 + MULTIPLY if arm else 0)
+        return _vector(r.vector) + 15 + (2 + MULTIPLY if arm else 0)
     if move.node == r.p:
-        return _direction(r.vector) + 17 + _value(move)
-    return _direction(r.vector) + (23 if move.node == r.vector.u else 21) + _value(move)
+        return _vector(r.vector) + 17 + _value(move)
+    return _vector(r.vector) + (23 if move.node == r.vector.u else 21) + _value(move)
 
 
 def _check(move: Move) -> int:
@@ -118,7 +113,7 @@ def _check(move: Move) -> int:
     r = move.restriction
     if r.kind == SPAN or r.vector is None:
         return 8 + _value(move)
-    return _direction(r.vector) + (19 if r.kind == ANGLE else 12) + _value(move)
+    return _vector(r.vector) + (19 if r.kind == ANGLE else 12) + _value(move)
 
 
 # -- closed forms, and Newton-Raphson on base nodes --------------------------------------------------

@@ -143,7 +143,12 @@ class System:
         return Quadric(0.5 * whole[:, n, n], whole[:, :n, n].copy(), whole[:, :n, :n].copy())
 
     def equations_at(self, u: FloatArray) -> Equations:
-        """Return a function of positions (rows, n) that returns residuals and Jacobians at inputs (actuators,)."""
+        """Return a function of positions (rows, n) that returns residuals and Jacobians.
+
+        u: inputs (actuators,) of all rows, or (rows, actuators).
+        """
+        if u.ndim > 1:
+            return lambda x, k: (self.residual(x, u[k]), self.jacobian(x, u[k]))
         if self.followers:
             return lambda x, _: (self.residual(x, u), self.jacobian(x, u))
         form = self.quadric(u)

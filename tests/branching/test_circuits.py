@@ -15,7 +15,7 @@ from gimcli import load
 from gimcli.branching.resampling import along, circuit_motion
 from gimcli.branching.singular_positions import drawn_circuit, survey
 from gimcli.branching.singularities import LIMIT, singularities
-from gimcli.comparison.exact_equations import Constraints
+from gimcli.comparison.true_error import Constraints
 from gimcli.continuation.circuit import Circuit, Ended
 from gimcli.motion.motion import trace
 from gimcli.status import CHANGE

@@ -11,8 +11,8 @@ from random_mechanisms import Growth
 from table1_operations import CASES, displaced
 
 from gimcli import GimError, load
-from gimcli.comparison.bodies import Stop, frame_poses
-from gimcli.comparison.methods import COORDINATES, TextbookConstants, follow
+from gimcli.comparison.bodies import frame_poses
+from gimcli.comparison.methods import COORDINATES, follow
 from gimcli.kernels import bodies, jit, points
 from gimcli.motion.motion import trace
 from gimcli.positions.dispatch import plain
@@ -176,8 +176,9 @@ def test_unknowns_of_table_1(case, links, loops, moving):
 def test_iterations_of_table_1(case):
     """Absolute coordinates, started in the previous position, stopped at 1e-5 of the length unit and 1e-5 rad."""
     mechanism, inputs, start = displaced(case)
-    stop = TextbookConstants(length=1.0 / mechanism.scale)
-    found = follow(COORDINATES["absolute"](mechanism), inputs[:, None], start, 1e-5, plain, stop)
+    found = follow(
+        COORDINATES["absolute"](mechanism), inputs[:, None], start, 1e-5, plain, length=1.0 / mechanism.scale
+    )
     assert found.iterations[0] in case.iterations
 
 
@@ -188,8 +189,7 @@ def test_convergence_is_quadratic(name, model_name):
     mechanism, motion = traced.mechanism, traced.motion
     system, errors = COORDINATES[name](mechanism), []
     for count in range(2, 10):  # the position returned is that before the last correction
-        stop = Stop(0.0, mechanism.size, count)
-        z = system.follow(motion.inputs[:, 3:4], motion.z[:, 0], stop, plain)[0]
+        z = system.follow(motion.inputs[:, 3:4], motion.z[:, 0], 0.0, mechanism.size, count, plain)[0]
         errors.append(float(np.max(np.abs(z[:, 0] - motion.z[:, 3]))) / mechanism.size)
     chosen = [e for e in errors if 1e-13 < e < 3e-2]
     assert len(chosen) >= 2
@@ -250,6 +250,6 @@ def test_a_position_that_does_not_exist_fails_and_the_next_rows_are_solved(tmp_p
 def test_a_row_that_has_not_converged_is_not_solved():
     mechanism, inputs, start = displaced(CASES[1])
     for make in COORDINATES.values():
-        found = follow(make(mechanism), inputs[:, None], start, 1e-11, plain, TextbookConstants(iterations=3))
+        found = follow(make(mechanism), inputs[:, None], start, 1e-11, plain, most=3)
         assert not found.good.any()
         assert found.iterations[0] == 3

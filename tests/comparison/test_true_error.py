@@ -8,8 +8,7 @@ from bundled import MODELS
 from random_mechanisms import Growth
 
 from gimcli import GimError, load
-from gimcli.comparison.exact_equations import Constraints
-from gimcli.comparison.true_error import refine
+from gimcli.comparison.true_error import Constraints, refine
 from gimcli.motion.motion import trace
 from gimcli.structure.residual import residual
 

@@ -12,7 +12,7 @@ import pytest
 from bundled import FILES
 
 from gimcli import load
-from gimcli.comparison.exact_equations import Constraints
+from gimcli.comparison.true_error import Constraints
 from gimcli.continuation.arclength import ArclengthConstants, between, place, walk
 from gimcli.mechanism import FloatArray
 from gimcli.structure.system import System
