@@ -2,5 +2,5 @@
 
 Knows: circuits, tangents, folds and crossings of curves.
 Asks: numerics, positions, structure.
-Asked by: assemblies, branching, dynamics, graphs, library, motion, rates, reach.
+Asked by: assemblies, branching, comparison, dynamics, graphs, library, motion, rates, reach.
 """
