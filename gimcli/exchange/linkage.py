@@ -8,21 +8,21 @@ with it; an actuator moves its throw out and back `cpm` times a minute; a slider
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 
-from gimcli.connected import grouped
+from gimcli.connected import connected, grouped
 from gimcli.exchange.draft import GROUND, Draft, free_name
-from gimcli.exchange.linkage_gears import add_gears, anchored, driven_ratios, radius
-from gimcli.exchange.linkage_parts import LinkageParts, actuator_of, motor_of
-from gimcli.exchange.records import FilePart, FileRecord
+from gimcli.exchange.linkage_gears import add_gears, driven_ratios, radius
+from gimcli.exchange.linkage_parts import FILE, LinkageParts, actuator_of, motor_of
+from gimcli.exchange.records import FileRecord, read as read_part
 from gimcli.exchange.repeated import RepeatedMotion
-from gimcli.exchange.tags import Tag, read_tags
+from gimcli.exchange.tags import read_tags
 
 PROGRAM = "Linkage"
 PER_INCH = 96.0
 DIGIT = 1e-6
 """Last digit of the coordinates in the file."""
 LENGTHS = {"": ("mm", 25.4), "millimeters": ("mm", 25.4), "mm": ("mm", 25.4), "inches": ("in", 1.0)}
-SETTINGS = {"units": "", "scalefactor": 1.0}
 
 _ROOT = re.compile(r"<linkage2?(?![\w.-])")
 _PARENTS = {
@@ -42,34 +42,33 @@ def recognises(text: str) -> bool:
 def read(text: str, source: str) -> Draft:
     """Return the mechanism of a file of Linkage; `source` names it in messages."""
     root = read_tags(text, source, _PARENTS)
-    first, old = FilePart(f"{source}:{root.line}"), "a file of the first version of Linkage"
-    first.refuse(root.name == "linkage", f"<linkage>: {old}; open it with Linkage 3 and save it again")
-    first.refuse(root.name != "linkage2", f"expected <linkage2> as the first tag, got <{root.name[:40]}>")
-    parts = LinkageParts(root, source)
-    program = parts.read(SETTINGS, next(iter(root.inside("program")), Tag("program", 1)))
-    length, per_inch = LENGTHS.get(program.units.lower(), LENGTHS[""])
+    root.check({
+        "a file of the first version of Linkage; open it with Linkage 3 and save it again": root.name == "linkage",
+        "expected <linkage2> as the first tag": root.name != "linkage2",
+    })  # fmt: skip
+    file = read_part(FILE, root)
+    units, factor = next(((own.units, own.scalefactor) for own in file.programs), ("", 1.0))
+    length, per_inch = LENGTHS.get(units.lower(), LENGTHS[""])
     draft = Draft(PROGRAM, source, length=length, resolution=2.0 * DIGIT * per_inch / PER_INCH)
-    _Linkage(parts, draft, per_inch / PER_INCH).convert()
-    factor = f"the scale factor {program.scalefactor:g}"
-    draft.note(program.scalefactor not in (0.0, 1.0), f"{factor} is left out: lengths are those of the coordinates")
+    _Linkage(LinkageParts(file), draft, per_inch / PER_INCH).convert()
+    scaled = f"the scale factor {factor:g} is left out: lengths are those of the coordinates"
+    draft.note(factor not in (0.0, 1.0), scaled)
     return draft
 
 
 class _Linkage:
     """The conversion of one file.
 
-    It sets for links all links of their body (`whole`) and the name of this body (`body`, "" for none), for connectors
-    the name of their joint (`named`, "" for none). `pins` are the connectors of the mechanism, as drawing elements are
-    on layers of their own; some are only points on links (`point`).
+    It sets for links all links of their body (`whole`), all connectors of these (`around`) and the name of this body
+    (`body`, "" for none), for connectors the name of their joint (`named`, "" for none); some connectors are only
+    points on links (`point`).
     """
 
     def __init__(self, parts: LinkageParts, draft: Draft, scale: float) -> None:
-        self.parts, self.draft, self.scale = parts, draft, scale
-        connectors = parts.connectors.values()
-        self.pins = [c for c in connectors if c.mechanism or any(link.mechanism for link in c.links)]
-        for link in parts.links:
-            link.whole, link.body = [link], ""
-        for connector in connectors:
+        self.parts, self.draft, self.scale, self.pins = parts, draft, scale, parts.pins
+        for link in parts.all:
+            link.whole, link.around, link.body = [link], {*link.pins}, ""
+        for connector in parts.connectors.values():
             connector.named, connector.point = "", False
 
     def convert(self) -> None:
@@ -84,42 +83,39 @@ class _Linkage:
             if connector.limits:
                 self._add_slider(connector)
         self._add_inputs()
-        drawn = sum(link.measurementelement or not link.mechanism for link in self.parts.links)
-        what = "drawing element" if drawn == 1 else "drawing elements"
-        self.draft.note(drawn, f"{drawn} {what} left out: lines, text or measurements")
+        drawn = f"{self.parts.drawn} drawing element{'s' * (self.parts.drawn > 1)}"
+        self.draft.note(self.parts.drawn, f"{drawn} left out: lines, text or measurements")
 
     # -- links that are one body ----------------------------------------------------------------
 
     def _weld(self) -> None:
         """Join the links that are fastened to each other, and those that one motor turns."""
-        for link in (link for link in self.parts.links if link.mechanism):
-            other = self.parts.link(link.fastenlink)
-            if other is not None and other.mechanism and other is not link:
-                text = "is an actuator that is fastened to a link; fasten the other link elsewhere"
-                link.refuse(link.actuator, text)
-                other.refuse(other.actuator, text)
-                self._join(link, other)
-            else:
-                cure = "fasten it to a link, or make the connector an anchor"
-                fastened = not link.gear and link.fastenconnector is not None
-                link.refuse(fastened, f"is fastened to a connector; {cure}")
-        for connector in (c for c in self.pins if c.input and c.anchor):
-            turned = [link for link in connector.links if self._turns(link)]
-            for link in turned[1:]:
-                self._join(turned[0], link)
+        fastened = [(link, self._fastened(link)) for link in self.parts.links]
+        self._join(fastened)
+        motors = (c for c in self.pins if c.input and c.anchor)
+        self._join([*fastened, *([link for link in c.links if self._turns(link)] for c in motors)])
+
+    def _fastened(self, link: FileRecord) -> FileRecord:
+        """Return the link that a link is fastened to; itself if there is none."""
+        other = self.parts.link(link.fastenlink) or link
+        rigid = other in self.parts.links and other is not link
+        cure, fixed = "fasten it to a link, or make the connector an anchor", link.fastenconnector is not None
+        link.refuse(not rigid and not link.gear and fixed, f"is fastened to a connector; {cure}")
+        for own in (link, other) if rigid else ():
+            own.refuse(own.actuator, "is an actuator that is fastened to a link; fasten the other link elsewhere")
+        return other if rigid else link
 
     def _turns(self, link: FileRecord) -> bool:
         """Return whether a motor at an anchor of a link turns it: it has no other anchor."""
-        own = _connectors(link)
-        rigid = link.mechanism and not link.actuator and not anchored(link, self.parts)
-        meshes = link.gear and any(link in ratio.links for ratio in self.parts.ratios)
-        return rigid and (len(own) > 1 or meshes) and sum(c.anchor for c in own) == 1
+        rigid = not link.actuator and not link.anchored and sum(c.anchor for c in link.around) == 1
+        return rigid and (len(link.around) > 1 or any(link in ratio.wheels for ratio in self.parts.ratios if link.gear))
 
-    def _join(self, a: FileRecord, b: FileRecord) -> None:
-        """Make two links parts of one body, in the order of the file."""
-        both = [link for link in self.parts.links if link in a.whole or link in b.whole]
-        for link in both:
-            link.whole = both
+    def _join(self, ties: Iterable[Iterable[FileRecord]]) -> None:
+        """Make links that ties join parts of one body, in the order of the file."""
+        for body in connected(ties, frozenset()):
+            whole, around = [link for link in self.parts.links if link in body], {c for link in body for c in link.pins}
+            for link in whole:
+                link.whole, link.around = whole, around
 
     # -- joints and bodies ----------------------------------------------------------------------
 
@@ -134,32 +130,32 @@ class _Linkage:
     def _add_bodies(self) -> None:
         fastened = grouped((connector.fastened, connector) for connector in self.pins)
         for link in self.parts.links:
-            if not link.mechanism or link.actuator or link.whole[0] is not link:
+            if link.actuator or link.whole[0] is not link:
                 continue
-            own = [c for x in link.whole if x.mechanism for c in [*x.connectors, *fastened.get(x.id, [])]]
-            if anchored(link, self.parts):
+            if link.anchored:
                 link.body = GROUND
                 continue
+            own = [c for x in link.whole for c in [*x.pins, *fastened.get(x.id, [])]]
             joints = list(dict.fromkeys(c.named for c in own if c.named))
             if len(joints) == 1:
                 joints += self._mark(link.whole, joints[0])
             if len(joints) > 1:
-                named = [x.name for x in link.whole if len(x.connectors) > 1] or [link.name]
+                named = [x.name for x in link.whole if len(x.pins) > 1] or [link.name]
                 body = self.draft.body("+".join(dict.fromkeys(named)), joints)
                 for part in link.whole:
                     part.body = body
 
     def _mark(self, whole: list[FileRecord], joint: str) -> list[str]:
         """Return the mark of a wheel that is no link: a body needs two joints; none if the wheel transmits nothing."""
-        meshing = [link for link in whole if any(link in ratio.links for ratio in self.ratios)]
-        places = [link.connectors[0].place + radius(link, self.ratios) for link in meshing[:1]]
+        meshing = [link for link in whole if any(link in ratio.wheels for ratio in self.ratios)]
+        places = [link.pins[0].place + radius(link, self.ratios) for link in meshing[:1]]
         return [self.draft.joint(f"{joint}_mark", place * self.scale) for place in places]
 
     def _add_tracers(self) -> None:
         for connector in self.parts.connectors.values():
             carrier = self.parts.link(connector.fastened) if not connector.named and connector.draw else None
             if connector.point:
-                carrier = next(link for link in connector.links if link.mechanism)
+                carrier = connector.links[0]
             if carrier is not None and carrier.body:
                 self.draft.point(connector.name, carrier.body, connector.place * self.scale)
         self.draft.traced = [*self.draft.tracers, *(c.named for c in self.pins if c.named and c.draw and not c.anchor)]
@@ -176,7 +172,7 @@ class _Linkage:
             not a.named or not b.named or abs(a.place - b.place) <= DIGIT,
             "its two limits coincide or are on no layer of the mechanism; move one of them",
         )
-        shared = [link for link in a.links if link in b.links and link.mechanism and not link.actuator]
+        shared = [link for link in a.links if link in b.links and not link.actuator]
         carrier = shared[0].body if shared else GROUND if a.anchor and b.anchor else ""
         connector.refuse(not carrier, f"its limits {a.name} and {b.name} are on no common link; correct its limits")
         name, guide = connector.named, (a.named, b.named)
@@ -193,8 +189,8 @@ class _Linkage:
             name = "motor" if len(turns) == 1 else f"motor_{connector.name}"
             for body in bodies[:1]:
                 self.draft.rotary(name, connector.named, body, law=motion.add(name, motor_of(connector)))
-        for link in (link for link in self.parts.links if link.actuator and link.mechanism):
-            ends, motors = [c.named for c in link.connectors], [c.name for c in link.connectors if c.input]
+        for link in (link for link in self.parts.links if link.actuator):
+            ends, motors = [c.named for c in link.pins], [c.name for c in link.pins if c.input]
             few = f"is an actuator with {len(ends)} connectors; it needs 2"
             link.refuse(len(ends) != 2 or not all(ends), few)
             turned = f"is an actuator that the motor {', '.join(motors[:1])} turns; put it on an anchor of its own"
@@ -204,16 +200,11 @@ class _Linkage:
         motion.complete()
 
 
-def _connectors(link: FileRecord) -> set[FileRecord]:
-    """Return all connectors of the body of a link."""
-    return {c for x in link.whole if x.mechanism for c in x.connectors}
-
-
 def _is_point(connector: FileRecord) -> bool:
     """Return whether a connector only draws its path: it is on one body, which has two joints without it."""
-    links = [link for link in connector.links if link.mechanism]
+    links = connector.links
     joint = connector.anchor or connector.limits or connector.fastened is not None
     if not connector.draw or joint or not links or any(link.actuator for link in links):
         return False
     one = all(link.whole is links[0].whole for link in links)
-    return one and sum(not c.draw or c.anchor or len(c.links) > 1 for c in _connectors(links[0])) > 1
+    return one and sum(not c.draw or c.anchor or len(c.links) > 1 for c in links[0].around) > 1

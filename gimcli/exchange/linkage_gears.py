@@ -19,12 +19,10 @@ UNKNOWN = 0.25
 
 def driven_ratios(parts: LinkageParts) -> list[FileRecord]:
     """Return the pairs of wheels that turn with something other than gears: a link, a motor or the ground."""
-    trains = connected(({*a.whole, *b.whole} for a, b in (ratio.links for ratio in parts.ratios)), frozenset())
-    driving = {
-        x for x in parts.links if len(x.connectors) > 1 or anchored(x, parts) or any(c.input for c in x.connectors)
-    }
+    trains = connected(({*a.whole, *b.whole} for a, b in (ratio.wheels for ratio in parts.ratios)), frozenset())
+    driving = {x for x in parts.links if len(x.pins) > 1 or x.anchored or any(c.input for c in x.pins)}
     moved = {link for train in trains if train & driving for link in train}
-    return [ratio for ratio in parts.ratios if ratio.links[0] in moved]
+    return [ratio for ratio in parts.ratios if ratio.wheels[0] in moved]
 
 
 def add_gears(draft: Draft, parts: LinkageParts, ratios: list[FileRecord], scale: float) -> None:
@@ -32,10 +30,10 @@ def add_gears(draft: Draft, parts: LinkageParts, ratios: list[FileRecord], scale
     for ratio in ratios:
         a, b = pivots(ratio)
         what = "chain" if ratio.chain else "gears"
-        carriers = (x for x in a.links if x in b.links and x.mechanism and not x.actuator and x not in ratio.links)
+        carriers = (x for x in a.links if x in b.links and not x.actuator and x not in ratio.wheels)
         link = next(carriers, None)
         held = link.body if link else GROUND if a.anchor and b.anchor else ""
-        wheels, names = [wheel.body for wheel in ratio.links], " and ".join(wheel.name for wheel in ratio.links)
+        wheels, names = [wheel.body for wheel in ratio.wheels], " and ".join(wheel.name for wheel in ratio.wheels)
         radii = ratio.chain and ratio.sizeassize
         gear = {
             "type": "belt" if ratio.chain else "external", "members": wheels, "pivots": [a.named, b.named],
@@ -44,16 +42,16 @@ def add_gears(draft: Draft, parts: LinkageParts, ratios: list[FileRecord], scale
         turning = held and all(wheels)
         draft.gears += [(f"{what}_{a.named}_{b.named}", gear)] if turning else []
         draft.note(not turning, f"the {what} of {names} have no effect: no link has both of their connectors")
-    kept = [link for ratio in ratios for link in ratio.links]
+    kept = [link for ratio in ratios for link in ratio.wheels]
     idle = [link.name for link in parts.links if link.gear and link not in kept]
     draft.note(idle, f"gears that drive no link are left out: {', '.join(idle)}")
 
 
 def radius(link: FileRecord, ratios: list[FileRecord]) -> float:
     """Return the pitch radius of a wheel in the first pair that has it (file's unit)."""
-    ratio = next(ratio for ratio in ratios if link in ratio.links)
+    ratio = next(ratio for ratio in ratios if link in ratio.wheels)
     a, b = pivots(ratio)
-    gap, own = abs(b.place - a.place), ratio.sizes[ratio.links.index(link)]
+    gap, own = abs(b.place - a.place), ratio.sizes[ratio.wheels.index(link)]
     if ratio.chain:
         return float(own if ratio.sizeassize else UNKNOWN * gap)
     return float(gap * own / sum(ratio.sizes))
@@ -61,14 +59,8 @@ def radius(link: FileRecord, ratios: list[FileRecord]) -> float:
 
 def pivots(ratio: FileRecord) -> tuple[FileRecord, FileRecord]:
     """Return the connectors about which two wheels turn: the first ones of their links."""
-    for link in ratio.links:
-        ratio.refuse(not link.connectors, f"the gear '{link.name}' has no connector; put it on one")
+    for link in ratio.wheels:
+        ratio.refuse(not link.pins, f"the gear '{link.name}' has no connector; put it on one")
     ratio.refuse(min(ratio.sizes) <= 0.0, "the sizes of two gears are not positive; correct them")
-    first, second = ratio.links
-    return first.connectors[0], second.connectors[0]
-
-
-def anchored(link: FileRecord, parts: LinkageParts) -> bool:
-    """Return whether a gear does not turn: it is fastened to an anchor."""
-    to = parts.connectors.get(-1 if link.fastenconnector is None else link.fastenconnector)
-    return link.gear and to is not None and to.anchor
+    first, second = ratio.wheels
+    return first.pins[0], second.pins[0]

@@ -95,10 +95,11 @@ class FilePart(Refusing):
         return FilePart(self.place, self.value.get(key), (*self.keys, key), self.texts)
 
     def entries(self) -> list[FilePart]:
-        """Return the entries of a list."""
+        """Return the entries of a list, which may be parts with places of their own."""
         self.expect(isinstance(self.value, list), "a list")
         self.refuse(len(self.value) > MOST_ENTRIES, f"more than {MOST_ENTRIES} entries are too many for one mechanism")
-        return [FilePart(self.place, own, (*self.keys, k), self.texts) for k, own in enumerate(self.value)]
+        return [own if isinstance(own, FilePart) else FilePart(self.place, own, (*self.keys, k), self.texts)
+                for k, own in enumerate(self.value)]  # fmt: skip
 
     # -- values by type -------------------------------------------------------------------------
 
@@ -177,12 +178,12 @@ def number_of(text: str) -> float:
     return number if math.isfinite(number) and "_" not in text else math.nan
 
 
-def by_key(key: str, records: Iterable[FileRecord], what: str) -> dict[str, FileRecord]:
+def by_key(key: str, records: Iterable[FileRecord], what: str) -> dict[Any, FileRecord]:
     """Return records by the value of a key, which no two of them may have in common."""
-    found: dict[str, FileRecord] = {}
+    found: dict[Any, FileRecord] = {}
     for own in records:
         name = getattr(own, key)
-        own.refuse(name in found, f"the {what} '{name[:40]}' is given twice; rename one of the two")
+        own.refuse(name in found, f"the {what} '{str(name)[:40]}' is given twice; rename one of the two")
         found[name] = own
     return found
 

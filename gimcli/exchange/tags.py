@@ -1,4 +1,4 @@
-"""Tags with attributes, read from XML that need not be well formed.
+"""Tags with attributes as parts of a file, read from XML that need not be well formed.
 
 Programs that write XML by hand neither escape the text of attributes nor always leave a blank between two of them.
 Entities and document types are refused, so that no text is expanded.
@@ -9,7 +9,8 @@ from __future__ import annotations
 import re
 from bisect import bisect_left
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from typing import Any
 
 from gimcli.exchange.records import FilePart
 
@@ -39,27 +40,19 @@ _ENDS = {"!--": "-->", "?": "?>", "/": ">"}
 
 
 @dataclass
-class Tag:
-    """A tag with its line in the file, its attributes without blanks around them, and the tags in it."""
+class Tag(FilePart):
+    """A tag: its attributes without blanks around them, and the tags in it by the plural of their names."""
 
-    name: str
-    line: int
-    attributes: dict[str, str] = field(default_factory=dict)
-    children: list[Tag] = field(default_factory=list)
-
-    def inside(self, *names: str) -> list[Tag]:
-        """Return the tags of some names in this one."""
-        return [child for child in self.children if child.name in names]
+    name: str = ""
 
 
 def read_tags(text: str, source: str, parents: Mapping[str, tuple[str, ...]]) -> Tag:
     """Return the first tag of a text with all tags in it; text between tags is ignored.
 
-    `parents` names the tags that a tag may be in: a tag whose end is missing ends where another one begins that cannot
-    be in it. Raises ModelError for a text that ends too early, and for entities.
+    `parents` names the tags that are read in others, and these: a tag whose end is missing ends where another one
+    begins that cannot be in it. Raises ModelError for a text that ends too early, and for entities.
     """
-    whole, at = Tag("", 0), 0
-    open_tags = [whole]
+    open_tags, at, first = [Tag(source, {})], 0, None
     lines = [match.start() for match in re.finditer("\n", text)]
     for _ in range(MOST_TAGS):
         start = text.find("<", at)
@@ -77,27 +70,29 @@ def read_tags(text: str, source: str, parents: Mapping[str, tuple[str, ...]]) ->
             while open_tags.pop().name != name:
                 pass
         elif not mark and name:
-            tag, at = _tag(Tag(name, line), text, start + 1 + len(name), place)
+            tag, at = _tag(name, text, start + 1 + len(name), place)
+            tag.value |= {f"{child}s": [] for child, owners in parents.items() if name in owners}
             allowed = parents.get(name, ())
             while any(one.name in allowed for one in open_tags) and open_tags[-1].name not in allowed:
                 open_tags.pop()
-            open_tags[-1].children.append(tag)
+            open_tags[-1].value.get(f"{name}s", []).append(tag)
             open_tags += [] if text[at - 2] == "/" else [tag]
             place.refuse(len(open_tags) > DEEPEST + 1, f"<{name}>: tags are nested more than {DEEPEST} deep")
-        if whole.children and not open_tags[1:]:
-            return whole.children[0]
-    raise FilePart(f"{source}:{line}").refused(f"more than {MOST_TAGS} tags are too many")
+            first = first or tag
+        if first and not open_tags[1:]:
+            return first
+    raise place.refused(f"more than {MOST_TAGS} tags are too many")
 
 
-def _tag(tag: Tag, text: str, at: int, place: FilePart) -> tuple[Tag, int]:
+def _tag(name: str, text: str, at: int, place: FilePart) -> tuple[Tag, int]:
     """Return a tag with its attributes, which start at an index of the text, and the index behind its end."""
-    last = at + LONGEST_TAG
+    own, last = dict[str, Any](), at + LONGEST_TAG
     while (match := _ATTRIBUTE.match(text, at)) and match.end() < last:
         at = match.end()
         if match["end"]:
-            return tag, at
+            return Tag(f"{place.place}: {name} {own.get('id', '')}".strip(), own, texts=True, name=name), at
         if match["key"]:
             value = next((v for v in match.groups()[1:5] if v is not None), "")
-            tag.attributes.setdefault(match["key"], _ESCAPE.sub(lambda m: _ESCAPES[m[0]], value).strip())
+            own.setdefault(match["key"], _ESCAPE.sub(lambda m: _ESCAPES[m[0]], value).strip())
     cure = f"has no end ('>') within {LONGEST_TAG} characters: the file is damaged or not complete"
-    raise place.refused(f"<{tag.name} {cure}")
+    raise place.refused(f"<{name} {cure}")

@@ -236,8 +236,8 @@ def test_gears_without_a_link_between_them_and_gears_that_nothing_turns_are_left
 
 
 REFUSED = {
-    "pins": ("".join(pin(k, 1, k) for k in range(10, 400)), "more than 300 connectors"),
-    "links": ("".join(link(k, 0, 1) for k in range(10, 400)), "more than 300 links"),
+    "pins": ("".join(pin(k, 1, k) for k in range(10, 600)), "connectors: more than 500 entries"),
+    "links": ("".join(link(k, 0, 1) for k in range(10, 600)), "Links: more than 500 entries"),
 }
 
 
