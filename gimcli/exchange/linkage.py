@@ -163,11 +163,12 @@ class _Linkage:
     # -- sliders --------------------------------------------------------------------------------
 
     def _add_slider(self, connector: FileRecord) -> None:
-        for ident in connector.limits:
-            missing = ident not in self.parts.connectors
-            connector.refuse(missing, f"slides to connector {ident}, which does not exist; correct its limits")
-        connector.refuse(connector.slideradius, "slides along an arc (slideradius); curved slots cannot be converted")
-        a, b = (self.parts.connectors[ident] for ident in connector.limits)
+        known, cure = self.parts.connectors, "which does not exist; correct its limits"
+        connector.check({
+            **{f"slides to connector {limit}, {cure}": limit not in known for limit in connector.limits},
+            "slides along an arc (slideradius); curved slots cannot be converted": connector.slideradius,
+        })  # fmt: skip
+        a, b = (known[limit] for limit in connector.limits)
         connector.refuse(
             not a.named or not b.named or abs(a.place - b.place) <= DIGIT,
             "its two limits coincide or are on no layer of the mechanism; move one of them",
@@ -191,10 +192,9 @@ class _Linkage:
                 self.draft.rotary(name, connector.named, body, law=motion.add(name, motor_of(connector)))
         for link in (link for link in self.parts.links if link.actuator):
             ends, motors = [c.named for c in link.pins], [c.name for c in link.pins if c.input]
-            few = f"is an actuator with {len(ends)} connectors; it needs 2"
-            link.refuse(len(ends) != 2 or not all(ends), few)
             turned = f"is an actuator that the motor {', '.join(motors[:1])} turns; put it on an anchor of its own"
-            link.refuse(motors, turned)
+            few = f"is an actuator with {len(ends)} connectors; it needs 2"
+            link.check({few: len(ends) != 2 or not all(ends), turned: motors})
             name = free_name(link.name, self.draft.travels)
             self.draft.travel(name, type="linear", nodes=ends, law=motion.add(name, actuator_of(link, self.scale)))
         motion.complete()

@@ -206,13 +206,11 @@ def apply_entries(document: PlusDocument, draft: Draft) -> None:
     """Apply the entries to the records that they name; refuse those that the motion may depend on."""
     for entry in document.entries:
         kind, named = entry[:1], f"the entry '{entry[:20]}'"
-        faults = {
+        draft.check({
             "the gears of the drawing cannot be converted; add them to the model file as `gears`": kind == "G",
             f"{named} is damaged; copy the whole address or file again": kind == "P" and not restored(document, entry),
             f"{named} is unknown: a newer version of PMKS+ wrote it": kind not in (*APPEARANCE, "G", "P", "T"),
-        }
-        for fault, holds in faults.items():
-            draft.refuse(holds, fault)
+        })  # fmt: skip
         draft.note(kind == "T", "the properties for stresses are left out")
     further = [joint.id for joint in document.joints if any(joint.rest)]
     fields = "friction, names and the like, which newer versions of PMKS+ write for joints"

@@ -17,7 +17,7 @@ from itertools import takewhile
 from typing import Any, NamedTuple
 
 from gimcli.errors import ModelError
-from gimcli.exchange.records import FilePart, FileRecord
+from gimcli.exchange.records import FilePart, FileRecord, number_of
 
 DIGITS = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz_-"
 CHECK_DIGITS = DIGITS[:62]
@@ -128,15 +128,6 @@ def decimal_text(value: float) -> str:
     return integer_text(round(value * THOUSANDTHS))
 
 
-def integer_of(text: str) -> int | None:
-    """Return the integer of a text; None if it is none."""
-    negative = len(text) > 1 and text[0] == "0"
-    digits = text[1:] if negative else text
-    if not digits or len(digits) > LONGEST_NUMBER or any(c not in DIGITS for c in digits):
-        return None
-    return -_value(digits) if negative else _value(digits)
-
-
 def flags_of(text: str, count: int) -> list[bool]:
     """Return flags that are packed into an integer in base 64, the first one in the last bit."""
     return [bool(_value(text[:4]) >> k & 1) for k in range(count)]
@@ -201,70 +192,69 @@ class _PlusText:
     def document(self) -> PlusDocument:
         """Return the content."""
         self.damaged.refuse(len(self.parts) < 4, "the settings are incomplete")
-        flags, decimals, integers, enums, *self.parts = self.parts
-        settings = [[self._number(text, "settings") for text in own]
-                    for own in (decimals.split(","), integers.split(","), enums)]  # fmt: skip
+        flags, *settings = self.parts[:4]
+        del self.parts[:4]
+        decimals, integers, enums = (
+            [self._number(text, "settings") for text in own]
+            for own in (settings[0].split(","), settings[1].split(","), settings[2])
+        )
         joints, links, forces = (self._records(kind) for kind in (JOINT, LINK, FORCE))
         _, _, entries = ".".join(self.parts).partition(".")  # before it the selected object
         return PlusDocument(
-            flags_of(flags, 9), [value / THOUSANDTHS for value in settings[0]], list(map(float, settings[1])),
-            settings[2], joints, links, forces, [entry for entry in entries.split(",") if entry],
+            flags_of(flags, 9), [value / THOUSANDTHS for value in decimals], list(map(float, integers)), enums, joints,
+            links, forces, [entry for entry in entries.split(",") if entry],
         )  # fmt: skip
 
     def _records(self, kind: RecordKind) -> list[FileRecord]:
         """Return the records of a kind, up to an empty one."""
         self.damaged.refuse("" not in self.parts, f"the {kind.word}s are incomplete")
-        found, self.parts = self.parts[: self.parts.index("")], self.parts[self.parts.index("") + 1 :]
-        return [self._link(text) if kind is LINK else self._record(kind, text, 1) for text in found]
+        end = self.parts.index("")
+        found, self.parts = self.parts[:end], self.parts[end + 1 :]
+        return [self._record(kind, text) for text in found]
 
     def _number(self, text: str, where: str) -> int:
-        value = integer_of(text)
-        if value is None:
-            raise self.damaged.refused(f"{where}: '{text[:20]}' is not a number")
-        return value
+        """Return an integer in base 64; a 0 before other digits is the sign of a negative one."""
+        negative = len(text) > 1 and text[0] == "0"
+        good = 0 < len(text) - negative <= LONGEST_NUMBER and set(text) <= set(DIGITS)
+        self.damaged.refuse(not good, f"{where}: '{text[:20]}' is not a number")
+        return -_value(text) if negative else _value(text)
 
-    def _record(self, kind: RecordKind, text: str, head: int) -> FileRecord:
-        """Return a record, whose identifier stands after `head` characters."""
-        texts, flags = text[head:].split(","), flags_of(text[:1], len(kind.flags))
-        where = f"{kind.word} {texts[0][:20]}"
-        few = f"{where}: expected {kind.least} fields, got {len(texts)}"
-        self.damaged.refuse(len(texts) < kind.least, few)
+    def _record(self, kind: RecordKind, text: str) -> FileRecord:
+        """Return a record, whose identifier stands after one character with its flags, or two of a link."""
+        head = 2 if kind is LINK else 1
+        texts = text[head:].split(",")
+        where, least = f"{kind.word} {texts[0][:20]}", kind.least
+        self.damaged.refuse(len(texts) < least, f"{where}: expected {least} fields, got {len(texts)}")
         values: dict[str, Any] = dict(zip(kind.fields, texts, strict=False))
         for number, (name, own) in enumerate(values.items()):
             if isinstance(kind.fields[name], float):
-                written = own or number < kind.least
+                written = own or number < least
                 values[name] = self._number(own, where) / THOUSANDTHS if written else 0.0
-        rest = texts[len(kind.fields) :]
-        return kind.record(self.source, **values, **dict(zip(kind.flags, flags, strict=True)), rest=rest)
-
-    def _link(self, text: str) -> FileRecord:
-        link = self._record(LINK, text, 2)
-        unknown = f"link {link.id[:20]}: '{text[:2]}' is unknown: a newer version of PMKS+ wrote it"
-        self.damaged.refuse(text[0] not in ROOTS + PARTS or text[1:2] not in ("R", "P"), unknown)
-        link.root, link.block = text[0] in ROOTS, text[1] == "P"
-        link.joints = list(takewhile(bool, link.rest))
-        link.parts = [part for part in link.rest[len(link.joints) + 1 :] if part]
-        return link
+        flags = dict(zip(kind.flags, flags_of(text[:1], len(kind.flags)), strict=True))
+        record = kind.record(self.source, **values, **flags, rest=texts[len(kind.fields) :])
+        if kind is LINK:
+            unknown = f"{where}: '{text[:2]}' is unknown: a newer version of PMKS+ wrote it"
+            self.damaged.refuse(text[0] not in ROOTS + PARTS or text[1:2] not in ("R", "P"), unknown)
+            record.root, record.block = text[0] in ROOTS, text[1] == "P"
+            record.joints = list(takewhile(bool, record.rest))
+            record.parts = [part for part in record.rest[len(record.joints) + 1 :] if part]
+        return record
 
 
 def restored(document: PlusDocument, entry: str) -> bool:
     """Replace a number by one with all digits, such as `PJA~0~1.23456`; return whether the entry is complete."""
     tag, *rest = entry.split("~")
     kind, own = tag[1:2], tag[2:]
-    try:
-        index, value = int(rest[0]), float(rest[1])
-    except (ValueError, IndexError):
-        return False
-    if not math.isfinite(value) or index < 0:
+    index, value = (*map(number_of, rest[:2]), math.nan, math.nan)[:2]
+    if not (index >= 0.0 and index.is_integer() and math.isfinite(value)):
         return False
     if kind in ("D", "I"):
         numbers = document.decimals if kind == "D" else document.integers
-        numbers[index : index + 1] = [value] * (index < len(numbers))
+        numbers[int(index) : int(index) + 1] = [value] * (index < len(numbers))
         return index < len(numbers)
-    known = {"J": (JOINT, document.joints), "L": (LINK, document.links), "F": (FORCE, document.forces)}
-    form, records = known.get(kind, (JOINT, []))
-    names = [name for name, default in form.fields.items() if isinstance(default, float)][index : index + 1]
-    found = [record for record in records if record.id == own][:1]
+    form, records = {"L": (LINK, document.links), "F": (FORCE, document.forces)}.get(kind, (JOINT, document.joints))
+    names = [name for name, default in form.fields.items() if isinstance(default, float)][int(index) :][:1]
+    found = [record for record in records if record.id == own and kind in ("J", "L", "F")][:1]
     for name in names if found else ():
         setattr(found[0], name, value)
     return bool(names and found)

@@ -28,10 +28,12 @@ class PlusStructure:
             link.refuse(missing or not link.joints, f"'{', '.join(missing)}' {AGAIN}")
             link.body = None
         for joint in document.joints:
-            joint.refuse(joint.carrier and joint.carrier not in self.links, f"the link of its slot {AGAIN}")
-            joint.refuse(joint.carrier and not {joint.start, joint.end} <= known.keys(), f"a joint of its slot {AGAIN}")
-            barrel = joint.fixed or joint.carrier
-            joint.refuse(joint.slides and joint.sealed and not barrel, "the cylinder has no barrel")
+            ends = {joint.start, joint.end}
+            joint.check({
+                f"the link of its slot {AGAIN}": joint.carrier and joint.carrier not in self.links,
+                f"a joint of its slot {AGAIN}": joint.carrier and not ends <= known.keys(),
+                "the cylinder has no barrel": joint.slides and joint.sealed and not (joint.fixed or joint.carrier),
+            })  # fmt: skip
         for link in document.links:
             if link.block:
                 slider, pin = _folded(link, [known[name] for name in link.joints])

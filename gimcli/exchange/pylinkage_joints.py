@@ -104,9 +104,8 @@ class PylinkageJoints:
     def _rigid(self, joint: FileRecord, names: list[str], places: list[complex]) -> None:
         (first, second), (origin, along) = names, places
         carriers = self.draft.common(first, second)
-        joint.refuse(joint.distance is None, "`distance` is missing; give a number")
         fault = f"joint '{joint.name[:40]}' is fixed to {first} and {second}, whose distance is not constant"
-        joint.refuse(not carriers, fault)
+        joint.check({"`distance` is missing; give a number": joint.distance is None, fault: not carriers})
         place = origin + cmath.rect(joint.distance, cmath.phase(along - origin) + joint.angle)
         self.draft.joint(joint.named, place, carriers[0])
 
@@ -126,9 +125,11 @@ class PylinkageJoints:
 
     def _prismatic(self, joint: FileRecord, names: list[str], places: list[complex]) -> None:
         (centre, first, second), (c, a, b), name = names, places, joint.named
-        joint.refuse(not abs(b - a) > 0.0, "the two joints of its line coincide and define no direction; move one")
         carriers = self.draft.common(first, second)
-        joint.refuse(not carriers, f"its line passes through {first} and {second}, whose distance is not constant")
+        joint.check({
+            "the two joints of its line coincide and define no direction; move one": not abs(b - a) > 0.0,
+            f"its line passes through {first} and {second}, whose distance is not constant": not carriers,
+        })  # fmt: skip
         unit = (b - a) / abs(b - a)
         radius = abs(joint.drawn - c) if joint.revolute_radius is None else joint.revolute_radius
         local = (c - a) / unit

@@ -61,13 +61,11 @@ def _joint(kind: str, text: str, place: FilePart) -> DrawnJoint:
     expected = "A[...], color[...], P[...] or L[...] in a joint"
     place.refuse(any(strange), f"expected {expected}, got '{''.join(strange)[:40]}'")
     counts = {word: len(items) for word, items in parts.items()}
-    needed = {"P": counts.get("P") == 2, "L": "L" in parts, "A": kind == "R" or counts.get("A") == 1}
-    for word, good in needed.items():
-        place.refuse(not good, f"this joint has no {FORMS[word]}; add it")
+    lacking = {"P": counts.get("P") != 2, "L": "L" not in parts, "A": kind != "R" and counts.get("A") != 1}
+    place.check({f"this joint has no {FORMS[word]}; add it": bad for word, bad in lacking.items()})
     numbers = [*parts["P"], *(parts.get("A") or ["0"])[:1]]
-    for number in numbers:
-        good = abs(number_of(number)) <= LARGEST
-        place.refuse(not good, f"expected a number of at most {LARGEST:g}, got '{number[:40]}'")
+    expected = f"expected a number of at most {LARGEST:g}"
+    place.check({f"{expected}, got '{text[:40]}'": not abs(number_of(text)) <= LARGEST for text in numbers})
     links, (x, y, angle) = tuple(parts["L"]), map(float, numbers)
     twice = [link for link, count in Counter(links).items() if count > 1]
     place.refuse(twice, f"link {''.join(twice[:1])[:40]} is named twice in one joint")

@@ -48,14 +48,13 @@ class RepeatedInput:
     def law(self, duration: float) -> dict[str, Any]:
         """Return the law from the drawn position over a duration without reversal."""
         travel = self.speed * duration * (-1.0 if self.back else 1.0)
-        return {"over": (_tidy(self.ahead), _tidy(self.ahead + travel))} if self.ahead else {"by": _tidy(travel)}
+        return _law(self.ahead, self.ahead + travel)
 
     def whole(self) -> dict[str, Any]:
         """Return the law over the whole range, which starts in the direction that the input first has."""
         sign = math.copysign(1.0, self.speed)
-        low, high = _tidy(self.ahead - sign * self.passed), _tidy(self.ahead + sign * (self.stroke - self.passed))
-        first, last = (high, low) if self.back else (low, high)
-        return {"over": (first, last)} if first else {"by": last}
+        ends = (self.ahead - sign * self.passed, self.ahead + sign * (self.stroke - self.passed))
+        return _law(*(ends[::-1] if self.back else ends))
 
 
 @dataclass
@@ -92,6 +91,11 @@ class RepeatedMotion:
         draft.duration = _tidy(moving[first].until_reversal()) if ranged else _common_period(list(moving.values()))
         for name, own in moving.items():
             self.laws[name].update(own.law(draft.duration or 0.0))
+
+
+def _law(first: float, last: float) -> dict[str, Any]:
+    """Return the law between two values relative to the drawn one."""
+    return {"over": (_tidy(first), _tidy(last))} if _tidy(first) else {"by": _tidy(last)}
 
 
 def _tidy(value: float) -> float:

@@ -59,13 +59,15 @@ def read_tags(text: str, source: str, parents: Mapping[str, tuple[str, ...]]) ->
         line = bisect_left(lines, max(start, at)) + 1
         place = FilePart(f"{source}:{line}")
         missing = f"</{open_tags[1].name}>" if open_tags[1:] else "its first tag"
-        place.refuse(start < 0, f"the text ends before {missing}: the file is not complete")
         match = _START.match(text, start + 1)
         mark, name = (match["mark"], match["name"] or "") if match else ("", "")
         end = text.find(_ENDS.get(mark, ""), start)
-        place.refuse(end < 0, f"the text ends before '{_ENDS.get(mark)}': the file is not complete")
+        place.check({
+            f"the text ends before {missing}: the file is not complete": start < 0,
+            f"the text ends before '{_ENDS.get(mark)}': the file is not complete": end < 0,
+            "document types, entities and marked sections ('<!') are not read; remove them": mark == "!",
+        })  # fmt: skip
         at = max(start + 1, end + len(_ENDS.get(mark, "")))
-        place.refuse(mark == "!", "document types, entities and marked sections ('<!') are not read; remove them")
         if mark == "/" and any(tag.name == name for tag in open_tags[1:]):  # the end of those in it is missing
             while open_tags.pop().name != name:
                 pass
