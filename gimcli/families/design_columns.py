@@ -8,82 +8,71 @@ a trace (`rates.member_angles`).
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any
 
 import numpy as np
 
 from gimcli.calculus.dual import Dual
 from gimcli.canonical import TURN, counted, filled, phase
-from gimcli.families.design_motions import DesignMotions
+from gimcli.families.design_state import DesignState
+from gimcli.families.designs import Designs
 from gimcli.families.family import ONE, kernel_name, mode_of
 from gimcli.families.four_bar_type import four_bar_types
-from gimcli.families.position_state import design_number
 from gimcli.families.quantity_text import SOLVED, TYPE, ColumnNames
 from gimcli.mechanism import FRAME, FloatArray, IntArray
 from gimcli.positions.dispatch import choose, plain
 from gimcli.positions.inputs import divided, scales
 from gimcli.quantities.catalogue import catalogue
-from gimcli.quantities.forces import ForceQuantity
 from gimcli.quantities.quantity import Item
 from gimcli.quantities.state import ApartError, MotionState, State
 from gimcli.rates.member_angles import CLEAR, COUNTED, LawAngles, full_turn
 from gimcli.status import Status
 
-if TYPE_CHECKING:
-    from gimcli.dynamics.forces import Forces
-
-Number = TypeVar("Number", np.float64, np.complex128)
-
 FINEST = 64
 """Largest number of parts of a step in which an angle is followed to count its turns."""
 
 
-def counted_angles(motions: DesignMotions, member: int) -> FloatArray:
+def counted_angles(solved: Designs, member: int) -> FloatArray:
     """Return the direction of a member (designs, rows) in the file's angle unit, full turns counted."""
-    solved, mechanism = motions.solved, motions.mechanism
+    mechanism = solved.family.mechanism
     if member == FRAME:
         return np.where(np.isfinite(solved.z[:, 0]), 0.0, np.nan)
     found = np.full(solved.codes.shape, np.nan)
-    if motions.compiled:
-        found = _together(motions, member) * (full_turn(mechanism) / TURN)
+    if solved.compiled:
+        found = _together(solved, member) * (full_turn(mechanism) / TURN)
     for k in np.flatnonzero(np.any(solved.good & ~np.isfinite(found), axis=1)).tolist():
-        motion = motions.motion(k)
+        motion = solved.motion(k)
         if motion is not None:
             own = motion.mechanism
-            found[k] = LawAngles(own, len(motion.time) - 1, motions.again(own))(motion, member)
+            found[k] = LawAngles(own, len(motion.time) - 1, solved.again(own))(motion, member)
     return found
 
 
-def _together(motions: DesignMotions, member: int) -> FloatArray:
+def _together(solved: Designs, member: int) -> FloatArray:
     """Return the directions of a member [rad] with full turns counted, of all designs together.
 
     Rows between are solved where inputs move far from one row to the next, or the member turns far.
     """
-    change = np.abs(np.diff(motions.solved.inputs, axis=2)) / scales(motions.mechanism)[:, None]
+    change = np.abs(np.diff(solved.inputs, axis=2)) / scales(solved.family.mechanism)[:, None]
     parts = min(int(np.ceil(np.max(change, initial=0.0) / COUNTED * (1.0 - 1e-12))) or 1, FINEST)
-    found, wide = _counted(motions, member, parts)
+    found, wide = _counted(solved, member, parts)
     while len(wide) and parts < FINEST:
         parts = min(4 * parts, FINEST)
-        finer, still = _counted(motions.chosen(wide), member, parts)
+        finer, still = _counted(solved.chosen(wide), member, parts)
         found[wide], wide = finer, wide[still]
     return found
 
 
-def _counted(motions: DesignMotions, member: int, parts: int) -> tuple[FloatArray, IntArray]:
+def _counted(solved: Designs, member: int, parts: int) -> tuple[FloatArray, IntArray]:
     """Return angles [rad], and the designs in which the member turns far from one row to the next.
 
     Each step is divided into `parts`, which are solved too if there are several. NaN for designs that miss some of
     these rows.
     """
-    z = motions.solved.z
-    exact = _direction(motions, member)
-    angle = exact
+    exact = angle = _direction(solved, member)
     if parts > 1:
-        inputs = divided(motions.solved.inputs, np.full(exact.shape[1] - 1, parts))
-        z = motions.family.solve(motions.solved.designs, inputs=inputs, **motions.options).z
-        first, second = motions.mechanism.members[member].nodes[:2]
-        angle = phase(z[:, second] - z[:, first])
+        inputs = divided(solved.inputs, np.full(exact.shape[1] - 1, parts))
+        angle = _direction(solved.family.solve(solved.designs, inputs=inputs, **solved.options), member)
         angle[:, ::parts] = np.where(np.isfinite(exact), exact, angle[:, ::parts])
     total = counted(angle)
     wide = np.flatnonzero(np.any(np.abs(np.diff(filled(total), axis=1)) > CLEAR, axis=1))
@@ -92,9 +81,9 @@ def _counted(motions: DesignMotions, member: int, parts: int) -> tuple[FloatArra
     return found, wide
 
 
-def _direction(motions: DesignMotions, member: int) -> FloatArray:
-    first, second = motions.mechanism.members[member].nodes[:2]
-    return np.asarray(phase(motions.solved.z[:, second] - motions.solved.z[:, first]))
+def _direction(solved: Designs, member: int) -> FloatArray:
+    first, second = solved.family.mechanism.members[member].nodes[:2]
+    return np.asarray(phase(solved.z[:, second] - solved.z[:, first]))
 
 
 def _interrupted(angle: FloatArray, exact: FloatArray, parts: int) -> IntArray:
@@ -107,32 +96,29 @@ def _interrupted(angle: FloatArray, exact: FloatArray, parts: int) -> IntArray:
     return np.flatnonzero(np.any(inside & ~np.isfinite(angle), axis=1))
 
 
-class DesignColumns(State):
+class DesignColumns(DesignState):
     """The columns of some designs along the laws; in dual numbers with the derivatives by the dimensions, or plain."""
 
     def __init__(
-        self, motions: DesignMotions, names: ColumnNames, outcome: IntArray | None = None, dual: bool = False
+        self, solved: Designs, names: ColumnNames, outcome: IntArray | None = None, dual: bool = False
     ) -> None:  # fmt: skip
-        """Take the motions; `outcome` (designs,) is a status to which those of quantities are added.
+        """Take the designs; `outcome` (designs,) is a status to which those of quantities are added.
 
         Dual numbers raise ApartError where they are not possible, also later for a column.
         """
-        super().__init__(motions.mechanism)
-        self.motions, self.names, self.dual = motions, names, dual
-        self.solved, self.designs = motions.solved, motions.solved.designs
-        self.moving = motions.with_slopes() if dual else motions
+        self.solved, self.names, self.dual = solved, names, dual
+        self.moving = moving = solved.with_slopes() if dual else solved
+        family, mode = solved.family, solved.options["jit"]  # compiled where the positions are
+        run = choose(mode_of(family.plan, mode), ONE * len(solved.designs), None, (kernel_name(family.plan),))
+        options = {"jit": "off" if run is plain else "on", "notify": solved.options["notify"]}
+        time = moving.time * moving.durations[:, None]
+        used = (item for name in sorted(names.used) for item in names.find(name))
+        super().__init__(family, solved.designs, moving.z, moving.tables, None, time, used, **options)
+        self.inputs = moving.inputs
         self._columns: dict[str, Any] = {}
         self._angles: dict[int, Any] = {}
-        family, mode = motions.family, motions.options.get("jit", "auto")  # compiled where the positions are
-        run = choose(mode_of(family.plan, mode), ONE * len(self.designs), None, (kernel_name(family.plan),))
-        self._options: dict[str, Any] = {
-            "jit": "off" if run is plain else "on",
-            "notify": motions.options.get("notify"),
-        }
-        self._rates: tuple[Any, Any] | None = None
-        self._forces: dict[Callable[[Forces], Any], Any] = {}
-        self._failed = np.zeros(self.solved.codes.shape, dtype=np.int64)  # failures of what is computed one by one
-        self.outcome = np.zeros(len(self.designs), dtype=np.int64) if outcome is None else outcome
+        self._failed = np.zeros(solved.codes.shape, dtype=np.int64)  # failures of what is computed one by one
+        self.outcome = np.zeros(len(solved.designs), dtype=np.int64) if outcome is None else outcome
 
     def __getitem__(self, name: str) -> Any:
         """Return a column (designs, rows), or the columns of a measure (columns, designs, rows); NaN if not solved.
@@ -150,17 +136,17 @@ class DesignColumns(State):
                 found = [np.where(self.solved.good, self._column(item), np.nan) for item in items]
             return np.stack(found) if len(found) > 1 else found[0]
         if name in self.names.dimensions:
-            return self.moving.solved.designs[:, self.names.dimensions.index(name), None]
+            return self.moving.designs[:, self.names.dimensions.index(name), None]
         if name == TYPE:
-            return four_bar_types(self.mechanism, self.motions.tables, self.solved.z[:, :, 0])[:, None]
+            return four_bar_types(self.mechanism, self.tables, self.solved.z[:, :, 0])[:, None]
         return (self.solved.solved.astype(float) if name == SOLVED else self.solved.reachable)[:, None]
 
     def at(self, actuator: str, value: float) -> DesignColumns | ColumnsAtRow:
         """Return the columns at the first position at which an input has a value [file's unit]."""
         k = [a.name for a in self.mechanism.actuators].index(actuator)
-        motions, row = self.motions.at_input(k, self.mechanism.value_from_file(k, value))
-        same = motions is self.motions
-        return ColumnsAtRow(self if same else DesignColumns(motions, self.names, self.outcome, self.dual), row)
+        solved, row = self.solved.at_input(k, self.mechanism.value_from_file(k, value))
+        same = solved is self.solved
+        return ColumnsAtRow(self if same else DesignColumns(solved, self.names, self.outcome, self.dual), row)
 
     @property
     def status(self) -> IntArray:
@@ -198,34 +184,16 @@ class DesignColumns(State):
 
     # -- the state ---------------------------------------------------------------------------------------
 
-    def node(self, node: int, order: int = 0) -> Any:
-        """Return the place of a node (designs, rows), or a derivative of it."""
-        return self.rates(order)[0][:, order, node] if order else self.moving.solved.z[:, node]
+    first = State.first
 
-    def local(self, table: str, row: int) -> Any:
-        """Return a complex number of each design (designs, 1)."""
-        return design_number(self.moving.tables, table, row)
-
-    def turning(self, member: int, order: int) -> Any:
-        """Return omega, alpha or angular jerk of a member (designs, rows)."""
-        return self.rates(order)[1][:, order - 1, member - 1]
-
-    def of_forces(self, find: Callable[[Forces], Any]) -> Any:
-        """Return a formula of the forces (designs, rows); those of all names that are used are computed together."""
-        if find not in self._forces:
-            used = (item.quantity for name in sorted(self.names.used) for item in self.names.find(name))
-            every = dict.fromkeys((find, *(one.own.find for one in used if isinstance(one, ForceQuantity))))
-            made, given, moving = self.motions.family.forces, self.moving.input_rates(2), self.moving
-            if made is None:
-                raise ApartError
-            time = moving.time * moving.durations[:, None]
-            self._forces = made(every, self.designs, moving.solved.z, given, time, **self._options)
-        return self._forces[find]
+    def input_rates(self, order: int) -> Any:
+        """Return the inputs and their derivatives by the real time up to an order, from the laws."""
+        return self.moving.input_rates(order)
 
     def counted(self, member: int) -> Any:
         """Return the direction of a member (designs, rows) in the file's angle unit, full turns counted."""
         if member not in self._angles:
-            self._angles[member] = counted_angles(self.motions, member)
+            self._angles[member] = counted_angles(self.solved, member)
             if self.dual and member != FRAME:
                 first, second = (self.node(node) for node in self.mechanism.members[member].nodes[:2])
                 slopes = np.angle(second - first).slopes * (full_turn(self.mechanism) / TURN)
@@ -234,30 +202,15 @@ class DesignColumns(State):
 
     def row(self, name: str) -> Any:
         """Return the step, the time [s], the residual, or an input (designs or 1, rows)."""
-        names = [a.name for a in self.mechanism.actuators]
-        if name in names:
-            return self.mechanism.value_to_file(names.index(name), self.moving.solved.inputs[:, names.index(name)])
         if name == "residual":
             return self.solved.residual
-        if name == "step":
-            return self.motions.time * (self.solved.codes.shape[1] - 1)
-        return self.motions.time * self.moving.durations[:, None]
-
-    def rates(self, order: int) -> tuple[Any, Any]:
-        """Return the derivatives by the time up to an order, in the normal frame of the nominal design.
-
-        Those of nodes are (designs, order + 1, nodes, rows), those of members (designs, order, members, rows).
-        """
-        if self._rates is None or self._rates[1].shape[1] < order:
-            made, moving = self.motions.family.rates(order), self.moving
-            self._rates = made(self.designs, moving.solved.z, moving.input_rates(order), **self._options)
-        return self._rates
+        return self.solved.time * (self.solved.codes.shape[1] - 1) if name == "step" else super().row(name)
 
     def _one_by_one(self, name: str) -> FloatArray:
         """Return a column that is computed for one design after the other."""
         found = np.full(self.solved.codes.shape, np.nan)
         for k in np.flatnonzero(np.any(self.solved.good, axis=1)).tolist():
-            motion = self.motions.motion(k)
+            motion = self.solved.motion(k)
             item = None if motion is None else catalogue(motion.mechanism).column(name)
             if motion is not None and item is not None:  # without friction there is no power of it
                 state = MotionState(motion, lambda _, member, k=k: self.counted(member)[k])

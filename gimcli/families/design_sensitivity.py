@@ -6,34 +6,29 @@ Dimensions that redundant constraints fix have none: a change of one of them alo
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cache
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from gimcli.calculus.dual import Dual, variables
 from gimcli.errors import UsageError
+from gimcli.families.design_state import DesignState
 from gimcli.families.family import Family
 from gimcli.families.float_tables import FloatTables
-from gimcli.families.position_state import PositionState
 from gimcli.kernels.plan_steps import Program
 from gimcli.mechanism import ANGLE, SPAN, BoolArray, ComplexArray, FloatArray, Mechanism
 from gimcli.positions.dispatch import plain
 from gimcli.positions.newton import Run
 from gimcli.positions.program import plan_program
-from gimcli.quantities.forces import ForceQuantity
 from gimcli.quantities.quantity import Item
 from gimcli.quantities.state import Needs
 from gimcli.structure.plan import make_plan
-
-if TYPE_CHECKING:
-    from gimcli.families.design_forces import Formula
 
 FIXED = 1e-6
 """Derivative of a constraint's error, relative to the largest one of a node, above which the constraint is violated."""
 
 
-def contradicting(at: PositionState) -> BoolArray:
+def contradicting(at: DesignState) -> BoolArray:
     """Return for each dimension whether, to first order, its change violates a constraint in a row.
 
     `at` has one design in dual numbers, with the derivatives by the dimensions.
@@ -46,7 +41,7 @@ def contradicting(at: PositionState) -> BoolArray:
     return np.asarray(worst > FIXED * most)
 
 
-def _error(tables: Program, number: int, at: PositionState) -> Any:
+def _error(tables: Program, number: int, at: DesignState) -> Any:
     """Return the error of a constraint (1, rows) as a length, up to a constant."""
     kind, p, q, first, second, _ = tables.ci[number]
     if kind == ANGLE:
@@ -59,7 +54,7 @@ def _error(tables: Program, number: int, at: PositionState) -> Any:
     return (np.conj(normal / abs(normal)) * arm).real - value
 
 
-def _vector(tables: Program, number: int, at: PositionState) -> Any:
+def _vector(tables: Program, number: int, at: DesignState) -> Any:
     """Return a vector of the plan (1, rows): a factor times the vector between two nodes, or times 1 on the frame."""
     u, v = tables.vi[number][:2]
     factor = at.tables.vz[:, number, 0] + 1j * at.tables.vz[:, number, 1]
@@ -97,8 +92,6 @@ class DesignSensitivity:
         self.order = Needs(mechanism, (item.quantity for item in self.quantities)).order
         forced = [item.head.name for item in self.quantities if Needs(mechanism, [item.quantity]).forced]
         self.forces = self.family.forces if forced else None
-        own_forces = (item.quantity for item in self.quantities if isinstance(item.quantity, ForceQuantity))
-        self._formulas = [one.own.find for one in own_forces]
         if self.forces is None and forced:
             raise UsageError(
                 f"of '{forced[0]}': forces have exact derivatives without dry friction, gears, inputs that follow"
@@ -135,7 +128,7 @@ class DesignSensitivity:
         own, good = self._moving(z[:, some], Dual(inputs[:, some], np.zeros((len(self._units), 1, 1))))
         if not good.any():
             return ()
-        found = contradicting(PositionState(self.mechanism, own[..., good], self.tables))
+        found = contradicting(DesignState(self.family, self.family.nominal[None], own[..., good], self.tables))
         return tuple(name for name, fixed in zip(self.family.names, found.tolist(), strict=False) if fixed)
 
     def _moving(self, z: ComplexArray, inputs: Dual) -> tuple[Dual, BoolArray]:
@@ -159,24 +152,8 @@ class DesignSensitivity:
         nominal, own = self.family.nominal[None], self.family.couplings.moving(self.family.nominal, given)
         if self.family.linked:
             own = self._linked(z, own)
-        (at, good), moving = self._moving(z, own[0]), own[None]
-        mode = "off" if self.run is plain else "on"
-
-        @cache
-        def rates() -> Any:
-            found = self.family.rates(self.order)(nominal, at, moving[:, : self.order + 1], mode)
-            return tuple(np.moveaxis(one, 0, 2) for one in found)
-
-        known: dict[Formula, Any] = {}
-
-        def forces(find: Formula) -> Any:
-            assert self.forces is not None
-            if find not in known:
-                every = dict.fromkeys((find, *self._formulas))
-                known.update(self.forces(every, nominal, at, moving[:, :3], time[None], mode))
-            return known[find]
-
-        state = PositionState(self.mechanism, at, self.tables, lambda _: rates(), forces, moving[0, 0])
+        (at, good), jit = self._moving(z, own[0]), "off" if self.run is plain else "on"
+        state = DesignState(self.family, nominal, at, self.tables, own[None], time[None], self.quantities, jit=jit)
         values, slopes = state.values(self.quantities)[:, 0], state.slopes(self.quantities)[:, 0]
         with np.errstate(all="ignore"):
             slopes = (slopes * self._units[:, None])[:, self._chosen]

@@ -88,6 +88,10 @@ class Family:
         """Return the numbers of the plan for designs (designs, dimensions) in the file's units, plain or dual."""
         return self.maker.tables(designs)
 
+    def alone(self, design: FloatArray) -> Mechanism:
+        """Return a design (dimensions,) as a mechanism of its own; raise ModelError if it is not possible."""
+        return self.mechanism.with_(dict(zip(self.names, design.tolist(), strict=True)))
+
     def without_effect(self, *designs: FloatArray, forces: bool = False) -> list[str]:
         """Return the dimensions whose values in designs (designs, dimensions) change neither positions nor time.
 
@@ -181,6 +185,7 @@ class Family:
         Returns:
             Designs, with a status for each row.
         """
+        options = {"reachable": reachable, "threads": threads, "jit": jit, "notify": notify}
         designs = np.atleast_2d(np.asarray(designs, dtype=float))
         if designs.shape[1] != len(self.names):
             raise UsageError(f"designs: expected {len(self.names)} columns ({', '.join(self.names)})")
@@ -220,7 +225,7 @@ class Family:
         bad = codes > Status.TANGENT
         z.transpose(0, 2, 1)[bad] = complex(math.nan, math.nan)
         residual[bad] = math.nan
-        return Designs(designs, time, values, z, codes, residual, len(careful))
+        return Designs(self, options, designs, tables, time[None], values, z, codes, residual, len(careful))
 
     def _refined(self, time: FloatArray, inputs: FloatArray) -> tuple[FloatArray, FloatArray, IntArray]:
         """Return times (rows,) and inputs (designs or 1, actuators, rows) with rows in between, none far from the next.
@@ -266,7 +271,7 @@ class Family:
         if not law:
             return empty, np.full(rows, math.nan), failed, None
         try:
-            own = nominal.with_(dict(zip(self.names, design.tolist(), strict=True)))
+            own = self.alone(design)
             motion = trace(self._on_nominal_branch(own), rows - 1, Options(tolerance=self.tolerance))
         except GimError:
             return empty, np.full(rows, math.nan), np.full(rows, int(Status.NOT_ASSEMBLED)), None
@@ -275,7 +280,7 @@ class Family:
 
     def _from_row(self, design: FloatArray, row: int, z: ComplexArray, residual: FloatArray, codes: IntArray) -> None:
         """Solve one design as a single motion from its first position in z (nodes, rows) on, and the row before it."""
-        own, last = self.mechanism.with_(dict(zip(self.names, design.tolist(), strict=True))), z.shape[1] - 1
+        own, last = self.alone(design), z.shape[1] - 1
         inputs = law_inputs(own)(np.array([row - 1, row]) / last)
         drawn = (self.mechanism.to_file(z[:, row]) - own.origin) / own.scale
         actuators = (

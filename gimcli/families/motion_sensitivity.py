@@ -15,7 +15,7 @@ from gimcli.calculus.dual import Dual, first_of
 from gimcli.canonical import TURN
 from gimcli.errors import UsageError
 from gimcli.families.design_sensitivity import QuantitySlopes
-from gimcli.families.position_state import position_items
+from gimcli.families.design_state import position_items
 from gimcli.families.quantity_text import TYPE, ColumnNames, KeptQuantity, quantity
 from gimcli.language.arrays import ARRAYS
 from gimcli.mechanism import FloatArray, Mechanism

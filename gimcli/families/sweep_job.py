@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from gimcli.errors import UsageError
 from gimcli.families.design_columns import ColumnsAtRow, DesignColumns
-from gimcli.families.design_motions import DesignMotions
 from gimcli.families.design_table import DesignTable
 from gimcli.families.designs import Designs
 from gimcli.families.family import Family
@@ -27,8 +26,8 @@ from gimcli.status import Status
 class MachineColumns(DesignColumns):
     """The columns of a file with several machines; those of no machine alone have the rows that all of them reach."""
 
-    def __init__(self, parts: Sequence[DesignColumns], motions: DesignMotions, names: ColumnNames) -> None:
-        super().__init__(motions, names)
+    def __init__(self, parts: Sequence[DesignColumns], solved: Designs, names: ColumnNames) -> None:
+        super().__init__(solved, names)
         self.parts = parts
         for part in parts:
             part.outcome = self.outcome
@@ -49,7 +48,7 @@ class MachineColumns(DesignColumns):
     def at(self, actuator: str, value: float) -> Any:
         """Return the columns at the first position at which an input has a value [file's unit]."""
         own = next(part for part in self.parts if actuator in part.names.rows)
-        whole = DesignColumns(self.motions, self.names)
+        whole = DesignColumns(self.solved, self.names)
         return _ColumnsAt(own, partial(own.at, actuator, value), partial(whole.at, actuator, value))
 
 
@@ -66,7 +65,7 @@ class _ColumnsAt:
 
 def joined_designs(family: Family, designs: FloatArray, parts: Sequence[Designs]) -> Designs:
     """Return the positions of all machines; the status of a row is the worst one."""
-    mechanism, time, frame = family.mechanism, parts[0].time, family.mechanism.members[FRAME]
+    mechanism, time, frame = family.mechanism, parts[0].time[0], family.mechanism.members[FRAME]
     z = np.full((len(designs), len(mechanism.nodes), len(time)), complex(math.nan, math.nan))
     tables = family.tables(designs)
     ground = tables.shapes[:, : len(frame.nodes)]  # the frame is the first member
@@ -77,7 +76,8 @@ def joined_designs(family: Family, designs: FloatArray, parts: Sequence[Designs]
     codes = np.max([part.codes for part in parts], axis=0)
     residual = np.max([part.residual for part in parts], axis=0)  # NaN where a machine is not solved
     inputs = family.law_inputs(time, tables)
-    return Designs(designs, time, inputs, z, codes, residual, max(part.careful for part in parts))
+    careful = max(part.careful for part in parts)
+    return Designs(family, parts[0].options, designs, tables, parts[0].time, inputs, z, codes, residual, careful)
 
 
 Rows = NDArray[np.void]
@@ -208,14 +208,13 @@ class SweepJob:
         """Solve designs (designs, dimensions) and return their columns; `options` are those of Family.solve."""
 
         def of(family: Family, names: ColumnNames, own: FloatArray) -> DesignColumns:
-            motions = DesignMotions(family, family.solve(own, steps, **options), options)
-            return DesignColumns(motions, names)
+            return DesignColumns(family.solve(own, steps, **options), names)
 
         if not self.machines:
             return of(self.family, self.names, designs)
         parts = [of(family, names, designs[:, own]) for family, names, own in self.machines]
         solved = joined_designs(self.family, designs, [part.solved for part in parts])
-        return MachineColumns(parts, DesignMotions(self.family, solved, options), self.names)
+        return MachineColumns(parts, solved, self.names)
 
     def chosen(self, rows: Rows) -> Rows:
         """Return the best rows by the goal, the best first; all rows if all are kept."""

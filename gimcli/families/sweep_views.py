@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 
 from gimcli.families.design_columns import DesignColumns
-from gimcli.families.design_motions import DesignMotions
 from gimcli.families.design_table import DesignTable
 from gimcli.families.sweep_job import DESIGN, GOAL, STATUS, Rows
 from gimcli.families.sweep_run import SweepTables
@@ -117,7 +116,7 @@ def _coupler_curves(found: SweepTables, place: int) -> list[Picture]:
     name = next(iter(mechanism.traced), "")
     chosen = np.unique(np.linspace(0, job.table.count - 1, MOST_CURVES).round().astype(int))
     designs = np.concatenate([job.table.rows(k, k + 1) for k in chosen.tolist()])
-    columns = DesignColumns(DesignMotions(job.family, job.family.solve(designs, job.steps), {}), job.names)
+    columns = DesignColumns(job.family.solve(designs, job.steps), job.names)
     solved = np.flatnonzero(columns.solved.good.any(axis=1))
     if not name or not len(solved):
         return []
@@ -127,7 +126,7 @@ def _coupler_curves(found: SweepTables, place: int) -> list[Picture]:
     curves: dict[str, ComplexArray] = {
         f"{name}, {own} = {number(float(designs[k, place]), size)}": paths[k] for k in solved.tolist()
     }
-    middle = columns.motions.motion(int(solved[len(solved) // 2]))
+    middle = columns.solved.motion(int(solved[len(solved) // 2]))
     if middle is None:
         return []
     poses = middle.mechanism.to_file(middle.z[:, middle.good][:, :1]).T
@@ -205,11 +204,11 @@ def _kept(found: SweepTables, columns: DesignColumns) -> list[str]:
 
 
 def _clip(columns: DesignColumns, k: int, design: int, kept: str) -> Clip:
-    mechanism, solved, own = columns.mechanism, columns.solved, columns.motions.motion(k)
+    mechanism, solved, own = columns.mechanism, columns.solved, columns.solved.motion(k)
     status = Status(int(columns.status[k])).word
     note = f"design {design + 1}: {status}; {kept}" if kept else f"design {design + 1}: {status}"
     name, z = f"design {design + 1}", mechanism.to_file(solved.z[k].T)
-    time, table, more = solved.time * mechanism.duration, Table(()), dict[str, Any]()
+    time, table, more = solved.time[0] * mechanism.duration, Table(()), dict[str, Any]()
     if own is not None:
         table = motion_table(own)
         more = {"axis": abscissa(own).name, "closed": returns(own.mechanism, own), "mechanism": own.mechanism}

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from gimcli.calculus.dual import first_of
 from gimcli.families.design_columns import DesignColumns
-from gimcli.families.design_motions import DesignMotions
 from gimcli.families.family import Family
 from gimcli.families.quantity_text import REACHABLE, TYPE, ColumnNames, quantity
 from gimcli.language.arrays import strict
@@ -82,7 +81,7 @@ class DesignQuantities:
 
         Raises ApartError if one has none.
         """
-        columns = DesignColumns(self._columns(design[None], STEPS).motions, self.names, dual=True)
+        columns = DesignColumns(self._columns(design[None], STEPS).solved, self.names, dual=True)
         return np.array([first_of(one, len(design))[1] for one in self._found(expressions, columns)])
 
     def _found(self, expressions: Sequence[Expression], columns: DesignColumns) -> list[Any]:
@@ -94,6 +93,5 @@ class DesignQuantities:
         key = steps, designs.shape, designs.tobytes()
         if self._last is None or self._last[0] != key:  # a design is asked for its goal, margins and derivatives
             options: dict[str, Any] = {"reachable": self._reachable, "jit": "on"}
-            motions = DesignMotions(self.family, self.family.solve(designs, steps, **options), options)
-            self._last = key, DesignColumns(motions, self.names)
+            self._last = key, DesignColumns(self.family.solve(designs, steps, **options), self.names)
         return self._last[1]

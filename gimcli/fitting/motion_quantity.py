@@ -11,9 +11,9 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from gimcli.calculus.dual import Dual, variables
+from gimcli.families.design_state import DesignState
 from gimcli.families.designs import Designs
 from gimcli.families.family import Family
-from gimcli.families.position_state import PositionState
 from gimcli.mechanism import FloatArray
 from gimcli.positions.dispatch import choose
 from gimcli.progress import Notify
@@ -109,7 +109,8 @@ class MotionQuantity:
         """Return the values (designs, rows, columns); NaN where a position cannot be assembled."""
         if not len(designs):
             return np.empty((0, inputs.shape[1], len(self.items)))
-        at = PositionState(self.family.mechanism, self._solved(designs, inputs).z, self.family.tables(designs))
+        found = self._solved(designs, inputs)
+        at = DesignState(self.family, designs, found.z, found.tables)
         return np.asarray(np.moveaxis(at.values(self.items), 0, -1) * self._units)
 
     def rates(self, designs: FloatArray, inputs: FloatArray) -> QuantityRates:
@@ -125,8 +126,7 @@ class MotionQuantity:
         else:
             by, _ = self.family.slopes(designs, found.z, found.inputs, self._run)
             z = Dual(found.z, np.moveaxis(by, 1, 0))
-        tables = self.family.tables(moving)
-        at = PositionState(mechanism, z, tables)
+        at = DesignState(self.family, designs, z, self.family.tables(moving))
         values = np.moveaxis(at.values(self.items), 0, -1) * self._units
         rates = np.moveaxis(at.slopes(self.items), 0, -1) * self._units  # (designs, dimensions + input, rows, columns)
         return QuantityRates(values, np.moveaxis(rates[:, :-1], 1, -1), rates[:, -1])

@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 
 from gimcli.errors import UsageError
+from gimcli.families.design_state import position_items
 from gimcli.families.number_columns import number_columns
-from gimcli.families.position_state import position_items
 from gimcli.fitting.targets import FREE, GIVEN, STEP, TURN, FitRange, Targets
 from gimcli.mechanism import FRAME, FloatArray, Mechanism
 from gimcli.nearest import guess

@@ -15,8 +15,8 @@ from typing import cast
 import numpy as np
 
 from gimcli.errors import GimError, UsageError
+from gimcli.families.design_state import position_items
 from gimcli.families.family import Family
-from gimcli.families.position_state import position_items
 from gimcli.fitting.conditions import DesignQuantities
 from gimcli.fitting.least_squares import FitProblem, Trials
 from gimcli.fitting.motion_quantity import MotionQuantity

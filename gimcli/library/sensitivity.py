@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Annotated, Any
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any
 
 import numpy as np
 
 from gimcli.canonical import principal
 from gimcli.errors import UsageError
 from gimcli.families.design_columns import DesignColumns
-from gimcli.families.design_motions import DesignMotions
 from gimcli.families.design_sensitivity import DesignSensitivity, QuantitySlopes, moves_nodes
+from gimcli.families.design_state import DesignState, position_items
 from gimcli.families.designs import Designs
 from gimcli.families.family import Family
 from gimcli.families.motion_sensitivity import MotionNumber, motion_number
-from gimcli.families.position_state import PositionState, position_items
 from gimcli.families.quantity_text import ColumnNames
 from gimcli.families.tolerances import DEVIATIONS, SampledSpread, drawn, sampled_spread
 from gimcli.library.inputs import MOST_STEPS, Jit, OneOf, Range, Seed, Steps, inputs_of
@@ -36,9 +35,6 @@ from gimcli.rates.derivatives import ORDERS, law_rates, law_state
 from gimcli.rates.member_angles import full_turn
 from gimcli.structure.drive_check import require_consistent
 from gimcli.structure.plan import make_plan
-
-if TYPE_CHECKING:
-    from gimcli.dynamics.forces import Forces
 
 SAMPLES = 10_000
 """Random designs, if the model has tolerances."""
@@ -270,20 +266,12 @@ def _sampled(
     nominals = [one.with_slopes(quantities, solved)[0] for one in reduced]
 
     def numbers(found: Designs) -> FloatArray:
-        columns = DesignColumns(DesignMotions(family, found, {}), ColumnNames(motion.mechanism, family.names))
+        columns = DesignColumns(found, ColumnNames(motion.mechanism, family.names))
         rows = [np.where(found.good.all(axis=1), one.kept.values(columns), np.nan) for one in reduced]
         return np.stack([(row - own)[:, None] for row, own in zip(rows, nominals, strict=True)])
 
     def positions(found: Designs) -> FloatArray:
-        def rates(order: int) -> list[Any]:
-            nodes = family.rates(order)(found.designs, found.z, given[None, : order + 1])
-            return [np.moveaxis(one, 0, 2) for one in nodes]
-
-        def forces(formula: Callable[[Forces], Any]) -> Any:
-            assert family.forces is not None  # or the derivatives would not exist
-            return family.forces([formula], found.designs, found.z, given[None, :3], time[None])[formula]
-
-        at = PositionState(motion.mechanism, found.z, family.tables(found.designs), rates, forces, given[0])
+        at = DesignState(family, found.designs, found.z, found.tables, given[None], time[None], quantities)
         away = at.values(quantities) - nominal.values[:, None, good]
         turns = [k for k, one in enumerate(quantities) if one.quantity.circular]
         away[turns] = principal(away[turns], full_turn(motion.mechanism))

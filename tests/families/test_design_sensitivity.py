@@ -9,7 +9,7 @@ from random_mechanisms import Growth
 
 from gimcli import GimError, UsageError, load
 from gimcli.families.design_sensitivity import DesignSensitivity, moves_nodes
-from gimcli.families.position_state import position_items
+from gimcli.families.design_state import position_items
 from gimcli.motion.motion import trace
 from gimcli.positions.dispatch import plain
 from gimcli.positions.options import Options

@@ -1,19 +1,20 @@
-"""Positions of designs as a state of quantities: plain, or in dual numbers with the derivatives by the dimensions."""
+"""Designs x rows as a state of quantities: plain, or in dual numbers with the derivatives by the dimensions."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from gimcli.calculus.numbers import nominal
 from gimcli.errors import UsageError
+from gimcli.families.family import Family
 from gimcli.families.float_tables import FloatTables
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.nearest import guess
 from gimcli.quantities.catalogue import catalogue
-from gimcli.quantities.forces import no_forces
+from gimcli.quantities.forces import ForceQuantity, no_forces
 from gimcli.quantities.kinds import KINDS
 from gimcli.quantities.quantity import Item
 from gimcli.quantities.state import ApartError, Needs, Positions
@@ -22,51 +23,74 @@ if TYPE_CHECKING:
     from gimcli.dynamics.forces import Forces
 
 
-class PositionState(Positions):
-    """Positions z (designs, nodes, rows) of designs with the numbers of their plans (designs, ...), or duals."""
+class DesignState(Positions):
+    """Designs x rows, plain or in dual numbers whose first tangents are the dimensions."""
 
     def __init__(
-        self, mechanism: Mechanism, z: Any, tables: FloatTables, rates: Callable[[int], Any] | None = None,
-        forces: Callable[[Callable[[Forces], Any]], Any] | None = None, inputs: Any = None,
+        self, family: Family, designs: FloatArray, z: Any, tables: FloatTables, given: Any = None, time: Any = None,
+        items: Iterable[Item] = (), **options: Any,
     ) -> None:  # fmt: skip
-        """Take the positions; `rates` returns points[order, node] and angles[order - 1, member - 1] up to an order.
+        """Take positions z (designs, nodes, rows) of designs (designs, dimensions), and the numbers of their plans.
 
-        `forces` returns a formula of the forces (designs, rows), or (rows,) of one design. inputs (actuators, rows).
+        given (designs or 1, orders, actuators, rows): inputs and their derivatives by the time [s] (designs or 1, rows)
+        as far as they are known. Rates and forces of all `items` are computed together; `options` are jit and notify.
         """
-        super().__init__(mechanism, z)
-        self.tables, self._rates, self._forces, self._inputs = tables, rates, forces, inputs
+        super().__init__(family.mechanism, z)
+        self.family, self.designs, self.tables, self.given, self.clock = family, designs, tables, given, time
+        self.inputs = None if given is None else given[:, 0]
+        asked = [item.quantity for item in items]
+        self._order = Needs(family.mechanism, asked).order
+        self._formulas = [one.own.find for one in asked if isinstance(one, ForceQuantity)]
+        self._options, self._rates = options, None
+        self._forces: dict[Callable[[Forces], Any], Any] = {}
 
-    def rates(self, order: int) -> Any:
-        """Return points[order, node] and angles[order - 1, member - 1] (designs, rows); raise ApartError if unknown."""
-        if self._rates is None:
+    def input_rates(self, order: int) -> Any:
+        """Return the inputs and their derivatives by the time up to an order; raise ApartError if they are unknown."""
+        if self.given is None:
             raise ApartError
-        return self._rates(order)
+        return self.given[:, : order + 1]
+
+    def rates(self, order: int) -> tuple[Any, Any]:
+        """Return the derivatives by the time up to an order, in the normal frame of the nominal design.
+
+        Those of nodes are (designs, order + 1, nodes, rows), those of members (designs, order, members, rows).
+        """
+        if self._rates is None or self._rates[1].shape[1] < order:
+            order = max(order, self._order)
+            self._rates = self.family.rates(order)(self.designs, self.z, self.input_rates(order), **self._options)
+        return self._rates
 
     def node(self, node: int, order: int = 0) -> Any:
         """Return the place of a node (designs, rows), or a derivative of it."""
-        return self.rates(order)[0][order, node] if order else super().node(node)
+        return self.rates(order)[0][:, order, node] if order else super().node(node)
 
     def turning(self, member: int, order: int) -> Any:
-        """Return omega, alpha or angular jerk of a member."""
-        return self.rates(order)[1][order - 1, member - 1]
+        """Return omega, alpha or angular jerk of a member (designs, rows)."""
+        return self.rates(order)[1][:, order - 1, member - 1]
 
     def of_forces(self, find: Callable[[Forces], Any]) -> Any:
         """Return a formula of the forces (designs, rows)."""
-        if self._forces is None:
-            raise ApartError
-        return np.reshape(self._forces(find), (len(self.z), -1))
+        if find not in self._forces:
+            made, given, every = self.family.forces, self.input_rates(2), dict.fromkeys((find, *self._formulas))
+            if made is None:
+                raise ApartError
+            self._forces = made(every, self.designs, self.z, given, self.clock, **self._options)
+        return self._forces[find]
 
     def row(self, name: str) -> Any:
-        """Return an input (1, rows) in the file's unit; raise ApartError for the time and the like."""
+        """Return the time [s], or an input in the file's unit (designs or 1, rows); raise ApartError if unknown."""
         names = [actuator.name for actuator in self.mechanism.actuators]
-        if self._inputs is None or name not in names:
+        if name in names and self.inputs is not None:
+            k = names.index(name)
+            return self.mechanism.value_to_file(k, self.inputs[:, k])
+        if name != "time" or self.clock is None:
             raise ApartError
-        k = names.index(name)
-        return self.mechanism.value_to_file(k, self._inputs[k])[None]
+        return self.clock
 
     def local(self, table: str, row: int) -> Any:
         """Return a complex number of each design (designs, 1)."""
-        return design_number(self.tables, table, row)
+        pairs = getattr(self.tables, table)[:, row]
+        return (pairs[:, 0] + 1j * pairs[:, 1])[:, None]
 
     def values(self, items: Sequence[Item]) -> FloatArray:
         """Return the values of columns (columns, designs, rows)."""
@@ -78,12 +102,6 @@ class PositionState(Positions):
         """Return the derivatives of columns (columns, designs, tangents, rows) of a state in dual numbers."""
         with np.errstate(all="ignore"):
             return np.stack([np.moveaxis((self.value(*item) + 0.0 * self.z[:, 0].real).slopes, 0, 1) for item in items])
-
-
-def design_number(tables: FloatTables, table: str, row: int) -> Any:
-    """Return a complex number of each design (designs, 1)."""
-    pairs = getattr(tables, table)[:, row]
-    return (pairs[:, 0] + 1j * pairs[:, 1])[:, None]
 
 
 def position_items(mechanism: Mechanism, text: str, order: int = 0) -> tuple[Item, ...]:
