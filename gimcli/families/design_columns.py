@@ -19,6 +19,8 @@ from gimcli.families.designs import Designs
 from gimcli.families.family import ONE, kernel_name, mode_of
 from gimcli.families.four_bar_type import four_bar_types
 from gimcli.families.quantity_text import SOLVED, TYPE, ColumnNames
+from gimcli.language.arrays import strict
+from gimcli.language.expression import Expression
 from gimcli.mechanism import FRAME, FloatArray, IntArray
 from gimcli.positions.dispatch import choose, plain
 from gimcli.positions.inputs import divided, scales
@@ -72,7 +74,7 @@ def _counted(solved: Designs, member: int, parts: int) -> tuple[FloatArray, IntA
     exact = angle = _direction(solved, member)
     if parts > 1:
         inputs = divided(solved.inputs, np.full(exact.shape[1] - 1, parts))
-        angle = _direction(solved.family.solve(solved.designs, inputs=inputs, **solved.options), member)
+        angle = _direction(solved.solve(solved.designs, inputs=inputs), member)
         angle[:, ::parts] = np.where(np.isfinite(exact), exact, angle[:, ::parts])
     total = counted(angle)
     wide = np.flatnonzero(np.any(np.abs(np.diff(filled(total), axis=1)) > CLEAR, axis=1))
@@ -108,9 +110,9 @@ class DesignColumns(DesignState):
         """
         self.solved, self.names, self.dual = solved, names, dual
         self.moving = moving = solved.with_slopes() if dual else solved
-        family, mode = solved.family, solved.options["jit"]  # compiled where the positions are
+        family, mode = solved.family, solved.solve.keywords["jit"]  # compiled where the positions are
         run = choose(mode_of(family.plan, mode), ONE * len(solved.designs), None, (kernel_name(family.plan),))
-        options = {"jit": "off" if run is plain else "on", "notify": solved.options["notify"]}
+        options = {"jit": "off" if run is plain else "on", "notify": solved.solve.keywords["notify"]}
         time = moving.time * moving.durations[:, None]
         used = (item for name in sorted(names.used) for item in names.find(name))
         super().__init__(family, solved.designs, moving.z, moving.tables, None, time, used, **options)
@@ -140,6 +142,21 @@ class DesignColumns(DesignState):
         if name == TYPE:
             return four_bar_types(self.mechanism, self.tables, self.solved.z[:, :, 0])[:, None]
         return (self.solved.solved.astype(float) if name == SOLVED else self.solved.reachable)[:, None]
+
+    def of(self, own: Expression) -> Any:
+        """Return the value of each design (designs,), or one for all; of a column (designs, rows); NaN if not defined.
+
+        A condition is True only where all values that decide it are defined.
+        """
+        with np.errstate(all="ignore"):
+            found = np.asarray(own.value(self, strict(self.lacks)))
+            if own.kind.what == "rows":
+                self.lacks(found)
+            elif found.ndim:
+                found = found[:, 0]
+            if own.kind.what == "yes":
+                return np.equal(found, 1.0)
+            return np.where(np.isfinite(found), found, np.nan) if found.dtype.kind == "f" else found
 
     def at(self, actuator: str, value: float) -> DesignColumns | ColumnsAtRow:
         """Return the columns at the first position at which an input has a value [file's unit]."""
@@ -208,7 +225,7 @@ class DesignColumns(DesignState):
 
     def _one_by_one(self, name: str) -> FloatArray:
         """Return a column that is computed for one design after the other."""
-        found = np.full(self.solved.codes.shape, np.nan)
+        found: FloatArray = np.full(self.solved.codes.shape, np.nan)
         for k in np.flatnonzero(np.any(self.solved.good, axis=1)).tolist():
             motion = self.solved.motion(k)
             item = None if motion is None else catalogue(motion.mechanism).column(name)

@@ -9,8 +9,8 @@ import numpy as np
 
 from gimcli.calculus.numbers import nominal
 from gimcli.errors import UsageError
-from gimcli.families.family import Family
 from gimcli.families.float_tables import FloatTables
+from gimcli.families.planned_family import PlannedFamily
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.nearest import guess
 from gimcli.quantities.catalogue import catalogue
@@ -27,8 +27,8 @@ class DesignState(Positions):
     """Designs x rows, plain or in dual numbers whose first tangents are the dimensions."""
 
     def __init__(
-        self, family: Family, designs: FloatArray, z: Any, tables: FloatTables, given: Any = None, time: Any = None,
-        items: Iterable[Item] = (), **options: Any,
+        self, family: PlannedFamily, designs: FloatArray, z: Any, tables: FloatTables, given: Any = None,
+        time: Any = None, items: Iterable[Item] = (), **options: Any,
     ) -> None:  # fmt: skip
         """Take positions z (designs, nodes, rows) of designs (designs, dimensions), and the numbers of their plans.
 
@@ -41,7 +41,8 @@ class DesignState(Positions):
         asked = [item.quantity for item in items]
         self._order = Needs(family.mechanism, asked).order
         self._formulas = [one.own.find for one in asked if isinstance(one, ForceQuantity)]
-        self._options, self._rates = options, None
+        self._options = options
+        self._rates: tuple[Any, Any] | None = None
         self._forces: dict[Callable[[Forces], Any], Any] = {}
 
     def input_rates(self, order: int) -> Any:
@@ -55,10 +56,12 @@ class DesignState(Positions):
 
         Those of nodes are (designs, order + 1, nodes, rows), those of members (designs, order, members, rows).
         """
-        if self._rates is None or self._rates[1].shape[1] < order:
+        found = self._rates
+        if found is None or found[1].shape[1] < order:
             order = max(order, self._order)
-            self._rates = self.family.rates(order)(self.designs, self.z, self.input_rates(order), **self._options)
-        return self._rates
+            found = self.family.rates(order)(self.designs, self.z, self.input_rates(order), **self._options)
+            self._rates = found
+        return found
 
     def node(self, node: int, order: int = 0) -> Any:
         """Return the place of a node (designs, rows), or a derivative of it."""

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gimcli.errors import UsageError
-from gimcli.families.variation import MOST_VALUES, ListedValues, Varied, varied
+from gimcli.families.variation import MOST_VALUES, Distribution, ListedValues, Varied, varied
 from gimcli.mechanism import FloatArray
 
 Words = NDArray[np.uint64]
@@ -115,22 +115,22 @@ class DesignTable:
     @property
     def shape(self) -> tuple[int, ...]:
         """Number of values of each dimension; () for a sample or a list."""
-        if self.points or self.in_order:
-            return ()
-        return tuple(len(v.values) for v in self.varied.variations if isinstance(v, ListedValues))
+        return () if self.points or self.in_order else tuple(len(v.values) for v in self.listed)
+
+    @property
+    def listed(self) -> list[ListedValues]:
+        """The dimensions with listed values."""
+        return [v for v in self.varied.variations if isinstance(v, ListedValues)]
 
     def rows(self, first: int, last: int) -> FloatArray:
         """Return the designs `first` to `last` - 1 (designs, dimensions) [file's units]."""
-        if self.in_order:
-            own = [v.values[first:last] for v in self.varied.variations if isinstance(v, ListedValues)]
-            return np.stack(own, axis=1)
         if not self.points:
-            places = np.unravel_index(np.arange(first, last), self.shape)
-            listed = [v.values for v in self.varied.variations if isinstance(v, ListedValues)]
-            return np.stack([values[at] for values, at in zip(listed, places, strict=True)], axis=1)
+            numbers = np.arange(first, min(last, self.count))
+            places = [numbers] * len(self.names) if self.in_order else np.unravel_index(numbers, self.shape)
+            return np.stack([v.values[at] for v, at in zip(self.listed, places, strict=True)], axis=1)
         share = POINTS[self.points](first, last, len(self.names), self.count, self.seed)
         share = np.clip(share, LEAST_SHARE, 1.0 - LEAST_SHARE)
-        drawn = [v for v in self.varied.variations if not isinstance(v, ListedValues)]
+        drawn = (v for v in self.varied.variations if isinstance(v, Distribution))
         return np.stack([one.at(share[:, k]) for k, one in enumerate(drawn)], axis=1)
 
 
@@ -147,8 +147,7 @@ def design_table(own: Varied, samples: int | None = None, points: str = "random"
                 f"samples: '{first.name}' has listed values, which are all combined; give a distribution such as"
                 f" {first.name}=uniform(LOW,HIGH), or remove samples"
             )
-        count = math.prod(len(v.values) for v in own.variations if isinstance(v, ListedValues))
-        return _bounded(DesignTable(own, count))
+        return _bounded(DesignTable(own, math.prod(DesignTable(own, 0).shape)))
     if samples is None:
         raise UsageError(f"vary {first.name}={first.text}: a distribution needs the number of samples (samples)")
     if samples < 1:

@@ -8,13 +8,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from gimcli.calculus.dual import variables
 from gimcli.errors import ModelError
 from gimcli.families.float_tables import FloatTables
+from gimcli.families.planned_family import PlannedFamily
 from gimcli.mechanism import BoolArray, ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.motion.motion import Motion, stream
 from gimcli.numerics.along import bisected
@@ -23,9 +24,6 @@ from gimcli.positions.inputs import law_inputs
 from gimcli.positions.options import Options
 from gimcli.quantities.state import ApartError
 from gimcli.status import Status
-
-if TYPE_CHECKING:
-    from gimcli.families.family import Family
 
 EXACT = 1e-9
 """Share of a step within which a row has the value."""
@@ -54,8 +52,8 @@ def first_crossing(values: FloatArray, value: float) -> tuple[IntArray, IntArray
 class Designs:
     """The positions of designs, in the normal frame of the nominal mechanism."""
 
-    family: Family = field(repr=False)
-    options: dict[str, Any]  # of Family.solve
+    family: PlannedFamily = field(repr=False)
+    solve: partial[Designs] = field(repr=False)  # Family.solve with the same options
     designs: FloatArray = field(repr=False)  # (designs, dimensions) in the file's units
     tables: FloatTables = field(repr=False)  # the numbers of the plan of each design
     time: FloatArray = field(repr=False)  # (designs or 1, rows) 0..1
@@ -89,7 +87,7 @@ class Designs:
     @property
     def compiled(self) -> bool:
         """Whether designs are solved together in compiled code."""
-        return bool(self.options.get("jit") != "off")
+        return bool(self.solve.keywords["jit"] != "off")
 
     @cached_property
     def durations(self) -> Any:
@@ -164,7 +162,7 @@ class Designs:
         inputs, time = (part if len(part) == 1 else part[designs] for part in (self.inputs, self.time))
         tables = FloatTables(*(table[designs] for table in self.tables))
         parts = self.z[designs], self.codes[designs], self.residual[designs]
-        return Designs(self.family, self.options, self.designs[designs], tables, time, inputs, *parts)
+        return Designs(self.family, self.solve, self.designs[designs], tables, time, inputs, *parts)
 
     def at_input(self, actuator: int, value: float) -> tuple[Designs, IntArray]:
         """Return motions with a row in which an input first has a value [normal frame], and this row (designs,).
@@ -207,7 +205,7 @@ class Designs:
         """Return the motions with one row of some designs at other inputs (designs, actuators, rows) and times."""
         mechanism, solved = self.family.mechanism, self
         if self.compiled:
-            solved = self.family.solve(self.designs, inputs=inputs, **self.options)
+            solved = self.solve(self.designs, inputs=inputs)
         z, codes, residual = solved.z.copy(), solved.codes.copy(), solved.residual.copy()
         for d, k in zip(chosen.tolist(), row.tolist(), strict=True):
             done = self.compiled and codes[d, k] <= Status.TANGENT

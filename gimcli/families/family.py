@@ -4,21 +4,18 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import suppress
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gimcli.calculus.recorded import Recorded
-from gimcli.errors import GimError, ModelError, StructureError, UsageError
-from gimcli.families.coupling_slopes import CouplingSlopes
-from gimcli.families.design_rates import DesignRates, PositionSlopes
+from gimcli.errors import GimError, UsageError
 from gimcli.families.designs import Designs
-from gimcli.families.float_tables import FloatTables, TableMaker, listed, spans
+from gimcli.families.float_tables import FloatTables, spans
+from gimcli.families.planned_family import PlannedFamily
 from gimcli.input_laws import LaterLaw
 from gimcli.kernels import family as kernels, jit, march as marching, plan_steps
 from gimcli.mechanism import FRAME, BoolArray, ComplexArray, FloatArray, IntArray, Mechanism
@@ -31,14 +28,13 @@ from gimcli.positions.inputs import divided, law_inputs, scales
 from gimcli.positions.newton import Accuracy, NewtonConstants
 from gimcli.positions.options import Options
 from gimcli.positions.program import plan_program
-from gimcli.quantities.state import ApartError
 from gimcli.status import Status
 from gimcli.structure.plan import make_plan
 from gimcli.structure.residual import allowed, residual as constraint_errors
 from gimcli.structure.steps import Plan
 
 if TYPE_CHECKING:
-    from gimcli.families.design_forces import DesignForces
+    pass
 
 SHARE = 256
 """Greatest number of designs that one thread solves in one call."""
@@ -47,120 +43,8 @@ ONE = 5e-3
 """Seconds that one design takes if it is solved by itself."""
 
 
-class Family:
-    """The designs of a mechanism that differ in the named dimensions.
-
-    What the dimensions decide about the structure (the order of solution, the loci of each step) is that of the
-    nominal design; every solved row is checked against all constraints of its own design.
-    """
-
-    def __init__(self, mechanism: Mechanism, names: Sequence[str], tolerance: float = 1e-10) -> None:
-        """Plan a family.
-
-        Args:
-            mechanism: the nominal design, from `load` or `loads`.
-            names: the dimensions that vary.
-            tolerance: largest accepted error of a constraint, relative to the mechanism's size.
-
-        Raises:
-            UsageError: an unknown name.
-            StructureError: the mechanism is not fully driven.
-        """
-        self.mechanism, self.names, self.tolerance = mechanism, tuple(names), tolerance
-        self.recorded = recorded, recording = mechanism.written.recorded(mechanism, self.names)
-        self.nominal: FloatArray = np.array([variable.value for variable in recording.variables])
-        self.plan = make_plan(mechanism)
-        self.program = plan_program(mechanism, self.plan)
-        own = plan_program(recorded, make_plan(recorded))
-        self.maker = TableMaker(recording, listed(recorded, own))
-        self.drawn_laws = bool(self.maker.slots[-1][1])
-        self._rates: dict[int, DesignRates] = {}
-        self.couplings, self.linked = CouplingSlopes(recorded, recording), mechanism.complete is not None
-        if self.couplings.varied and not self.linked and not all(hasattr(law, "start") for law in self.couplings.laws):
-            raise StructureError(
-                f"{mechanism.name}: these dimensions change how inputs follow others, whose laws are tables or"
-                " polynomials; choose other dimensions, or laws with `to`, `by` or `turns`"
-            )
-
-    # -- numbers ------------------------------------------------------------------------------
-
-    def tables(self, designs: Any) -> FloatTables:
-        """Return the numbers of the plan for designs (designs, dimensions) in the file's units, plain or dual."""
-        return self.maker.tables(designs)
-
-    def alone(self, design: FloatArray) -> Mechanism:
-        """Return a design (dimensions,) as a mechanism of its own; raise ModelError if it is not possible."""
-        return self.mechanism.with_(dict(zip(self.names, design.tolist(), strict=True)))
-
-    def without_effect(self, *designs: FloatArray, forces: bool = False) -> list[str]:
-        """Return the dimensions whose values in designs (designs, dimensions) change neither positions nor time.
-
-        Such as initial coordinates of nodes whose distances are given, and masses. With `forces` those that change no
-        forces either.
-        """
-        found, values, acting = [], np.concatenate(designs), set[str]()
-        if forces:
-            from gimcli.families.design_forces import dynamic_dimensions  # imported late: few ask for forces
-
-            acting = dynamic_dimensions(self.mechanism, self.names)
-        for k, name in enumerate(self.names):
-            tried = np.tile(self.nominal, (len(values) + 1, 1))
-            tried[1:, k] = values[:, k]
-            same = (np.array_equal(t, np.broadcast_to(t[:1], t.shape), equal_nan=True) for t in self.tables(tried))
-            changed = tried[:, k] != tried[0, k]
-            still = name not in acting and changed.any() and all(same)
-            if still and not self._changes_time(name, float(tried[changed, k][0])):
-                found.append(name)
-        return found
-
-    def _changes_time(self, name: str, value: float) -> bool:
-        """Return whether another value of a dimension changes the duration or a coupling, or is not possible."""
-        try:
-            own, nominal = self.mechanism.with_({name: value}), self.mechanism
-            return own.duration != nominal.duration or own.couplings != nominal.couplings
-        except ModelError:
-            return True
-
-    def law_inputs(self, time: FloatArray, tables: FloatTables) -> Any:
-        """Return the inputs (designs or 1, actuators, rows) at times (rows,), in dual numbers if the tables are."""
-        shared = law_inputs(self.mechanism)(time)[None]
-        if not self.drawn_laws:
-            return shared
-        inputs = list(np.repeat(shared, len(tables.laws), axis=0).swapaxes(0, 1))
-        for k, actuator in enumerate(self.mechanism.actuators):
-            law: Any = actuator.law
-            first, last = tables.laws[:, k, :1], tables.laws[:, k, 1:]
-            if not np.isnan(first[0, 0]):
-                inputs[k] = np.where(time == 1.0, last, first + (last - first) * law.profile(time))
-        return np.stack(inputs, axis=1)
-
-    def durations(self, dimensions: Any) -> Any:
-        """Return the durations of motions [s] (designs or 1,) of values of the dimensions (dimensions, designs)."""
-        mechanism, recording = self.recorded
-        duration = mechanism.duration
-        if not isinstance(duration, Recorded):
-            return np.array([duration])
-        return recording.evaluate(dimensions, [duration.place])[duration.place]
-
-    def rates(self, order: int) -> DesignRates:
-        """Return what computes the derivatives of nodes and members by the time up to an order."""
-        if order not in self._rates:
-            self._rates[order] = DesignRates(order, *self.recorded)
-        return self._rates[order]
-
-    @cached_property
-    def slopes(self) -> PositionSlopes:
-        """What computes the derivatives of nodes by the dimensions and by the inputs."""
-        return PositionSlopes(*self.recorded)
-
-    @cached_property
-    def forces(self) -> DesignForces | None:
-        """What computes forces of designs together; None for mechanisms for which that is not possible."""
-        from gimcli.families.design_forces import DesignForces  # imported late: few sweeps have forces
-
-        with suppress(ApartError):
-            return DesignForces(self.mechanism, self.names)
-        return None
+class Family(PlannedFamily):
+    """The designs of a mechanism that differ in the named dimensions, solved in compiled code."""
 
     # -- positions ----------------------------------------------------------------------------
 
@@ -185,7 +69,7 @@ class Family:
         Returns:
             Designs, with a status for each row.
         """
-        options = {"reachable": reachable, "threads": threads, "jit": jit, "notify": notify}
+        again = partial(self.solve, reachable=reachable, threads=threads, jit=jit, notify=notify)
         designs = np.atleast_2d(np.asarray(designs, dtype=float))
         if designs.shape[1] != len(self.names):
             raise UsageError(f"designs: expected {len(self.names)} columns ({', '.join(self.names)})")
@@ -225,7 +109,7 @@ class Family:
         bad = codes > Status.TANGENT
         z.transpose(0, 2, 1)[bad] = complex(math.nan, math.nan)
         residual[bad] = math.nan
-        return Designs(self, options, designs, tables, time[None], values, z, codes, residual, len(careful))
+        return Designs(self, again, designs, tables, time[None], values, z, codes, residual, len(careful))
 
     def _refined(self, time: FloatArray, inputs: FloatArray) -> tuple[FloatArray, FloatArray, IntArray]:
         """Return times (rows,) and inputs (designs or 1, actuators, rows) with rows in between, none far from the next.

@@ -6,8 +6,7 @@ By the envelope theorem, the derivative of a least or greatest value is that of 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,61 +15,35 @@ from gimcli.canonical import TURN
 from gimcli.errors import UsageError
 from gimcli.families.design_sensitivity import QuantitySlopes
 from gimcli.families.design_state import position_items
-from gimcli.families.quantity_text import TYPE, ColumnNames, KeptQuantity, quantity
+from gimcli.families.quantity_text import ColumnNames, quantity
 from gimcli.language.arrays import ARRAYS
+from gimcli.language.expression import Expression
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.quantities.quantity import Item
 from gimcli.rates.derivatives import ORDERS
 
 
-@dataclass(frozen=True)
-class MotionNumber:
+class MotionNumber(NamedTuple):
     """A number of a whole motion, and the quantities of its columns: their places in a list of all."""
 
-    kept: KeptQuantity
+    kept: Expression
     columns: Mapping[str, Sequence[int]]
-
-    @property
-    def name(self) -> str:
-        """The text, such as max(P.y)."""
-        return self.kept.text
-
-    @property
-    def unit(self) -> str:
-        """The unit; "" if it has none or it is not known."""
-        return self.kept.unit
 
     def with_slopes(self, items: Sequence[Item], rows: QuantitySlopes) -> tuple[float, FloatArray]:
         """Return the number and its derivatives (dimensions,) from the solved rows of a motion."""
+        columns: dict[str, Any] = {}
+        for name, places in self.columns.items():
+            found = [_column(items[k], rows.values[k], rows.slopes[k]) for k in places]
+            columns[name] = np.stack(found) if len(found) > 1 else found[0]
         with np.errstate(all="ignore"):
-            found = self.kept.expression.value(_DualColumns(self, items, rows), ARRAYS)
-        return first_of(found, rows.slopes.shape[1])
+            return first_of(self.kept.value(columns, ARRAYS), rows.slopes.shape[1])
 
 
-class _DualColumns:
-    """The columns of one motion in dual numbers."""
-
-    def __init__(self, own: MotionNumber, items: Sequence[Item], rows: QuantitySlopes) -> None:
-        self._own, self._items, self._rows = own, items, rows
-
-    def __getitem__(self, name: str) -> Any:
-        """Return a column (1, rows), or those of a measure (columns, 1, rows); raise UsageError for other names."""
-        if name not in self._own.columns:
-            raise UsageError(f"of '{self._own.name}': '{name}' has no derivatives; use columns such as P.y")
-        columns = []
-        for k in self._own.columns[name]:
-            values, one = self._rows.values[k], self._items[k]
-            if one.quantity.circular:
-                values = np.unwrap(values, period=360.0 if one.head.unit == "deg" else TURN)
-            columns.append(Dual(values[None], self._rows.slopes[k][:, None]))
-        return np.stack(columns) if len(columns) > 1 else columns[0]
-
-    def at(self, actuator: str, value: float) -> Any:
-        """Raise UsageError: a position is requested by its input value."""
-        raise UsageError(
-            f"of '{self._own.name}': at({actuator}={value:g}) is not possible here; ask for the column in the"
-            f" position {actuator}={value:g}"
-        )
+def _column(item: Item, values: FloatArray, slopes: FloatArray) -> Any:
+    """Return a column of one motion in dual numbers (1, rows)."""
+    if item.quantity.circular:
+        values = np.unwrap(values, period=360.0 if item.head.unit == "deg" else TURN)
+    return Dual(values[None], slopes[:, None])
 
 
 def motion_number(mechanism: Mechanism, text: str, items: list[Item]) -> MotionNumber:
@@ -78,12 +51,20 @@ def motion_number(mechanism: Mechanism, text: str, items: list[Item]) -> MotionN
 
     Raises UsageError for another text, or for columns without exact derivatives, such as velocities.
     """
-    kept = quantity(text, ColumnNames(mechanism, ()), ("number",), "of")
-    columns: dict[str, list[int]] = {}
+    kept, columns = quantity(text, _RowNames(mechanism, ()), ("number",), "of"), dict[str, list[int]]()
     for name in sorted(kept.names):
-        if name == TYPE:
-            continue
         own = position_items(mechanism, name, len(ORDERS))
         columns[name] = list(range(len(items), len(items) + len(own)))
         items += own
     return MotionNumber(kept, columns)
+
+
+class _RowNames(ColumnNames):
+    """The names of columns of all rows."""
+
+    def refuse_value(self, name: str, value: float) -> None:
+        """Raise UsageError: a position is requested by its input value."""
+        super().refuse_value(name, value)
+        raise UsageError(
+            f"at({name}={value:g}) is not possible here; ask for the column in the position {name}={value:g}"
+        )

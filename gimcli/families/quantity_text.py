@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any, Protocol
 
 import numpy as np
 
 from gimcli.errors import UsageError
-from gimcli.language.arrays import strict
 from gimcli.language.expression import Expression, ExpressionError, PartKind
 from gimcli.language.reader import LONGEST, NAMED, ExpressionReader
 from gimcli.mechanism import Mechanism
@@ -69,66 +66,7 @@ class ColumnNames(Catalogue):
                 raise UsageError(f"type: {self.mechanism.name} has no four-bar loop with the frame")
 
 
-class Values(Protocol):
-    """The values of names for some designs."""
-
-    def __getitem__(self, name: str) -> Any:
-        """Return a column (designs, rows), the columns of a measure (columns, designs, rows), or numbers (designs, 1).
-
-        A word such as "type" gives texts (designs, 1).
-        """
-
-    def at(self, actuator: str, value: float) -> Any:
-        """Return the values at one position: where an input first has a value [file's unit]."""
-
-    def lacks(self, rows: Any) -> Any:
-        """Return whether a column (designs, rows) has no value in a row that is solved (designs, 1)."""
-
-
-@dataclass(frozen=True)
-class KeptQuantity:
-    """One value of each design, as it is written."""
-
-    expression: Expression
-
-    @property
-    def text(self) -> str:
-        """The text."""
-        return self.expression.text
-
-    @property
-    def names(self) -> frozenset[str]:
-        """The names that it uses."""
-        return self.expression.names
-
-    @property
-    def kind(self) -> str:
-        """The kind: "number", "text" or "yes"."""
-        return self.expression.kind.what
-
-    @property
-    def unit(self) -> str:
-        """The unit; "" if it has none, or if it is not known."""
-        return self.expression.kind.unit or ""
-
-    def values(self, values: Values) -> Any:
-        """Return the value of each design (designs,), or one for all; of a column (designs, rows); NaN if not defined.
-
-        A condition is True only where all values that decide it are defined.
-        """
-        with np.errstate(all="ignore"):
-            found = np.asarray(self.expression.value(values, strict(values.lacks)))
-            if self.kind == "rows":
-                values.lacks(found)
-            found = found[:, 0] if found.ndim and self.kind != "rows" else found
-            if self.kind == "yes":
-                return np.equal(found, 1.0)
-            return np.where(np.isfinite(found), found, np.nan) if found.dtype.kind == "f" else found
-
-
-def quantity(
-    text: str, names: ColumnNames, kinds: tuple[str, ...] = ("number", "text"), where: str = ""
-) -> KeptQuantity:
+def quantity(text: str, names: ColumnNames, kinds: tuple[str, ...] = ("number", "text"), where: str = "") -> Expression:
     """Return the quantity of a text; raise UsageError where it is no expression, or not of one of some kinds."""
     try:
         found = ExpressionReader(text, names).whole()
@@ -142,7 +80,7 @@ def quantity(
     except (ExpressionError, UsageError) as error:
         raise UsageError(f"{where} '{text if len(text) <= LONGEST else text[:40]}': {error}".lstrip()) from None
     names.used |= found.names
-    return KeptQuantity(found)
+    return found
 
 
 def texts_of(keep: Sequence[str], names: ColumnNames) -> tuple[str, ...]:

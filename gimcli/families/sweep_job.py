@@ -17,7 +17,8 @@ from gimcli.families.design_table import DesignTable
 from gimcli.families.designs import Designs
 from gimcli.families.family import Family
 from gimcli.families.four_bar_type import LETTERS
-from gimcli.families.quantity_text import REACHABLE, TYPE, ColumnNames, KeptQuantity, quantity
+from gimcli.families.quantity_text import REACHABLE, TYPE, ColumnNames, quantity
+from gimcli.language.expression import Expression
 from gimcli.mechanism import FRAME, FloatArray, IntArray, Mechanism
 from gimcli.progress import Notify
 from gimcli.status import Status
@@ -76,8 +77,8 @@ def joined_designs(family: Family, designs: FloatArray, parts: Sequence[Designs]
     codes = np.max([part.codes for part in parts], axis=0)
     residual = np.max([part.residual for part in parts], axis=0)  # NaN where a machine is not solved
     inputs = family.law_inputs(time, tables)
-    careful = max(part.careful for part in parts)
-    return Designs(family, parts[0].options, designs, tables, parts[0].time, inputs, z, codes, residual, careful)
+    again, careful = partial(family.solve, **parts[0].solve.keywords), max(part.careful for part in parts)
+    return Designs(family, again, designs, tables, parts[0].time, inputs, z, codes, residual, careful)
 
 
 Rows = NDArray[np.void]
@@ -135,23 +136,23 @@ class SweepJob:
         return tuple(found)
 
     @cached_property
-    def kept(self) -> tuple[KeptQuantity, ...]:
+    def kept(self) -> tuple[Expression, ...]:
         """The kept quantities."""
         kinds = ("rows",) if self.rows else ("number", "text")
         return tuple(quantity(text, self.names, kinds, "keep") for text in self.keep)
 
     @cached_property
-    def filter(self) -> KeptQuantity | None:
+    def filter(self) -> Expression | None:
         """The condition that kept designs satisfy."""
         return quantity(self.where, self.names, ("yes",), "where") if self.where else None
 
     @cached_property
-    def aim(self) -> KeptQuantity | None:
+    def aim(self) -> Expression | None:
         """The quantity that is least in the best designs."""
         return quantity(self.goal, self.names, ("number",), "goal") if self.goal else None
 
     @cached_property
-    def quantities(self) -> tuple[KeptQuantity, ...]:
+    def quantities(self) -> tuple[Expression, ...]:
         """All quantities that are computed."""
         return tuple(q for q in (*self.kept, self.filter, self.aim) if q is not None)
 
@@ -164,7 +165,7 @@ class SweepJob:
     def row(self) -> np.dtype[np.void]:
         """The columns of a design."""
         shape = (self.steps + 1,) if self.rows else ()
-        own = [(q.text, LETTERS if q.kind == "text" else "f8", shape) for q in self.kept]
+        own = [(q.text, LETTERS if q.kind.what == "text" else "f8", shape) for q in self.kept]
         goal = [(GOAL, "f8")] if self.aim is not None else []
         fields: list[Any] = [(DESIGN, "i8"), *((n, "f8") for n in self.table.names), *own, *goal, (STATUS, "i1")]
         names = [name for name, *_ in fields]
@@ -196,10 +197,10 @@ class SweepJob:
         for k, name in enumerate(self.table.names):
             rows[name] = designs[:, k]
         for own in self.kept:
-            rows[own.text] = own.values(columns)
+            rows[own.text] = columns.of(own)
         if self.aim is not None:
-            rows[GOAL] = self.aim.values(columns)
-        held = slice(None) if self.filter is None else np.broadcast_to(self.filter.values(columns), len(designs))
+            rows[GOAL] = columns.of(self.aim)
+        held = slice(None) if self.filter is None else np.broadcast_to(columns.of(self.filter), len(designs))
         rows[STATUS] = status = columns.status  # of what was computed before
         rows = rows[held]
         return packed(np.bincount(status, minlength=len(Status)), columns.solved.careful, self.chosen(rows))

@@ -24,10 +24,11 @@ from typing import Any
 import numpy as np
 
 from gimcli.errors import UsageError
-from gimcli.families.sweep_job import DESIGN, GOAL, STATUS, Rows, SweepJob, packed
+from gimcli.families.sweep_job import GOAL, STATUS, Rows, SweepJob, packed
 from gimcli.motion.scatter import as_finished
 from gimcli.output.parts import Parts
 from gimcli.progress import Progress, no_progress
+from gimcli.quantities.quantity import ColumnRange
 from gimcli.status import Status
 from gimcli.table import Column, Table
 from gimcli.version import __version__
@@ -240,7 +241,7 @@ class SweepTables:
         self.units = {name: own.get(unit, "") for name, unit in units.items()}
         self.counts = np.zeros(len(Status), dtype=np.int64)
         self.careful, self.rows = 0, 0
-        self.ranges: dict[str, tuple[float, float, int]] = {}
+        self.ranges: dict[str, ColumnRange] = {}
         self.draws = True
         self.drawn: list[Rows] = []  # rows for the picture, if it is drawn
         self.best: Table | None = None  # the best designs, if they are requested
@@ -258,7 +259,9 @@ class SweepTables:
             self.counts += chunk["counts"]
             self.careful += int(chunk["careful"])
             self.rows += len(rows)
-            self._add_ranges(rows)
+            for name in self.job.row.names or ():
+                if rows[name].dtype.kind == "f":
+                    self.ranges.setdefault(name, ColumnRange()).add(rows[name])
             if self.draws and sum(map(len, self.drawn)) < DRAWN:
                 self.drawn.append(rows)
             table = self._table(rows)
@@ -267,8 +270,8 @@ class SweepTables:
 
     def unit(self, name: str) -> str:
         """Return the unit of a column."""
-        own = {q.text: q.unit for q in self.job.kept} | self.units
-        return self.job.aim.unit if name == GOAL and self.job.aim is not None else own.get(name, "")
+        own = {q.text: q.kind.unit or "" for q in self.job.kept} | self.units
+        return (self.job.aim.kind.unit or "") if name == GOAL and self.job.aim is not None else own.get(name, "")
 
     def _table(self, rows: Rows) -> Table:
         each = self.job.steps + 1 if self.job.rows else 1
@@ -278,17 +281,6 @@ class SweepTables:
         if self.job.rows:
             flat[STEP] = np.tile(np.arange(each), len(rows))
         return Table(tuple(Column(name, np.ascontiguousarray(flat[name]), self.unit(name)) for name in self.names))
-
-    def _add_ranges(self, rows: Rows) -> None:
-        """Add the least and the greatest value, and the number of designs without one."""
-        for name in self.job.row.names or ():
-            if name in (DESIGN, STATUS) or rows[name].dtype.kind != "f":
-                continue
-            values = rows[name][np.isfinite(rows[name])]
-            low, high, missing = self.ranges.get(name, (np.nan, np.nan, 0))
-            low = float(np.fmin(low, values.min(initial=np.inf))) if len(values) else low
-            high = float(np.fmax(high, values.max(initial=-np.inf))) if len(values) else high
-            self.ranges[name] = low, high, missing + rows[name].size - len(values)
 
     def clear(self) -> None:
         """Remove the folder of the parts, after everything was written."""

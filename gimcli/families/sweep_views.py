@@ -51,7 +51,7 @@ def sweep_picture(found: SweepTables, rows: Rows) -> Sheet | None:
 
 def _drawn_names(found: SweepTables) -> list[str]:
     """Return the quantities that are numbers, with the goal."""
-    names = [q.text for q in found.job.kept if q.kind == "number"]
+    names = [q.text for q in found.job.kept if q.kind.what == "number"]
     return [*names, *([GOAL] if found.job.aim is not None else [])][:MOST_GRAPHS]
 
 
@@ -175,7 +175,7 @@ def chosen_designs(table: DesignTable, most: int, found: SweepTables) -> tuple[I
     counts = list(table.shape)
     while math.prod(counts) > most:
         counts[int(np.argmax(counts))] -= 1
-    listed = [v.values for v in table.varied.variations if hasattr(v, "values")]
+    listed = [v.values for v in table.listed]
     places = [np.unique(np.linspace(0, len(v) - 1, c).round().astype(int)) for v, c in zip(listed, counts, strict=True)]
     places = [at[np.argsort(v[at])] for at, v in zip(places, listed, strict=True)]
     grid = np.meshgrid(*places, indexing="ij")
@@ -195,10 +195,10 @@ def _rounded(values: FloatArray) -> list[float]:
 def _kept(found: SweepTables, columns: DesignColumns) -> list[str]:
     """Return the kept quantities of each design in words."""
     texts: list[list[str]] = [[] for _ in columns.designs]
-    for own in (one for one in found.job.kept if one.kind != "rows"):
-        values = np.broadcast_to(own.values(columns), len(columns.designs))
+    for own in (one for one in found.job.kept if one.kind.what != "rows"):
+        values = np.broadcast_to(columns.of(own), len(columns.designs))
         for text, value in zip(texts, values.tolist(), strict=True):
-            unit = f" {own.unit}" if own.unit not in ("", "unit") else ""
+            unit = f" {own.kind.unit}" if own.kind.unit not in (None, "", "unit") else ""
             text.append(f"{own.text} = {value if isinstance(value, str) else number(value) + unit}")
     return ["; ".join(text) for text in texts]
 

@@ -40,44 +40,28 @@ class ListedValues:
 
 
 @dataclass(frozen=True)
-class UniformValues:
-    """A dimension that is distributed uniformly between two values [file's unit]."""
+class Distribution:
+    """A dimension that is distributed: "uniform" between two values, or "normal" with mean and standard deviation."""
 
     name: str
-    low: float
-    high: float
+    kind: str
+    first: float  # file's unit
+    second: float
 
     def at(self, share: FloatArray) -> FloatArray:
         """Return the values below which a share of all values is (designs,)."""
-        return self.low + (self.high - self.low) * share
-
-    @property
-    def text(self) -> str:
-        """The distribution as it is written."""
-        return f"uniform({self.low:g},{self.high:g})"
-
-
-@dataclass(frozen=True)
-class NormalValues:
-    """A dimension that is distributed normally; `deviation` is the standard deviation [file's unit]."""
-
-    name: str
-    mean: float
-    deviation: float
-
-    def at(self, share: FloatArray) -> FloatArray:
-        """Return the values below which a share of all values is (designs,)."""
+        if self.kind == "uniform":
+            return self.first + (self.second - self.first) * share
         from scipy.special import ndtri
 
-        return np.asarray(self.mean + self.deviation * ndtri(share))
+        return np.asarray(self.first + self.second * ndtri(share))
 
     @property
     def text(self) -> str:
         """The distribution as it is written."""
-        return f"normal({self.mean:g},{self.deviation:g})"
+        return f"{self.kind}({self.first:g},{self.second:g})"
 
 
-Distribution = UniformValues | NormalValues
 Variation = ListedValues | Distribution
 
 
@@ -120,22 +104,19 @@ def variation(name: str, given: str | float | Sequence[float] | FloatArray) -> V
     call = CALL.fullmatch(given)
     if call is not None:
         return _distribution(name, where, call)
-    if ":" in given:
-        return ListedValues(name, _checked(where, _spaced(where, given)))
-    return ListedValues(name, _checked(where, np.array([_number(where, word) for word in given.split(",")])))
+    words: Any = [_number(where, word) for word in given.split(",")] if ":" not in given else _spaced(where, given)
+    return ListedValues(name, _checked(where, np.asarray(words)))
 
 
 def _distribution(name: str, where: str, call: re.Match[str]) -> Distribution:
     first, second = (_number(where, call[k]) for k in (2, 3))
-    if call[1] == "normal":
-        if second <= 0.0:
-            raise UsageError(f"{where}: expected a standard deviation above 0, got {second:g}")
-        _refuse_beyond(where, abs(first) + FARTHEST * second)
-        return NormalValues(name, first, second)
-    if second <= first:
+    normal = call[1] == "normal"
+    if normal and second <= 0.0:
+        raise UsageError(f"{where}: expected a standard deviation above 0, got {second:g}")
+    if not normal and second <= first:
         raise UsageError(f"{where}: expected the smaller value first: uniform(LOW,HIGH)")
-    _refuse_beyond(where, second - first)
-    return UniformValues(name, first, second)
+    _refuse_beyond(where, abs(first) + FARTHEST * second if normal else second - first)
+    return Distribution(name, call[1], first, second)
 
 
 def _refuse_beyond(where: str, size: float) -> None:

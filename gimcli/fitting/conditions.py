@@ -41,8 +41,8 @@ class DesignQuantities:
         names = self.names = ColumnNames(family.mechanism, family.names)
         self.tests = [quantity(text, names, ("yes",), "where") for text in where]
         self.goal = quantity(goal, names, ("number",), "goal") if goal else None
-        self.margins = [test.expression for test in self.tests if test.expression.code[-1][0] in MARGINS]
-        self.goals = [self.goal.expression] if self.goal else []
+        self.margins = [test for test in self.tests if test.code[-1][0] in MARGINS]
+        self.goals = [self.goal] if self.goal else []
         used = frozenset[str]().union(*(q.names for q in [*self.tests, *([self.goal] if self.goal else [])]))
         if TYPE in used:
             names.check_type()
@@ -55,7 +55,7 @@ class DesignQuantities:
         if self.tests and len(designs):
             columns = self._columns(designs, steps)
             for test in self.tests:
-                good &= np.broadcast_to(test.values(columns), len(designs))
+                good &= np.broadcast_to(columns.of(test), len(designs))
         return good
 
     def admitted_goals(self, designs: FloatArray, steps: int) -> FloatArray:
@@ -64,8 +64,8 @@ class DesignQuantities:
         columns = self._columns(designs, steps)
         good = columns.solved.good.all(axis=1)
         for test in self.tests:
-            good &= np.broadcast_to(test.values(columns), len(designs))
-        goals = np.broadcast_to(np.asarray(self.goal.values(columns), dtype=float), len(designs))
+            good &= np.broadcast_to(columns.of(test), len(designs))
+        goals = np.broadcast_to(np.asarray(columns.of(self.goal), dtype=float), len(designs))
         return np.where(good & np.isfinite(goals), goals, np.nan)
 
     def numbers(self, expressions: Sequence[Expression], designs: FloatArray) -> FloatArray:

@@ -95,7 +95,7 @@ class CircuitTrace(UnderWay[TraceResult]):
         found = []
         for motion, table in zip(self.motions, self._tables, strict=True):
             ranges = PointRanges(self.mechanism)
-            ranges.add(table, motion.good)
+            ranges.add(table)
             found.append(ranges.report(motion))
         return found
 

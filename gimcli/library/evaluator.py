@@ -25,7 +25,7 @@ class Evaluator:
         verb: Any = sweep
         self._job = verb.begin(mechanism, nominal, steps=steps, keep=keep).job
         self.dimensions, self.quantities = self._job.table.names, tuple(one.text for one in self._job.kept)
-        if any(one.kind != "number" for one in self._job.kept):
+        if any(one.kind.what != "number" for one in self._job.kept):
             raise UsageError("keep: expected numbers, such as range(P.y)")
 
     def __call__(self, designs: Any) -> tuple[NDArray[np.float64], NDArray[np.str_]]:
@@ -39,7 +39,7 @@ class Evaluator:
             shape, names = f"(designs, {len(self.dimensions)})", ", ".join(self.dimensions)
             raise UsageError(f"designs: expected an array {shape} of {names}, got {np.shape(designs)}")
         columns = self._job.columns(values, self._job.steps, {"jit": "auto"})
-        found = [np.broadcast_to(one.values(columns), len(values)) for one in self._job.kept]
+        found = [np.broadcast_to(columns.of(one), len(values)) for one in self._job.kept]
         return np.stack(found, axis=1), np.array([status.word for status in Status])[columns.status]
 
 

@@ -267,7 +267,7 @@ def _sampled(
 
     def numbers(found: Designs) -> FloatArray:
         columns = DesignColumns(found, ColumnNames(motion.mechanism, family.names))
-        rows = [np.where(found.good.all(axis=1), one.kept.values(columns), np.nan) for one in reduced]
+        rows = [np.where(found.good.all(axis=1), columns.of(one.kept), np.nan) for one in reduced]
         return np.stack([(row - own)[:, None] for row, own in zip(rows, nominals, strict=True)])
 
     def positions(found: Designs) -> FloatArray:

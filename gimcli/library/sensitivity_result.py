@@ -91,12 +91,12 @@ class SensitivityResult(Result):
     @property
     def names(self) -> list[str]:
         """Names of the quantities."""
-        return [one.name for one in (self._reduced or [item.head for item in self._quantities])]
+        return [one.kept.text for one in self._reduced] or [item.head.name for item in self._quantities]
 
     @property
     def units(self) -> list[str]:
         """Units of the quantities."""
-        return [one.unit for one in (self._reduced or [item.head for item in self._quantities])]
+        return [one.kept.kind.unit or "" for one in self._reduced] or [item.head.unit for item in self._quantities]
 
     def _unit_of(self, dimension: Dimension) -> str:
         """Return the unit of a dimension; "" if it has none."""

@@ -215,7 +215,7 @@ class SweepResult(RowsResult):
     def curves(self) -> dict[str, NDArray[Any]]:
         """The kept columns (designs, rows) by name, if `rows` was set."""
         job = self._found.job
-        return {q.text: self[q.text].reshape(-1, job.steps + 1) for q in job.kept if q.kind == "rows"}
+        return {q.text: self[q.text].reshape(-1, job.steps + 1) for q in job.kept if q.kind.what == "rows"}
 
     @property
     def answered(self) -> bool:
@@ -238,7 +238,8 @@ class SweepResult(RowsResult):
     def _spans(self) -> Records:
         """The ranges of the dimensions and quantities, one row each."""
         names, units = list(self._found.ranges), [self._found.unit(name) for name in self._found.ranges]
-        low, high, empty = map(list, zip(*self._found.ranges.values(), strict=True))
+        every = self._found.ranges.values()
+        low, high, empty = ([getattr(own, name) for own in every] for name in ("least", "greatest", "empty"))
         sizes = [max(map(abs, ends)) for ends in zip(low, high, strict=True)]
         return Records(
             RowField("name", names, head="", text=list(map(labelled, names, units))),

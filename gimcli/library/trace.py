@@ -169,7 +169,7 @@ class MotionTrace(UnderWay[TraceResult]):
         for piece in chain((self._first,), self._pieces):
             own, first = self.extras, self.summary.seen
             table = own.table(piece, angles, first, self._rates)
-            self.ranges.add(table, piece.good)
+            self.ranges.add(table)
             yield table
             own.keep(table, self.summary.add(piece))
             self.kept += [piece] * self.keeps

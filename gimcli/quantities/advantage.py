@@ -12,9 +12,8 @@ from typing import Any
 import numpy as np
 
 from gimcli.mechanism import FRAME, FloatArray, Mechanism
-from gimcli.quantities import naming
 from gimcli.quantities.extremes import RateRows
-from gimcli.quantities.quantity import Head, Kind, Quantity, unit_of
+from gimcli.quantities.quantity import Head, Kind, Quantity, place_of, point_names, unit_of
 from gimcli.quantities.state import State
 from gimcli.rates.derivatives import MotionRates
 
@@ -58,16 +57,17 @@ def _output(mechanism: Mechanism, spec: str, name: str) -> tuple[int | None, int
     members = [m.name for m in mechanism.members]
     if name in members[FRAME + 1 :]:
         return members.index(name, FRAME + 1), None, None
-    points, pairs = [*(p.name for p in mechanism.points), *mechanism.nodes], [s.pair for s in mechanism.slides]
+    pairs = [s.pair for s in mechanism.slides]
     if name in pairs:
         return None, pairs.index(name), None
-    if name in points:
-        return None, None, name
-    raise naming.unknown(spec, "member, sliding pair, point or node", name, [*members[FRAME + 1 :], *pairs, *points])
+    known = [*members[FRAME + 1 :], *pairs, *point_names(mechanism)]
+    place_of(spec, "member, sliding pair, point or node", name, known)
+    return None, None, name
 
 
 def _make(mechanism: Mechanism, spec: str, names: Sequence[str]) -> Sequence[Quantity]:
-    return [Advantage(mechanism, spec, naming.actuator(mechanism, spec, names[0]), names[1])]
+    actuator = place_of(spec, "actuator", names[0], [a.name for a in mechanism.actuators])
+    return [Advantage(mechanism, spec, actuator, names[1])]
 
 
 KIND = Kind(

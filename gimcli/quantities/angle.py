@@ -12,8 +12,7 @@ from typing import Any
 import numpy as np
 
 from gimcli.mechanism import FRAME, Mechanism
-from gimcli.quantities import naming
-from gimcli.quantities.quantity import Head, Kind, Quantity
+from gimcli.quantities.quantity import Head, Kind, Quantity, member_of
 from gimcli.quantities.state import State
 from gimcli.rates.member_angles import full_turn
 
@@ -35,7 +34,7 @@ class RelativeAngle(Quantity):
 
 
 def _make(mechanism: Mechanism, spec: str, names: Sequence[str]) -> Sequence[Quantity]:
-    members = [naming.member(mechanism, spec, name) for name in names]
+    members = [member_of(mechanism, spec, name) for name in names]
     return [RelativeAngle(mechanism, spec, members[0], members[1] if len(members) > 1 else FRAME)]
 
 

@@ -24,8 +24,7 @@ import numpy as np
 
 from gimcli.errors import UsageError
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, IntArray, Mechanism
-from gimcli.quantities import naming
-from gimcli.quantities.quantity import ColumnRange, Head, Kind, Quantity, unit_of
+from gimcli.quantities.quantity import ColumnRange, Head, Kind, Quantity, member_of, unit_of
 from gimcli.quantities.state import State
 from gimcli.rates.path_derivatives import PathDerivatives
 from gimcli.structure.carried import carried_point
@@ -280,7 +279,7 @@ def _signed_steps(rows: ComplexArray) -> FloatArray:
 
 
 def _make(mechanism: Mechanism, spec: str, names: Sequence[str]) -> Sequence[Quantity]:
-    index = naming.member(mechanism, spec, names[0])
+    index = member_of(mechanism, spec, names[0])
     if index == FRAME:
         raise UsageError(f"measure '{spec}': expected a moving member, got the frame")
     return [Area(mechanism, spec, index)]

@@ -17,8 +17,7 @@ import numpy as np
 
 from gimcli.errors import UsageError
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
-from gimcli.quantities import naming
-from gimcli.quantities.quantity import Head, Kind, Quantity, unit_of
+from gimcli.quantities.quantity import Head, Kind, Quantity, member_of, unit_of
 from gimcli.quantities.state import State
 from gimcli.rates.derivatives import MotionRates
 from gimcli.rates.path_derivatives import PathDerivatives
@@ -115,7 +114,7 @@ def local_place(mechanism: Mechanism, index: int, place: ComplexArray, z: Comple
 
 
 def _make(mechanism: Mechanism, spec: str, names: Sequence[str]) -> Sequence[Quantity]:
-    first, second = (naming.member(mechanism, spec, name) for name in names)
+    first, second = (member_of(mechanism, spec, name) for name in names)
     if first == second:
         raise UsageError(f"measure '{spec}': expected two different members")
     return [Centre(mechanism, spec, first, second)]

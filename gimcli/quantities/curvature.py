@@ -14,8 +14,7 @@ from typing import Any
 import numpy as np
 
 from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
-from gimcli.quantities import naming
-from gimcli.quantities.quantity import Head, Kind, Quantity, unit_of
+from gimcli.quantities.quantity import Head, Kind, Quantity, place_of, point_names, unit_of
 from gimcli.quantities.state import State
 from gimcli.rates.path_derivatives import PathDerivatives
 
@@ -95,7 +94,7 @@ def _at_rest(derivatives: PathDerivatives, point: str, rows: IntArray, kappa: Fl
 
 
 def _make(mechanism: Mechanism, spec: str, names: Sequence[str]) -> Sequence[Quantity]:
-    naming.refuse_no_point(mechanism, spec, names[0])
+    place_of(spec, "point or node", names[0], point_names(mechanism))
     return [Curvature(mechanism, spec, names[0])]
 
 

@@ -7,8 +7,7 @@ from typing import Any
 
 from gimcli.errors import UsageError
 from gimcli.mechanism import Mechanism
-from gimcli.quantities import naming
-from gimcli.quantities.quantity import Head, Kind, Quantity
+from gimcli.quantities.quantity import Head, Kind, Quantity, place_of, point_names
 from gimcli.quantities.state import State
 
 
@@ -27,7 +26,7 @@ class Distance(Quantity):
 
 def _make(mechanism: Mechanism, spec: str, names: Sequence[str]) -> Sequence[Quantity]:
     for name in names:
-        naming.refuse_no_point(mechanism, spec, name)
+        place_of(spec, "point or node", name, point_names(mechanism))
     if names[0] == names[1]:
         raise UsageError(f"measure '{spec}': expected two different points")
     return [Distance(mechanism, spec, names)]

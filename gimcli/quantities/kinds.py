@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from gimcli.errors import UsageError
 from gimcli.mechanism import Mechanism
-from gimcli.quantities import advantage, angle, area, centre, curvature, distance, naming, transmission
-from gimcli.quantities.quantity import Kind, Quantity
+from gimcli.quantities import advantage, angle, area, centre, curvature, distance, transmission
+from gimcli.quantities.quantity import Kind, Quantity, place_of
 
 KINDS: dict[str, Kind] = {
     kind.name: kind
@@ -28,10 +29,10 @@ def quantities_of(mechanism: Mechanism, spec: str) -> Sequence[Quantity]:
     Raises UsageError for an unknown kind or name.
     """
     kind, colon, names = spec.partition(":")
-    if kind not in KINDS:
-        raise naming.unknown(spec, "kind", kind, KINDS)
+    place_of(spec, "kind", kind, KINDS)
     found, words, spec = KINDS[kind], names.split("/") if colon else [], f"{kind}:{names}"
-    naming.refuse_count(spec, words, found.counts, f"{kind}:{found.arguments}")
+    if len(words) not in found.counts or not all(words):
+        raise UsageError(f"measure '{spec}': expected {kind}:{found.arguments}")
     return found.make(mechanism, spec, words)
 
 

@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from gimcli.mechanism import FRAME, BoolArray, ComplexArray, FloatArray, Mechanism
+from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
 from gimcli.motion.motion import Motion
+from gimcli.quantities.quantity import ColumnRange
 from gimcli.structure.carried import carried_point
 from gimcli.structure.rotation import members_of
 from gimcli.table import Table
@@ -27,42 +28,36 @@ class PointRanges:
 
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism = mechanism
-        shape = len(mechanism.traced), 2
-        self.least, self.greatest = np.full(shape, math.inf), np.full(shape, -math.inf)
-        self.first, self.last = np.full(shape, math.nan), np.full(shape, math.nan)
-        self.rows, self.solved = 0, np.zeros(len(mechanism.traced), dtype=int)
+        self.ranges = {name: (ColumnRange(), ColumnRange()) for name in mechanism.traced}
+        self.first: dict[str, FloatArray] = {}
+        self.last: dict[str, FloatArray] = {}
 
-    def add(self, table: Table, good: BoolArray) -> None:
-        """Add the next rows of a motion, of which those in `good` (rows,) are solved."""
-        places = np.array([[table[f"{name}.{letter}"] for letter in "xy"] for name in self.mechanism.traced])
-        values, every = places.reshape(*self.least.shape, len(table)), bool(good.all())
-        least, greatest = (np.min, np.max) if every else (np.fmin.reduce, np.fmax.reduce)  # NaN: skipped
-        self.least = np.minimum(self.least, least(values, axis=2, initial=math.inf))
-        self.greatest = np.maximum(self.greatest, greatest(values, axis=2, initial=-math.inf))
-        self.first, self.last = self.first if self.rows else values[..., 0], values[..., -1]
-        self.solved += len(table) if every else np.count_nonzero(np.isfinite(values[:, 1]), axis=1)
-        self.rows += len(table)
+    def add(self, table: Table) -> None:
+        """Add the next rows of a motion."""
+        for name, own in self.ranges.items():
+            places = np.stack([table.floats(f"{name}.{axis}") for axis in "xy"])
+            for one, values in zip(own, places, strict=True):
+                one.add(values)
+            self.first.setdefault(name, places[:, 0])
+            self.last[name] = places[:, -1]
 
     def report(self, motion: Motion) -> dict[str, dict[str, Any]]:
         """Return ranges and kind of curve by the names of the points; `motion` has enough rows to count turns."""
-        if not self.solved.any():
+        if not any(math.isfinite(x.least) for x, _ in self.ranges.values()):
             return {}
         return {
             name: {
-                "x": [float(self.least[k, 0]), float(self.greatest[k, 0])],
-                "y": [float(self.least[k, 1]), float(self.greatest[k, 1])],
-                "curve": self._curve(k, name, _own(motion, name)),
+                "x": [x.least, x.greatest], "y": [y.least, y.greatest], "curve": self._curve(name, _own(motion, name)),
             }
-            for k, name in enumerate(self.mechanism.traced)
+            for name, (x, y) in self.ranges.items()
         }  # fmt: skip
 
-    def _curve(self, number: int, name: str, motion: Motion) -> str:
+    def _curve(self, name: str, motion: Motion) -> str:
         """Return whether a curve is closed; the path on a circle or a line of the frame may go there and back."""
         near = SAME * motion.mechanism.size * motion.mechanism.scale
-        if float(np.max(self.greatest[number] - self.least[number])) <= near:
+        if not max(own.greatest - own.least for own in self.ranges[name]) > near:
             return FIXED
-        apart = float(np.hypot(*(self.last[number] - self.first[number])))
-        if self.solved[number] < self.rows or not apart <= near:
+        if self.ranges[name][1].empty or not math.dist(self.last[name], self.first[name]) <= near:
             return OPEN
         return RETRACED if _returns(motion) or _retraced(motion, name) else CLOSED
 

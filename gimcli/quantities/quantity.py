@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+from gimcli.errors import UsageError
+from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
+from gimcli.nearest import guess
 from gimcli.quantities.state import State
 
 if TYPE_CHECKING:
@@ -35,8 +37,8 @@ class ColumnRange:
     infinite: bool = False
     empty: int = 0  # number of empty cells in solved rows
 
-    def add(self, values: np.ndarray, solved: np.ndarray) -> None:
-        """Add values (rows,)."""
+    def add(self, values: np.ndarray, solved: np.ndarray | bool = True) -> None:
+        """Add values (rows,); by default empty cells of all rows count."""
         finite = values[np.isfinite(values)]
         if len(finite):
             self.least = float(np.fmin(self.least, finite.min()))
@@ -105,3 +107,24 @@ def unit_of(mechanism: Mechanism, text: str = "{}") -> str:
 def angle_to_file(mechanism: Mechanism, angle: FloatArray) -> FloatArray:
     """Return angles [rad] in the file's unit."""
     return np.degrees(angle) if mechanism.angle_unit == "deg" else angle
+
+
+def place_of(spec: str, what: str, name: str, known: Iterable[str]) -> int:
+    """Return the place of a name in a text of a quantity among those that are known; raise UsageError for others."""
+    names = list(known)
+    if name not in names:
+        raise UsageError(f"measure '{spec}': no {what} '{name}'; {guess(name, names)}")
+    return names.index(name)
+
+
+def member_of(mechanism: Mechanism, spec: str, name: str) -> int:
+    """Return the index of a member; `frame` and `ground` are the fixed member."""
+    own = [m.name for m in mechanism.members]
+    name = "frame" if name == "ground" and name not in own else name
+    place = place_of(spec, "member", name, [*own[FRAME + 1 :], own[FRAME], "frame"])
+    return FRAME + 1 + place if place < len(own) - 1 else FRAME
+
+
+def point_names(mechanism: Mechanism) -> list[str]:
+    """Return the names of points and nodes."""
+    return [*(p.name for p in mechanism.points), *mechanism.nodes]

@@ -19,8 +19,7 @@ import numpy as np
 
 from gimcli.errors import UsageError
 from gimcli.mechanism import FRAME, SPAN, Mechanism
-from gimcli.quantities import naming
-from gimcli.quantities.quantity import ColumnRange, Head, Kind, Quantity, angle_to_file
+from gimcli.quantities.quantity import ColumnRange, Head, Kind, Quantity, angle_to_file, place_of
 from gimcli.quantities.state import ForceLine, State
 from gimcli.rates.member_angles import full_turn
 from gimcli.structure.joints import PRISMATIC, sliding_pairs
@@ -146,9 +145,9 @@ def _make(mechanism: Mechanism, spec: str, names: Sequence[str]) -> Sequence[Qua
             raise UsageError(f"measure '{KIND.name}': no output joint was found; write {KIND.name}:NODE/JOINT/NODE")
         return [_measure(mechanism, joint) for joint in found]
     if len(names) == 1:
-        return _at_node(mechanism, spec, naming.node(mechanism, spec, names[0]))
+        return _at_node(mechanism, spec, place_of(spec, "node", names[0], mechanism.nodes))
     if len(names) == 3:
-        first, joint, second = (naming.node(mechanism, spec, name) for name in names)
+        first, joint, second = (place_of(spec, "node", name, mechanism.nodes) for name in names)
         if joint in (first, second) or first == second:
             raise UsageError(f"measure '{spec}': expected three different nodes")
         return [
@@ -180,8 +179,7 @@ def _between(mechanism: Mechanism, spec: str, first: str, second: str) -> Quanti
         *(a.name for a in mechanism.actuators if a.kind == SPAN),
     ]
     for name in (first, second):
-        if name not in known:
-            raise naming.unknown(spec, "member, sliding pair or linear actuator", name, known)
+        place_of(spec, "member, sliding pair or linear actuator", name, known)
     for node in range(len(mechanism.nodes)):
         for joint in joints_at(mechanism, node):
             if joint.names == {first, second}:

@@ -77,7 +77,7 @@ def test_ranges_are_those_of_the_columns_in_any_pieces():
     table, ranges = found.table(), PointRanges(m)
     for rows in (slice(0, 1), slice(1, 40), slice(40, 101)):
         piece = Table(tuple(Column(c.name, c.values[rows], c.unit) for c in table.columns))
-        ranges.add(piece, piece["status"] == "ok")
+        ranges.add(piece)
     assert ranges.report(trace(m, 100)) == found.points
 
 
