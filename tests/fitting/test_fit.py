@@ -12,8 +12,8 @@ from in_process import gim, refused
 from path_problems import NINE_POINT_LENGTHS, PROBLEMS
 
 from gimcli import UsageError, assembled, fit, load, loads, trace
-from gimcli.families.family import Family
 from gimcli.families.design_state import position_items
+from gimcli.families.family import Family
 from gimcli.fitting.conditions import DesignQuantities
 from gimcli.fitting.least_squares import FitProblem, Trials
 from gimcli.fitting.motion_quantity import MotionQuantity

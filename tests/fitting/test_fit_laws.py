@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from gimcli import fit, load, loads, trace
-from gimcli.families.family import Family
 from gimcli.families.design_state import position_items
+from gimcli.families.family import Family
 from gimcli.fitting.motion_quantity import LawQuantity, MotionQuantity
 
 MODEL = """
