@@ -24,6 +24,7 @@ from __future__ import annotations
 import math
 
 from gimcli.kernels.jit import kernel
+from gimcli.kernels.vector import value_at
 from gimcli.mechanism import FloatArray, IntArray
 
 COINCIDENT = 0
@@ -56,9 +57,7 @@ def joint_value(q: FloatArray, values: FloatArray, constant: float, variable: in
     """Return a joint's angle or travel: a constant plus a variable or an input."""
     if variable >= 0:
         return constant + q[variable]
-    if actuator >= 0:
-        return constant + values[actuator] * turn
-    return constant
+    return value_at(constant, turn, actuator, values)
 
 
 @kernel
@@ -115,9 +114,7 @@ def pair_rows(
     for k in range(pi.shape[0]):
         kind, a, b = pi[k, 0], pi[k, 1], pi[k, 2]
         gb[row, 0], gb[row, 1] = a, b
-        value = pz[k, 6]
-        if pi[k, 3] >= 0:
-            value += values[pi[k, 3]]
+        value = value_at(pz[k, 6], 1.0, pi[k, 3], values)
         if kind == ANGLE:
             e = pose[a, 2] - pose[b, 2] - value
             f[row] = e - TURN * math.floor(e / TURN + 0.5)

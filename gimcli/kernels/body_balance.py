@@ -184,11 +184,7 @@ def fill(
         out.rest[i] = room.acceleration[i]
         for k in range(given.shape[0]):
             out.rest[i] += given[k] * at.b[free + k, i]
-    for i in range(out.matrix.shape[0]):
-        for j in range(out.matrix.shape[1]):
-            out.matrix[i, j] = 0.0
-        for j in range(out.sides.shape[1]):
-            out.sides[i, j] = 0.0
+    out.matrix[:, :], out.sides[:, :] = 0.0, 0.0
     for c in range(b.vectors.shape[0]):
         out.directions[c, 0], out.directions[c, 1] = b.vectors[c, 0], b.vectors[c, 1]
     for t in range(b.turned.shape[0]):
@@ -284,8 +280,7 @@ def find_friction(
         room.share[k] = math.tanh(room.speed[k] / slip)
     if settle_friction(c.kind, 1.0, room):
         return True
-    for k in range(c.kind.shape[0]):
-        room.f[k] = 0.0
+    room.f[:] = 0.0
     done, i = True, 0
     while done and i < PARTS:
         i += 1

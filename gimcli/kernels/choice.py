@@ -6,8 +6,6 @@ row by row in a loop that the compiler vectorises.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from gimcli.kernels.jit import scalar_form
@@ -33,31 +31,17 @@ def _mark(condition: bool, marks: float) -> float:
     return 1.0 if condition else marks
 
 
-@scalar_form(_larger)
-def larger(one: Any, other: Any) -> Any:
-    """Return the larger of two values; if one is NaN, the other."""
-    return np.fmax(one, other)
+larger = scalar_form(_larger)(np.fmax)
+"""The larger of two values; if one is NaN, the other."""
 
+smaller = scalar_form(_smaller)(np.fmin)
+"""The smaller of two values; if one is NaN, the other."""
 
-@scalar_form(_smaller)
-def smaller(one: Any, other: Any) -> Any:
-    """Return the smaller of two values; if one is NaN, the other."""
-    return np.fmin(one, other)
+unless = scalar_form(_unless)(np.logical_not)
+"""1.0 (or True) where the condition is false, else 0.0 (or False)."""
 
+mark = scalar_form(_mark)(np.logical_or)
+"""`marks`, with 1.0 (or True) where the condition is true: of a condition and marks."""
 
-@scalar_form(_unless)
-def unless(condition: Any) -> Any:
-    """Return 1.0 (or True) where the condition is false, else 0.0 (or False)."""
-    return np.logical_not(condition)
-
-
-@scalar_form(_mark)
-def mark(condition: Any, marks: Any) -> Any:
-    """Return `marks`, with 1.0 (or True) where the condition is true."""
-    return np.logical_or(condition, marks)
-
-
-@scalar_form(_either)
-def where(condition: Any, yes: Any, no: Any) -> Any:
-    """Return `yes` where the condition is true, else `no`."""
-    return np.where(condition, yes, no)
+where = scalar_form(_either)(np.where)
+"""`yes` where the condition is true, else `no`: of a condition, yes and no."""

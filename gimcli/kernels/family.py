@@ -13,8 +13,8 @@ import math
 from typing import NamedTuple
 
 from gimcli.kernels.jit import kernel, stage
-from gimcli.kernels.march import Groups, Rows, begin, group_at, solve_group_rows
-from gimcli.kernels.newton import LAST_SIGN, RowPosition, StopLimits, read_row, volume_at
+from gimcli.kernels.march import Groups, Rows, begin, group_at, solve_steps
+from gimcli.kernels.newton import RowPosition, StopLimits, read_row, volume_at
 from gimcli.kernels.plan_steps import (
     COUPLED,
     HISTORY,
@@ -25,8 +25,6 @@ from gimcli.kernels.plan_steps import (
     WORST,
     Lanes,
     Program,
-    check,
-    guard,
     place,
 )
 from gimcli.mechanism import FloatArray, IntArray
@@ -153,22 +151,11 @@ def advance(
     room: Room, q: Program, groups: Groups, at: Lanes, sign: FloatArray, solver: RowSolver, count: int, followed: bool
 ) -> int:
     """Solve `count` rows whose times and inputs are in the lanes; return how many are solved and not doubtful."""
-    w, lanes = room.w, room.lanes
-    high = HISTORY + count
+    high, room.note[0] = solve_steps(
+        room.w, room.lanes, q, groups, at, sign, room.determinant, solver.room, solver.limits, solver.tolerance,
+        followed, HISTORY + count,
+    )  # fmt: skip
     room.note[1] += 1
-    for k in range(q.steps.shape[0]):
-        if q.steps[k, 0] == COUPLED:
-            n = q.steps[k, 2]
-            group = group_at(groups, n)
-            high = solve_group_rows(lanes, group, at, room.determinant[n], solver.room, solver.limits, high)
-            if high > HISTORY:
-                room.determinant[n] = solver.room.out[LAST_SIGN]
-        elif place(w, q, at, k, sign, high):
-            high = guard(w, q, at, k, solver.tolerance, followed, high)
-        if high == HISTORY:
-            room.note[0] = k
-            return 0
-    check(w, q, at, high)
     return high - HISTORY
 
 
@@ -177,19 +164,15 @@ def hold_frame(lanes: FloatArray, at: Lanes, held: IntArray, frame: FloatArray, 
     """Set the nodes of the frame in rows first..high."""
     for n in range(len(held)):
         node = held[n]
-        x, y = lanes[at.x + node], lanes[at.y + node]
-        for r in range(first, high):
-            x[r], y[r] = frame[node, 0], frame[node, 1]
+        lanes[at.x + node, first:high], lanes[at.y + node, first:high] = frame[node, 0], frame[node, 1]
 
 
 @stage
 def begin_from(lanes: FloatArray, row: FloatArray, time: float) -> None:
     """Make a row (lanes,) the only solved one."""
     for k in range(lanes.shape[0]):
-        for r in range(HISTORY):
-            lanes[k, r] = row[k]
-    for r in range(HISTORY):
-        lanes[TIME, r] = -math.inf
+        lanes[k, :HISTORY] = row[k]
+    lanes[TIME, :HISTORY] = -math.inf
     lanes[TIME, HISTORY - 1] = time
 
 

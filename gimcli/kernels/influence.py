@@ -128,12 +128,6 @@ def factor_wide(a: FloatArray, n: int, order: FloatArray) -> float:
     return sign * least / greatest
 
 
-@stage
-def solve_wide(a: FloatArray, n: int, order: FloatArray, right: FloatArray) -> None:
-    """Solve with the factors from `factor_wide`."""
-    lu_solve(a, n, order, right)
-
-
 @kernel
 def factor_block(a: FloatArray, n: int, order: FloatArray) -> float:
     """Factor a block's Jacobian; return its entry of `InfluencePosition.sign`, 0 if it is singular."""
@@ -157,7 +151,7 @@ def factor_block(a: FloatArray, n: int, order: FloatArray) -> float:
 def solve_block(a: FloatArray, n: int, order: FloatArray, right: FloatArray) -> None:
     """Solve with the factors from `factor_block`."""
     if n > 2:
-        solve_wide(a, n, order, right)
+        lu_solve(a, n, order, right)
     elif n == 1:
         right[0] *= a[0, 0]
     else:
@@ -286,16 +280,9 @@ def settle(c: Chart, to: InfluencePosition, speeds: FloatArray, room: InfluenceS
     The independent variables in `to.v` are given. Also computes dv/ds, velocities and accelerations. `room.weakest` is
     the block that was not solved, or else the block with the smallest determinant. Returns whether all were solved.
     """
+    to.b[:, :], room.velocity[:], room.acceleration[:] = 0.0, 0.0, 0.0
     for k in range(c.independent.shape[0]):
-        at = c.independent[k]
-        for i in range(to.v.shape[0]):
-            to.b[k, i] = 0.0
-        to.b[k, at] = 1.0
-    for i in range(to.v.shape[0]):
-        room.velocity[i] = 0.0
-        room.acceleration[i] = 0.0
-    for k in range(c.independent.shape[0]):
-        room.velocity[c.independent[k]] = speeds[k]
+        to.b[k, c.independent[k]], room.velocity[c.independent[k]] = 1.0, speeds[k]
     for r in range(c.angles.shape[0]):
         refresh(c, to.v, room.f, r)
     least = math.inf

@@ -61,13 +61,13 @@ class MachineCode:
         """Write a compile result atomically; if that fails, it is not cached."""
         from numba.core import serialize
 
-        dumps: Any = serialize.dumps
         if result.library.has_dynamic_globals:
             return
+        data: bytes = serialize.dumps(result._reduce())  # type: ignore[attr-defined]
         path = self._path(signature, result.codegen)
         part = path.with_name(f"{path.name}.{os.urandom(6).hex()}.part")
         try:
-            part.write_bytes(_sealed(dumps(result._reduce())))
+            part.write_bytes(hashlib.sha256(data).digest() + data)
             os.replace(part, path)
         except OSError:
             with suppress(OSError):
@@ -78,10 +78,6 @@ class MachineCode:
 
         built_for = (numba.__version__, sys.implementation.cache_tag, codegen.magic_tuple(), signature)
         return self.cache_path / f"{self._stem}.{hashlib.sha256(repr(built_for).encode()).hexdigest()[:24]}{SUFFIX}"
-
-
-def _sealed(data: bytes) -> bytes:
-    return hashlib.sha256(data).digest() + data
 
 
 def _opened(data: bytes) -> bytes:
@@ -234,8 +230,6 @@ def _is_fixed(mode: int) -> bool:
 
 def source_stamp() -> str:
     """Return a hash of all kernel sources."""
-    import hashlib
-
     digest = hashlib.sha256()
     for path in sorted(Path(__file__).parent.glob("*.py")):
         digest.update(path.read_bytes())

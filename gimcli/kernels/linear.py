@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 
-from gimcli.kernels.jit import kernel
+from gimcli.kernels.jit import kernel, stage
 from gimcli.mechanism import FloatArray
 
 
@@ -42,7 +42,7 @@ def lu_factor(a: FloatArray, n: int, order: FloatArray) -> float:
     return sign
 
 
-@kernel
+@stage
 def lu_solve(a: FloatArray, n: int, order: FloatArray, b: FloatArray) -> None:
     """Solve with the factors from `lu_factor`; b is overwritten by the solution."""
     for k in range(n):  # all exchanges first, as in both factors

@@ -127,6 +127,28 @@ def keep(lanes: FloatArray, rows: Rows, solved: int, force: bool) -> None:
             rows.mark[0] += 1
 
 
+@stage
+def solve_steps(
+    w: FloatArray, lanes: FloatArray, q: Program, groups: Groups, at: Lanes, sign: FloatArray, determinant: FloatArray,
+    room: RowPosition, limits: StopLimits, tolerance: float, followed: bool, high: int,
+) -> tuple[int, int]:  # fmt: skip
+    """Execute all steps for the new rows and check them; return the first row not solved reliably, and the last step.
+
+    `determinant` (groups,) is updated. followed: see `guard`.
+    """
+    k = -1
+    while k + 1 < q.steps.shape[0] and high > HISTORY:
+        k += 1
+        if q.steps[k, 0] == COUPLED:
+            n = q.steps[k, 2]
+            high = solve_group_rows(lanes, group_at(groups, n), at, determinant[n], room, limits, high)
+            determinant[n] = room.out[LAST_SIGN]
+        elif place(w, q, at, k, sign, high):
+            high = guard(w, q, at, k, tolerance, followed, high)
+    check(w, q, at, high)
+    return high, k
+
+
 @kernel
 def march(
     w: FloatArray, lanes: FloatArray, q: Program, groups: Groups, at: Lanes, rows: Rows, first: int,
@@ -140,18 +162,10 @@ def march(
     total, done = rows.time.shape[0], first
     while done < total:
         count = min(ROWS, total - done)
-        high = HISTORY + count
         begin(w, lanes, at, rows, done, count)
-        for k in range(q.steps.shape[0]):
-            if q.steps[k, 0] == COUPLED:
-                n = q.steps[k, 2]
-                high = solve_group_rows(lanes, group_at(groups, n), at, determinant[n], room, limits, high)
-                determinant[n] = room.out[LAST_SIGN]
-            elif place(w, q, at, k, sign, high):
-                high = guard(w, q, at, k, tolerance, True, high)
-            if high == HISTORY:
-                break
-        check(w, q, at, high)
+        high, _ = solve_steps(
+            w, lanes, q, groups, at, sign, determinant, room, limits, tolerance, True, HISTORY + count
+        )
         solved = high - HISTORY
         finish(lanes, at, rows, done, solved, groups.gi.shape[0] > 0)
         done += solved

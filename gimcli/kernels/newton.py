@@ -21,7 +21,7 @@ import numpy as np
 
 from gimcli.kernels.jit import kernel, stage, stub
 from gimcli.kernels.linear import lu_factor, lu_solve, qr_factor, qr_solve
-from gimcli.kernels.vector import turned
+from gimcli.kernels.vector import stretched, turned, value_at
 from gimcli.mechanism import CLOSURE, HEIGHT, SPAN, FloatArray, IntArray
 
 RENEWED = 128
@@ -109,15 +109,11 @@ def room(groups: Sequence[GroupArrays], registers: int, actuators: int) -> RowPo
 def vector_at(g: GroupArrays, p: RowPosition, k: int) -> tuple[float, float]:
     """Return the value of vector k in a row."""
     zr, zi = turned(g.vz[k, 0], g.vz[k, 1], g.vi[k, 3], g.vi[k, 4], p.cos, p.sin)
-    u = g.vi[k, 0]
-    if u >= 0:
-        v = g.vi[k, 1]
-        bx, by = p.x[v] - p.x[u], p.y[v] - p.y[u]
-    elif g.vi[k, 2] >= 0:
-        bx, by = p.dx[g.vi[k, 2]], p.dy[g.vi[k, 2]]
-    else:
-        return zr, zi
-    return zr * bx - zi * by, zr * by + zi * bx
+    register = g.vi[k, 2]
+    if register >= 0:
+        bx, by = p.dx[register], p.dy[register]
+        return zr * bx - zi * by, zr * by + zi * bx
+    return stretched(zr, zi, g.vi[k, 0], g.vi[k, 1], p.x, p.y)
 
 
 @kernel
@@ -161,9 +157,7 @@ def equations(g: GroupArrays, s: RowPosition) -> None:
     for k in range(g.ei.shape[0]):
         p, q = g.ei[k, 1], g.ei[k, 2]
         px, py = s.x[p] - s.x[q], s.y[p] - s.y[q]
-        value = g.ev[k, 0]
-        if g.ei[k, 4] >= 0:
-            value += g.ev[k, 1] * s.values[g.ei[k, 4]]
+        value = value_at(g.ev[k, 0], g.ev[k, 1], g.ei[k, 4], s.values)
         if g.ei[k, 0] == SPAN:
             s.f[row] = (px * px + py * py - value * value) / (2.0 * value)
         else:
@@ -185,9 +179,7 @@ def jacobian(g: GroupArrays, s: RowPosition) -> None:
     for k in range(g.ei.shape[0]):
         kind, p, q, w = g.ei[k, 0], g.ei[k, 1], g.ei[k, 2], g.ei[k, 3]
         px, py = s.x[p] - s.x[q], s.y[p] - s.y[q]
-        value = g.ev[k, 0]
-        if g.ei[k, 4] >= 0:
-            value += g.ev[k, 1] * s.values[g.ei[k, 4]]
+        value = value_at(g.ev[k, 0], g.ev[k, 1], g.ei[k, 4], s.values)
         nx, ny, zr, zi, u, v = 0.0, 0.0, 0.0, 0.0, -1, -1
         if kind != SPAN:
             nx, ny = vector_at(g, s, w)

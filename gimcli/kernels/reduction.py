@@ -198,21 +198,13 @@ def reduce_rotors(p: Acting, at: InfluencePosition, room: InfluenceScratch, out:
 @kernel
 def reduce(p: Acting, at: InfluencePosition, room: InfluenceScratch, factors: FloatArray, out: Reduced) -> None:
     """Reduce all masses and loads."""
-    size = at.b.shape[0]
-    for k in range(size):
-        out.h[k], out.q[k] = 0.0, 0.0
-        for j in range(size):
-            out.m[k, j] = 0.0
-    for k in range(ENERGIES):
-        out.energy[k] = 0.0
-    for r in range(out.effort.shape[0]):
-        out.effort[r] = 0.0
+    out.m[:, :], out.h[:], out.q[:], out.energy[:], out.effort[:] = 0.0, 0.0, 0.0, 0.0, 0.0
     reduce_masses(p, at, room, out)
     reduce_loads(p, at, room, factors, out)
     reduce_gauges(p, at, room, out)
     reduce_friction(p, at, room, out)
     reduce_rotors(p, at, room, out)
-    for k in range(size):
+    for k in range(at.b.shape[0]):
         for j in range(k):
             out.m[j, k] = out.m[k, j]
 

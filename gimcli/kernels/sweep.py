@@ -20,7 +20,7 @@ from __future__ import annotations
 import math
 
 from gimcli.kernels.jit import kernel
-from gimcli.kernels.vector import turned
+from gimcli.kernels.vector import stretched, turned, value_at
 from gimcli.mechanism import ANGLE, HEIGHT, SPAN, FloatArray, IntArray
 
 AIM = 4
@@ -50,9 +50,7 @@ def impose(
 ) -> None:  # fmt: skip
     """Impose restriction k by moving its node."""
     kind, moved, a, b = mi[k, 0], mi[k, 1], mi[k, 2], mi[k, 3]
-    value = mz[k, 0]
-    if mi[k, 4] >= 0:
-        value += mz[k, 1] * values[mi[k, 4]]
+    value = value_at(mz[k, 0], mz[k, 1], mi[k, 4], values)
     if kind == SPAN:
         other = a if moved == b else b
         dx, dy = x[moved] - x[other], y[moved] - y[other]
@@ -63,10 +61,7 @@ def impose(
         return
     zr, zi = turned(mz[k, 2], mz[k, 3], mi[k, 7], mi[k, 8], cos, sin)
     u, v = mi[k, 5], mi[k, 6]
-    wx, wy = zr, zi
-    if u >= 0:
-        ex, ey = x[v] - x[u], y[v] - y[u]
-        wx, wy = zr * ex - zi * ey, zr * ey + zi * ex
+    wx, wy = stretched(zr, zi, u, v, x, y)
     if kind == ANGLE:
         if moved == b:
             turn_onto(x, y, b, a, wx, wy)
@@ -117,18 +112,12 @@ def error_of(
 ) -> float:  # fmt: skip
     """Return the error of restriction k: relative for lengths, the sine of the error for angles."""
     kind, a, b = mi[k, 0], mi[k, 2], mi[k, 3]
-    value = mz[k, 0]
-    if mi[k, 4] >= 0:
-        value += mz[k, 1] * values[mi[k, 4]]
+    value = value_at(mz[k, 0], mz[k, 1], mi[k, 4], values)
     px, py = x[b] - x[a], y[b] - y[a]
     if kind == SPAN:
         return abs(math.sqrt(px * px + py * py) / value - 1.0)
     zr, zi = turned(mz[k, 2], mz[k, 3], mi[k, 7], mi[k, 8], cos, sin)
-    u, v = mi[k, 5], mi[k, 6]
-    wx, wy = zr, zi
-    if u >= 0:
-        ex, ey = x[v] - x[u], y[v] - y[u]
-        wx, wy = zr * ex - zi * ey, zr * ey + zi * ex
+    wx, wy = stretched(zr, zi, mi[k, 5], mi[k, 6], x, y)
     norm = math.sqrt(wx * wx + wy * wy)
     if kind == ANGLE:
         both = norm * math.sqrt(px * px + py * py)

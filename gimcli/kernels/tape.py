@@ -41,7 +41,6 @@ from gimcli.mechanism import FloatArray, IntArray
     MEET,  # r with a.r = -p, b.r = -q
     NODE,  # position of a node
     VALUE,  # an input
-    NEGATIVE,  # -p, -q
     FACTOR,  # factor the Jacobian of a group
     SOLVE,  # solve the equations of a group
     WRITE_POINT,  # write a to the results
@@ -54,7 +53,7 @@ from gimcli.mechanism import FloatArray, IntArray
     ELIMINATE,  # solve the equations of a block
     RESOLVE,  # solve them for another right side
     ADD_ACROSS,
-) = range(35)
+) = range(34)
 
 GOOD = 0
 SPARE = 1
@@ -105,15 +104,6 @@ def times(w: FloatArray, to: int, a: int, b: int, f: float, turn: float, high: i
         x, y = f * s[r], f * turn * s[i]
         t[r] += x * u[r] - y * u[i]
         t[i] += x * u[i] + y * u[r]
-
-
-@stage
-def dot(w: FloatArray, to: int, a: int, b: int, f: float, high: int) -> None:
-    """Fill with f a.b."""
-    t, s, u = w[real(to)], w[pair(a)], w[pair(b)]
-    for r in rows(high):
-        i = imaginary(r)
-        t[r] = f * (s[r] * u[r] + s[i] * u[i])
 
 
 @stage
@@ -205,16 +195,6 @@ def meet(w: FloatArray, to: int, a: int, b: int, p: int, det: int, high: int) ->
         i = imaginary(r)
         t[r] = (v[i] * s[i] - v[r] * u[i]) * d[r]
         t[i] = (v[r] * u[r] - v[i] * s[r]) * d[r]
-
-
-@stage
-def negative(w: FloatArray, to: int, p: int, high: int) -> None:
-    """Fill two lanes with -p and -q."""
-    t, s = w[pair(to)], w[pair(p)]
-    for r in rows(high):
-        i = imaginary(r)
-        t[r] = -s[r]
-        t[i] = -s[i]
 
 
 @stage
@@ -330,23 +310,19 @@ def multiply_lanes(w: FloatArray, head: IntArray, f: float, g: float, high: int)
 def make_real(w: FloatArray, head: IntArray, f: float, g: float, high: int) -> None:
     """Run an operation that gives a real number."""
     op, to, a, b, c = head[0], head[1], head[2], head[3], head[4]
-    if op == DOT:
-        dot(w, to, a, b, f, high)
-    elif op == ADD_DOT:
+    if op in (DOT, ACROSS, PRODUCT):
+        fill(w, to, 0.0, high)
+    if op in (DOT, ADD_DOT):
         add_dot(w, to, a, b, f, high)
     elif op == AFFINE:
         affine(w, to, a, f, g, high)
     elif op in (ACROSS, ADD_ACROSS):
-        if op == ACROSS:
-            fill(w, to, 0.0, high)
         across(w, to, a, b, c, high)
     elif op == INVERSE:
         inverse(w, to, a, high)
     elif op == DETERMINANT:
         determinant(w, to, a, b, high)
     else:
-        if op == PRODUCT:
-            fill(w, to, 0.0, high)
         add_product(w, to, a, b, f, high)
 
 
@@ -366,8 +342,6 @@ def make_complex(w: FloatArray, head: IntArray, f: float, g: float, high: int) -
         circle(w, to, a, high)
     elif op == UNIT:
         unit(w, to, a, high)
-    elif op == NEGATIVE:
-        negative(w, to, a, high)
     elif op == FACTOR:
         factor(w, to, a, b, c, d, high)
     else:

@@ -77,12 +77,7 @@ def window_of(w: Windows, s: FloatArray) -> int:
 @kernel
 def move_to_edge(w: Windows, n: int, side: int, to: InfluencePosition) -> None:
     """Set a position to that at the edge of a window."""
-    for i in range(to.v.shape[0]):
-        to.v[i] = w.v[n, side, i]
-        for k in range(to.b.shape[0]):
-            to.b[k, i] = w.b[n, side, k, i]
-    for g in range(to.sign.shape[0]):
-        to.sign[g] = w.sign[n, side, g]
+    copy_place(to, InfluencePosition(w.v[n, side], w.b[n, side], w.sign[n, side]))
 
 
 @kernel
@@ -132,9 +127,7 @@ def interpolate(
     """
     offset, size, allowed = offset_of(w, n, target), target.shape[0], room.weak[1]
     least = math.inf
-    for row in range(size + 3):
-        for i in c.unknown:
-            w.total[row, i] = 0.0
+    w.total[:, :] = 0.0
     room.weak[1] = FLOOR * w.weakest[n]
     for side in range(2):
         move_to_edge(w, n, side, last)

@@ -198,7 +198,7 @@ class Differentiated(SlotValues):
                 tape.emit(kernels.SOLVE, right, a, scales, d, f=m, g=n)
                 for b, node in enumerate(base):
                     to = tape.keep(2)
-                    tape.emit(kernels.NEGATIVE, to, right + 2 * b)
+                    tape.emit(kernels.SCALE, to, right + 2 * b, f=-1.0)
                     node[k] = ComplexLanes(to)
             for place, node in zip(group.places, carried, strict=True):
                 self.carry(place, node, (k,))

@@ -190,7 +190,7 @@ FORMULAS: dict[int, tuple[int, tuple[int, ...], Callable[..., Any]]] = {
 """The lanes of the result and of the operands, and the derivative from the result v and each operand with its own."""
 
 SUMS = {
-    kernels.SCALE: (2, 1), kernels.LINEAR: (2, 2), kernels.CARRY: (2, 3), kernels.NEGATIVE: (2, 1),
+    kernels.SCALE: (2, 1), kernels.LINEAR: (2, 2), kernels.CARRY: (2, 3),
     kernels.AFFINE: (1, 1), kernels.COMBINE: (1, 2), kernels.FOLLOW: (1, 1),
 }  # fmt: skip
 """The lanes of a number, and how many numbers there are."""
