@@ -44,67 +44,42 @@ class FourBar:
         return self.excess >= 0.0
 
     @property
-    def assembles(self) -> bool:
-        """Whether the other links together are as long as the longest one."""
-        return 2.0 * max(self.lengths) <= sum(self.lengths) * (1.0 + EQUAL)
-
-    @property
     def near_change_point(self) -> bool:
         """Whether a small change of the lengths gives a linkage with change points."""
         return 0.0 < abs(self.excess) < NEAR * sum(self.lengths)
 
     @property
-    def shortest(self) -> int:
-        """The place of the shortest length."""
-        return self.lengths.index(min(self.lengths))
-
-    @property
-    def longest(self) -> int:
-        """The place of the longest length."""
-        return self.lengths.index(max(self.lengths))
-
-    @property
     def kind(self) -> str:
         """The type in words."""
-        if not self.assembles:
-            return "cannot be assembled, the longest link is longer than the others together"
-        if self.excess < 0.0:
-            return "triple-rocker (not Grashof)"
-        if self.excess > 0.0:
-            return GRASHOF[self.shortest][0]
-        return self._of_change_point()
+        return self._named[0]
 
     @property
     def code(self) -> str:
         """Barker's code."""
+        return self._named[1]
+
+    @property
+    def _named(self) -> tuple[str, str]:
+        """The type in words, and its code."""
+        place, (frame, first, coupler, second) = self.lengths.index, self.lengths
         if self.excess < 0.0:
-            return f"RRR{self.longest + 1}"
+            longest, loose = (
+                max(self.lengths),
+                "cannot be assembled, the longest link is longer than the others together",
+            )
+            fits = 2.0 * longest <= sum(self.lengths) * (1.0 + EQUAL)
+            return "triple-rocker (not Grashof)" if fits else loose, f"RRR{place(longest) + 1}"
+        shortest = place(min(self.lengths))
         if self.excess > 0.0:
-            return GRASHOF[self.shortest][1]
-        return "S3X" if self._rhombus else "S2X" if self._opposite or self._adjacent else CHANGE[self.shortest]
-
-    def _of_change_point(self) -> str:
-        if self._rhombus:
-            return "rhombus (change points)"
-        if self._opposite:
-            return "antiparallelogram (change points)" if self.crossed else "parallelogram (change points)"
-        return "kite (change points)" if self._adjacent else "linkage with change points"
-
-    @property
-    def _rhombus(self) -> bool:
-        return self._same(*self.lengths)
-
-    @property
-    def _opposite(self) -> bool:
-        frame, first, coupler, second = self.lengths
-        return self._same(frame, coupler) and self._same(first, second)
-
-    @property
-    def _adjacent(self) -> bool:
-        frame, first, coupler, second = self.lengths
-        return (self._same(frame, first) and self._same(coupler, second)) or (
-            self._same(first, coupler) and self._same(second, frame)
-        )
+            return GRASHOF[shortest]
+        if self._same(*self.lengths):
+            return "rhombus (change points)", "S3X"
+        if self._same(frame, coupler) and self._same(first, second):
+            return "antiparallelogram (change points)" if self.crossed else "parallelogram (change points)", "S2X"
+        pairs = ((frame, first), (coupler, second)), ((first, coupler), (second, frame))
+        if any(self._same(*one) and self._same(*other) for one, other in pairs):
+            return "kite (change points)", "S2X"
+        return "linkage with change points", CHANGE[shortest]
 
     def _same(self, *lengths: float) -> bool:
         return max(lengths) - min(lengths) <= EQUAL * sum(self.lengths)

@@ -27,55 +27,6 @@ EQUAL = 1e-9
 """Lengths that differ by less than this part of their sum are equal."""
 
 
-@dataclass(frozen=True)
-class SliderCrank:
-    """A slider-crank whose frame carries the slider."""
-
-    crank: float
-    rod: float
-    offset: float
-
-    @property
-    def name(self) -> str:
-        """The name: inline if the slider's pin moves on a line through the crank's pivot."""
-        inline = abs(self.offset) <= EQUAL * (self.crank + self.rod)
-        return "slider-crank, inline" if inline else "slider-crank, offset"
-
-    @property
-    def excess(self) -> float:
-        """Return b - a - |e|: positive if the crank makes full turns, 0 at a change point."""
-        return _excess(self.rod, self.crank + abs(self.offset))
-
-    @property
-    def kind(self) -> str:
-        """Which links make full turns."""
-        if self.excess == 0.0:
-            return "the crank makes full turns, with a change point"
-        if self.excess > 0.0:
-            return "the crank makes full turns"
-        if _excess(self.crank, self.rod + abs(self.offset)) >= 0.0:
-            return "the rod makes full turns, the crank swings"
-        return "the crank and the rod swing"
-
-
-@dataclass(frozen=True)
-class InvertedSliderCrank:
-    """A slider-crank whose frame is a link with two pins."""
-
-    frame: float
-    crank: float
-    offset: float
-
-    @property
-    def kind(self) -> str:
-        """Which links make full turns."""
-        if _excess(self.crank, self.frame + abs(self.offset)) >= 0.0:
-            return "the crank and the sliding link make full turns (Whitworth)"
-        if _excess(abs(self.frame - self.crank), abs(self.offset)) >= 0.0:
-            return "the crank makes full turns, the sliding link swings"
-        return "the crank and the sliding link swing"
-
-
 def _excess(large: float, small: float) -> float:
     return large - small if abs(large - small) > EQUAL * (large + small) else 0.0
 
@@ -121,18 +72,38 @@ def _four_bar(mechanism: Mechanism, loop: LinkLoop, names: list[str], z: Complex
 
 
 def _slider_crank(mechanism: Mechanism, loop: LinkLoop, names: list[str], z: ComplexArray) -> LoopType:
+    """Return the type of a slider-crank whose frame carries the slider."""
     _, crank, rod, _ = _lengths(mechanism, loop, z)
-    found = SliderCrank(crank, rod, _offset(mechanism, loop, loop.joints[3], z))
-    return LoopType(loop, found.name, found.kind, {names[1]: crank, names[2]: rod, "offset": found.offset})
+    offset = _offset(mechanism, loop, loop.joints[3], z)
+    name = "slider-crank, inline" if offset <= EQUAL * (crank + rod) else "slider-crank, offset"
+    sizes = {names[1]: crank, names[2]: rod, "offset": offset}
+    return LoopType(loop, name, turns_of_slider_crank(crank, rod, offset), sizes)
+
+
+def turns_of_slider_crank(a: float, b: float, e: float) -> str:
+    """Return which links of a slider-crank make full turns, for crank, rod and offset."""
+    if (excess := _excess(b, a + e)) >= 0.0:
+        return "the crank makes full turns" + ", with a change point" * (excess == 0.0)
+    return "the rod makes full turns, the crank swings" if _excess(a, b + e) >= 0.0 else "the crank and the rod swing"
 
 
 def _inverted(mechanism: Mechanism, loop: LinkLoop, names: list[str], z: ComplexArray) -> LoopType:
+    """Return the type of a slider-crank whose frame is a link with two pins."""
     frame, crank, _, _ = _lengths(mechanism, loop, z)
-    found = InvertedSliderCrank(frame, crank, _offset(mechanism, loop, loop.joints[2], z))
-    sizes = {names[0]: frame, names[1]: crank, "offset": found.offset}
+    offset = _offset(mechanism, loop, loop.joints[2], z)
     # the stroke of a linear actuator, not its dimensions, limits the motion
-    kind = found.kind if loop.joints[2].slides else "a linear actuator swings the crank"
-    return LoopType(loop, "inverted slider-crank", kind, sizes)
+    own = bool(loop.joints[2].slides)
+    kind = turns_of_inverted(frame, crank, offset) if own else "a linear actuator swings the crank"
+    return LoopType(loop, "inverted slider-crank", kind, {names[0]: frame, names[1]: crank, "offset": offset})
+
+
+def turns_of_inverted(d: float, a: float, e: float) -> str:
+    """Return which links of an inverted slider-crank make full turns, for frame, crank and offset."""
+    if _excess(a, d + e) >= 0.0:
+        return "the crank and the sliding link make full turns (Whitworth)"
+    if _excess(abs(d - a), e) >= 0.0:
+        return "the crank makes full turns, the sliding link swings"
+    return "the crank and the sliding link swing"
 
 
 TYPES = {"RRRR": _four_bar, "RRRP": _slider_crank, "RRPR": _inverted}

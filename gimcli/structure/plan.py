@@ -7,10 +7,10 @@ coupled group is added and the search continues. Source: Petuya et al. 2004, sec
 
 from __future__ import annotations
 
-from gimcli.errors import StructureError
 from gimcli.mechanism import FRAME, Mechanism
 from gimcli.structure.closed_form_order import Layout
 from gimcli.structure.derived import derived
+from gimcli.structure.drive_check import explained
 from gimcli.structure.kinematic_nodes import free_nodes
 from gimcli.structure.pair_rows import pair_rows
 from gimcli.structure.steps import Plan
@@ -27,13 +27,8 @@ def make_plan(mechanism: Mechanism, closed_forms: bool = True) -> Plan:
 
 @derived
 def _planned(mechanism: Mechanism, closed_forms: bool) -> Plan:
-    try:
+    with explained(mechanism):  # the numerical rank finds causes that counting cannot
         return _plan(Layout(mechanism), closed_forms)
-    except StructureError:
-        from gimcli.structure.mobility import require_driven  # the numerical rank finds causes that counting cannot
-
-        require_driven(mechanism)
-        raise
 
 
 def _plan(layout: Layout, closed_forms: bool) -> Plan:
