@@ -83,7 +83,7 @@ def _slider_crank(mechanism: Mechanism, loop: LinkLoop, names: list[str], z: Com
 def turns_of_slider_crank(a: float, b: float, e: float) -> str:
     """Return which links of a slider-crank make full turns, for crank, rod and offset."""
     if (excess := _excess(b, a + e)) >= 0.0:
-        return "the crank makes full turns" + ", with a change point" * (excess == 0.0)
+        return f"the crank makes full turns{'' if excess > 0.0 else ', with a change point'}"
     return "the rod makes full turns, the crank swings" if _excess(a, b + e) >= 0.0 else "the crank and the rod swing"
 
 
