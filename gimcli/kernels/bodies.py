@@ -114,7 +114,9 @@ def pair_rows(
     for k in range(pi.shape[0]):
         kind, a, b = pi[k, 0], pi[k, 1], pi[k, 2]
         gb[row, 0], gb[row, 1] = a, b
-        value = value_at(pz[k, 6], 1.0, pi[k, 3], values)
+        value = pz[k, 6]
+        if pi[k, 3] >= 0:
+            value += values[pi[k, 3]]
         if kind == ANGLE:
             e = pose[a, 2] - pose[b, 2] - value
             f[row] = e - TURN * math.floor(e / TURN + 0.5)

@@ -15,7 +15,7 @@ kind, p, q, u, v, value actuator, turning actuator, sense; ez (equations, 3) w, 
 from __future__ import annotations
 
 from gimcli.kernels.jit import kernel
-from gimcli.kernels.vector import stretched, turned, value_at
+from gimcli.kernels.vector import stretched, turned
 from gimcli.mechanism import FloatArray, IntArray
 
 DISTANCE = 0
@@ -50,7 +50,9 @@ def point_rows(
     for k in range(ei.shape[0]):
         kind, p, q, u, v = ei[k, 0], ei[k, 1], ei[k, 2], ei[k, 3], ei[k, 4]
         dx, dy = x[p] - x[q], y[p] - y[q]
-        value = value_at(ez[k, 2], 1.0, ei[k, 5], values)
+        value = ez[k, 2]
+        if ei[k, 5] >= 0:
+            value += values[ei[k, 5]]
         if kind == DISTANCE:
             nx, ny = dx / value, dy / value
             f[row] = 0.5 * (nx * dx + ny * dy - value)
