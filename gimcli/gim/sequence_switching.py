@@ -154,16 +154,15 @@ class SwitchingState:
         self.slow = max(float(SWITCHING.least), SWITCHING.slower * sweeps)
 
     def _exchange(self) -> bool:
-        """Exchange the sequence for one that is better at the next row; return whether there was one."""
-        taken = self.sweeper.exchange(self._ahead(), SWITCHING.gain)
+        """Exchange the sequence for one that is better at the next row; return whether there was one.
+
+        The next position is extrapolated from the last two.
+        """
+        last, before = self.swept.z[:, self.done - 1], self.swept.z[:, max(0, self.done - 2)]
+        taken = self.sweeper.exchange(2.0 * last - before, SWITCHING.gain)
         if taken:
             self.swept.exchanged.append(self.done - 1)
         return taken
-
-    def _ahead(self) -> ComplexArray:
-        """Return the next position, extrapolated from the last two."""
-        last = self.swept.z[:, self.done - 1]
-        return last if self.done == 1 else np.asarray(2.0 * last - self.swept.z[:, self.done - 2])
 
     def _recover(self, status: Status) -> Status:
         """Solve a row that failed by another sequence, else in smaller steps; return its status."""

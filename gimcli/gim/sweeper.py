@@ -8,7 +8,7 @@ The errors of the sweeps follow eq. (3) of Petuya et al. 2004, E_n = C1 exp(-C2 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -30,7 +30,7 @@ from gimcli.structure.derived import derived
 from gimcli.structure.kinematic_nodes import carry, free_nodes
 from gimcli.structure.plan import make_plan
 from gimcli.structure.restrictions import Move, Restriction, distance, member_angle, member_distance
-from gimcli.structure.steps import Plan, Value
+from gimcli.structure.steps import Value
 
 PERTURBATION = 1e-2
 """Perturbation, relative to the size, of a start from which the sweeps do not converge."""
@@ -42,30 +42,19 @@ def first_sequence(mechanism: Mechanism, strategy: str) -> Sequence:
     return find_sequence(mechanism, mechanism.drawn, strategy)
 
 
-@dataclass
 class Sweeper:
     """Solves positions and motions of a mechanism by sweeps.
 
     Raises UsageError if `options.moves` is not a valid sequence, StructureError if there is no complete one.
     """
 
-    mechanism: Mechanism
-    options: Options
-    run: Run
-    plan: Plan = field(init=False)
-    known: frozenset[int] = field(init=False)
-    free: list[int] = field(init=False)
-    moves: tuple[Move, ...] = field(init=False)
-    sequence: Sequence | None = field(init=False, default=None)  # None: given by the user
-
-    def __post_init__(self) -> None:
-        mechanism = self.mechanism
-        self.plan = make_plan(mechanism)
-        carried = known_nodes(mechanism)[1]
-        if self.options.moves:
-            self.moves = parse_moves(mechanism, self.options.moves)
+    def __init__(self, mechanism: Mechanism, options: Options, run: Run) -> None:
+        self.mechanism, self.options, self.run, self.plan = mechanism, options, run, make_plan(mechanism)
+        self.sequence: Sequence | None = None  # given by the user
+        if options.moves:
+            self.moves, carried = parse_moves(mechanism, options.moves), known_nodes(mechanism)[1]
         else:
-            self.sequence = first_sequence(mechanism, self.options.strategy)
+            self.sequence = first_sequence(mechanism, options.strategy)
             self.moves, carried = self.sequence.moves, self.sequence.carried_by_input
             missing = [mechanism.nodes[n] for group in self.sequence.groups for n in group.missing]
             if missing:

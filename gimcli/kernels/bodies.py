@@ -24,18 +24,12 @@ from __future__ import annotations
 import math
 
 from gimcli.kernels.jit import kernel
-from gimcli.kernels.vector import value_at
 from gimcli.mechanism import FloatArray, IntArray
 
-COINCIDENT = 0
-ON_LINE = 1
-ANGLE = 2
-DISTANCE = 3
+COINCIDENT, ON_LINE, ANGLE, DISTANCE = range(4)
 """Kinds of pairs, as above."""
 
-HINGE = 0
-RAM = 1
-FREE = 2
+HINGE, RAM, FREE = range(3)
 """Kinds of joints of the tree: one that turns or slides, a linear actuator (variable direction), no joint."""
 
 TURN = 2.0 * math.pi
@@ -57,7 +51,9 @@ def joint_value(q: FloatArray, values: FloatArray, constant: float, variable: in
     """Return a joint's angle or travel: a constant plus a variable or an input."""
     if variable >= 0:
         return constant + q[variable]
-    return value_at(constant, turn, actuator, values)
+    if actuator >= 0:
+        return constant + values[actuator] * turn
+    return constant
 
 
 @kernel

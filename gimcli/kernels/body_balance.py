@@ -28,6 +28,7 @@ from gimcli.kernels.jit import kernel, stage
 from gimcli.kernels.laws import damper
 from gimcli.kernels.linear import lu_factor, lu_solve
 from gimcli.kernels.reduction import Acting, carry, load_force, pin_speed, sense_of, turn
+from gimcli.kernels.vector import copy
 from gimcli.mechanism import FloatArray, IntArray
 
 PIN, GUIDE = range(2)
@@ -262,8 +263,7 @@ def settle_friction(kind: IntArray, part: float, room: LoopRoom) -> bool:
             length *= 0.5
         improves = error < before
         if improves:
-            for k in range(n):
-                room.f[k] = room.trial[k]
+            copy(room.f, room.trial)
         else:
             error, greatest = miss_of(kind, part, room.f, room)
         rounds += 1

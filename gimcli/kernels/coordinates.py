@@ -17,6 +17,7 @@ from gimcli.kernels.bodies import absolute_rows, joint_rows, pair_rows, place_bo
 from gimcli.kernels.jit import kernel
 from gimcli.kernels.linear import lu_factor, lu_solve, qr_factor, qr_solve
 from gimcli.kernels.points import move_points, point_rows
+from gimcli.kernels.vector import copy
 from gimcli.mechanism import FloatArray, IntArray
 
 
@@ -90,13 +91,10 @@ def follow_bodies(
     q (unknowns,): start position. values (rows, actuators): inputs. Results: pose (rows, bodies, 5), iterations (rows,)
     and good (rows,). After a row that fails, the next one starts from the last solved row.
     """
-    n = q.shape[0]
     j, f, order, last, v = room.j, room.f, room.order, room.last, room.v
-    for k in range(n):
-        last[k] = q[k]
+    copy(last, q)
     for r in range(values.shape[0]):
-        for k in range(n):
-            q[k] = last[k]
+        copy(q, last)
         done, step = 0, math.inf
         while done < most and step > tolerance:
             gradients(q, values[r], bi, pi, pz, ji, jz, above, room, pose[r])
@@ -107,8 +105,7 @@ def follow_bodies(
         iterations[r] = done
         good[r] = 1.0 if step <= tolerance else 0.0
         if step <= tolerance:
-            for k in range(n):
-                last[k] = q[k]
+            copy(last, q)
             if ji.shape[0] > 0:
                 place_tree(q, values[r], ji, jz, pose[r], v)
             else:
@@ -125,13 +122,10 @@ def follow_points(
 
     cos, sin (rows, actuators): of the inputs.
     """
-    n = q.shape[0]
     j, f, order, last = room.j, room.f, room.order, room.last
-    for k in range(n):
-        last[k] = q[k]
+    copy(last, q)
     for r in range(values.shape[0]):
-        for k in range(n):
-            q[k] = last[k]
+        copy(q, last)
         done, step = 0, math.inf
         while done < most and step > tolerance:
             move_points(q, col, x[r], y[r])
@@ -143,6 +137,5 @@ def follow_points(
         iterations[r] = done
         good[r] = 1.0 if step <= tolerance else 0.0
         if step <= tolerance:
-            for k in range(n):
-                last[k] = q[k]
+            copy(last, q)
             move_points(q, col, x[r], y[r])

@@ -13,6 +13,7 @@ from typing import NamedTuple
 from gimcli.kernels.influence import Chart, InfluencePosition, InfluenceScratch, copy_place
 from gimcli.kernels.jit import kernel
 from gimcli.kernels.reduction import DISSIPATED, KINETIC, POTENTIAL, SUPPLIED, Acting, Reduced, move
+from gimcli.kernels.vector import copy
 from gimcli.kernels.windows import Windows
 from gimcli.mechanism import FloatArray, IntArray
 
@@ -153,7 +154,7 @@ def is_wanted(m: MotionModel, s: States) -> bool:
 @kernel
 def take_steps(m: MotionModel, t: Tableau, s: States, conservative: bool) -> int:
     """Take steps until `is_wanted`; `base` is the position before the last step, `y` the state after it."""
-    clock, n = s.clock, s.y.shape[0]
+    clock = s.clock
     while True:
         rejected = False
         while True:
@@ -173,14 +174,12 @@ def take_steps(m: MotionModel, t: Tableau, s: States, conservative: bool) -> int
             clock[STEP] = min(clock[STEP], max(DOUBLE * h, FREE_GROWTH * clock[CREEP]))
         clock[BEFORE], clock[NOW] = clock[NOW], clock[NOW] + h
         s.counts[1] += 1
-        for i in range(n):
-            s.before[i] = s.y[i]
-            s.y[i] = s.trial[i]
+        copy(s.before, s.y)
+        copy(s.y, s.trial)
         if h < clock[CREEP] or m.room.weakest[1] >= s.counts[2] or is_wanted(m, s):
             return FINISHED if clock[NOW] >= clock[END] else WANTED
         copy_place(m.base, m.at)
-        for i in range(n):
-            s.k[0, i] = s.k[STAGES, i]
+        copy(s.k[0], s.k[STAGES])
         if conservative:
             correct_energy(m, s)
             copy_place(m.base, m.at)

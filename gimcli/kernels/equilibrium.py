@@ -18,15 +18,10 @@ from gimcli.kernels.jit import stage
 from gimcli.kernels.lanes import add_product, fill, multiply, real, rows
 from gimcli.mechanism import FloatArray
 
-PUSH = 0
-ALONG = 1
-COUPLE = 2
+PUSH, ALONG, COUPLE = range(3)
 
-X = 0
-Y = 1
-MOMENT = 2
-TURN = 3
-"""A couple in the equation of moments; its coefficient is its factor."""
+X, Y, MOMENT, TURN = range(4)
+"""TURN: a couple in the equation of moments; its coefficient is its factor."""
 
 SINGULAR = 1e-10
 """Ratio of least to greatest pivot of a scaled block below which its reactions are undetermined."""

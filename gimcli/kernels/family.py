@@ -27,6 +27,7 @@ from gimcli.kernels.plan_steps import (
     Program,
     place,
 )
+from gimcli.kernels.vector import copy
 from gimcli.mechanism import FloatArray, IntArray
 
 FINE = 2.0**-12
@@ -120,13 +121,6 @@ def groups_of(g: Groups, t: Tables, d: int) -> Groups:
 
 
 @kernel
-def copy(to: FloatArray, values: FloatArray) -> None:
-    """Copy an array; a slice assignment would need memory."""
-    for k in range(len(to)):
-        to[k] = values[k]
-
-
-@kernel
 def mix(to: FloatArray, one: FloatArray, other: FloatArray, s: float) -> None:
     """Fill an array with (1 - s) one + s other."""
     a, b, c = to.reshape(-1), one.reshape(-1), other.reshape(-1)
@@ -212,13 +206,6 @@ def try_row(
 
 
 @stage
-def place_all(room: Room, q: Program, at: Lanes, sign: FloatArray) -> None:
-    """Execute all closed-form steps for the first new row, whether they have a solution or not."""
-    for k in range(q.steps.shape[0]):
-        place(room.w, q, at, k, sign, HISTORY + 1)
-
-
-@stage
 def start_dyads(
     room: Room, at: Lanes, nominal: Nominal, tables: Tables, d: int, solver: RowSolver, rows: Rows, row: int
 ) -> int:
@@ -226,7 +213,8 @@ def start_dyads(
     q, groups = program_of(nominal.q, tables, d), groups_of(nominal.groups, tables, d)
     begin(room.w, room.lanes, at, rows, row, 1)
     hold_frame(room.lanes, at, nominal.held, tables.frame[d], HISTORY, HISTORY + 1)
-    place_all(room, q, at, nominal.sign)
+    for k in range(q.steps.shape[0]):  # whether they have a solution or not
+        place(room.w, q, at, k, nominal.sign, HISTORY + 1)
     begin_from(room.lanes, room.lanes[:, HISTORY], rows.time[row])
     if advance(room, q, groups, at, nominal.sign, solver, 1, False) == 1:
         return SOLVED

@@ -19,6 +19,7 @@ from typing import NamedTuple
 
 from gimcli.kernels.jit import kernel, stage
 from gimcli.kernels.linear import lu_factor, lu_solve
+from gimcli.kernels.vector import copy
 from gimcli.mechanism import FloatArray, IntArray
 
 NEWTON, LINEAR, PAIR = range(3)
@@ -327,12 +328,10 @@ def is_straight(
 @kernel
 def copy_place(to: InfluencePosition, of: InfluencePosition) -> None:
     """Copy a position."""
-    for i in range(of.v.shape[0]):
-        to.v[i] = of.v[i]
-        for k in range(of.b.shape[0]):
-            to.b[k, i] = of.b[k, i]
-    for g in range(of.sign.shape[0]):
-        to.sign[g] = of.sign[g]
+    copy(to.v, of.v)
+    for k in range(of.b.shape[0]):
+        copy(to.b[k], of.b[k])
+    copy(to.sign, of.sign)
 
 
 @kernel

@@ -220,12 +220,8 @@ def _is_private(folder: Path) -> bool:
         return True
     status = folder.stat()
     own = folder.lstat().st_uid == status.st_uid == os.getuid() and not status.st_mode & (S_IWGRP | S_IWOTH)
-    return own and all(_is_fixed(above.stat().st_mode) for above in folder.resolve().parents)
-
-
-def _is_fixed(mode: int) -> bool:
-    """Return whether, in a folder of this mode, only their owners can rename files."""
-    return not mode & S_IWOTH or bool(mode & S_ISVTX)
+    modes = (above.stat().st_mode for above in folder.resolve().parents)
+    return own and all(not mode & S_IWOTH or mode & S_ISVTX for mode in modes)  # only owners can rename files
 
 
 def source_stamp() -> str:

@@ -18,9 +18,7 @@ from gimcli.kernels.jit import kernel
 from gimcli.kernels.vector import stretched, turned
 from gimcli.mechanism import FloatArray, IntArray
 
-DISTANCE = 0
-RIGID = 1
-LINE = 2
+DISTANCE, RIGID, LINE = range(3)
 
 
 @kernel

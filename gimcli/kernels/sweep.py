@@ -25,11 +25,7 @@ from gimcli.mechanism import ANGLE, HEIGHT, SPAN, FloatArray, IntArray
 
 AIM = 4
 
-SETTLED = 0
-EXHAUSTED = 1
-STALLED = 2
-CYCLING = 3
-DIVERGED = 4
+SETTLED, EXHAUSTED, STALLED, CYCLING, DIVERGED = range(5)
 
 
 @kernel

@@ -55,10 +55,8 @@ from gimcli.mechanism import FloatArray, IntArray
     ADD_ACROSS,
 ) = range(34)
 
-GOOD = 0
-SPARE = 1
-LANES = 2
-"""Number of lanes with fixed numbers."""
+GOOD, SPARE, LANES = range(3)
+"""Lanes with fixed numbers, and their number."""
 
 SINGULAR = 1e-8
 """Ratio of least to greatest singular value, for gradients of length 1, below which velocities are not determined."""

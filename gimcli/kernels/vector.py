@@ -7,6 +7,13 @@ from gimcli.mechanism import FloatArray
 
 
 @kernel
+def copy(to: FloatArray, values: FloatArray) -> None:
+    """Copy an array; a slice assignment would need memory."""
+    for k in range(len(to)):
+        to[k] = values[k]
+
+
+@kernel
 def value_at(constant: float, gain: float, actuator: int, values: FloatArray) -> float:
     """Return a constant plus `gain` times the value of an actuator; the constant if `actuator` is negative."""
     return constant + gain * values[actuator] if actuator >= 0 else constant
