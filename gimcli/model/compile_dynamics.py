@@ -34,7 +34,7 @@ class DynamicsCompiler:
     def __init__(self, own: GeometryCompiler, pairs: tuple[PairRow, ...], actuators: tuple[Input, ...]) -> None:
         self.own, self.model, self.actuators = own, own.model, actuators
         self.slides = [row.pair for row in pairs if row.kind == HEIGHT]
-        self.number = own.number | {"ground": FRAME}
+        self.number = own.number
         self.gauges: list[Input] = []
 
     def compile(self) -> tuple[Dynamics, tuple[Input, ...]]:

@@ -20,7 +20,7 @@ from gimcli.mechanism import ANGLE, FRAME, HEIGHT, Coupling, Input, Member, Pair
 from gimcli.model import schema
 from gimcli.model.compile_geometry import GeometryCompiler
 from gimcli.model.linear_relations import Relation, Relations, coupling_to
-from gimcli.model.pairs import fixed_nodes
+from gimcli.model.pairs import having
 from gimcli.model.source import PlacedError
 
 
@@ -81,7 +81,7 @@ class GearCompiler:
     ) -> None:
         self.own, self.model, self.pairs = own, own.model, pairs
         self.actuators, self.couplings = list(actuators), list(couplings)
-        self.number = own.number | {"ground": FRAME}
+        self.number = own.number
         self.travels: dict[str, Input] = {}
         self.gears = [self._gear(name, part) for name, part in self.model.gears.items()]
 
@@ -269,25 +269,15 @@ def carrier_of(model: schema.Model, part: schema.Gear) -> str:
     """Return the member on which both wheels of a gear turn: the given one, the ground, or that with both pivots."""
     if part.carrier is not None:
         return "ground" if part.carrier == model.ground.member else part.carrier
-    if set(part.pivots) <= fixed_nodes(model):
-        return "ground"
-    own = set(part.members)
-    found = [name for name, m in model.members.items() if set(part.pivots) <= set(m.nodes) and name not in own]
-    return found[0] if found else ""
+    return next((name for name in having(model, part.pivots) if name == "ground" or name not in part.members), "")
 
 
 def sliding_members(model: schema.Model, pair: schema.Prismatic) -> tuple[str | None, str | None]:
     """Return the sliding member and the guide of a prismatic pair without relative rotation."""
     if pair.nodes is None:
         return None, None
-    guide = _member_with(model, pair.guide, "")
-    return _member_with(model, pair.nodes, guide or ""), guide
-
-
-def _member_with(model: schema.Model, nodes: Sequence[str], but: str) -> str | None:
-    moving = ((n, m.nodes) for n, m in model.members.items() if n != model.ground.member)
-    names = [("ground", fixed_nodes(model)), *moving]
-    return next((name for name, own in names if set(nodes) <= set(own) and name != but), None)
+    guide = next(having(model, pair.guide), None)
+    return next((name for name in having(model, pair.nodes) if name != guide), None), guide
 
 
 def rack_pair(model: schema.Model, part: schema.Gear) -> str | None:

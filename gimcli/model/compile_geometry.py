@@ -12,6 +12,7 @@ import numpy as np
 from gimcli.calculus.numbers import array, nominal, phase, places, scalar
 from gimcli.mechanism import ANGLE, FRAME, HEIGHT, SPAN, ComplexArray, Input, Member, PairRow, Point
 from gimcli.model import schema
+from gimcli.model.pairs import having
 from gimcli.model.references import CLOSEST, size_of
 from gimcli.model.units import RADIANS
 
@@ -47,7 +48,7 @@ class GeometryCompiler:
         """The file's units of angle (True) and of length (False), in the normal frame."""
         moving = [self._with_remote(self._shaped(name, part)) for name, part in parts.items() if name != held]
         self.members = [self._frame(held), *moving]
-        self.number = {m.name: k for k, m in enumerate(self.members)}
+        self.number = {m.name: k for k, m in enumerate(self.members)} | {"ground": FRAME}
 
     # -- members ------------------------------------------------------------------------------
 
@@ -86,11 +87,9 @@ class GeometryCompiler:
         direction = (second - first) / abs(second - first)
         return self._with_remote(Member(held, member.nodes, first + member.shape * direction), 0.0j)
 
-    def _common(self, *names: str, moving: bool = False, but: int = -1) -> int:
-        """Return the first member that has all nodes, except member `but`; with `moving`, the frame is excluded."""
-        nodes = {self.index[n] for n in names}
-        left_out = {but, FRAME} if moving else {but}
-        return next(k for k, m in enumerate(self.members) if k not in left_out and nodes <= set(m.nodes))
+    def _common(self, *names: str, but: int = -1) -> int:
+        """Return the first member that has all nodes, except member `but`."""
+        return next(k for k in (self.number[name] for name in having(self.model, names)) if k != but)
 
     def _local(self, member: int, name: str) -> complex:
         return self.members[member].local(self.index[name])
@@ -125,7 +124,7 @@ class GeometryCompiler:
 
     def _rotary(self, name: str, actuator: schema.Gauge, drawn: Any) -> Input:
         pivot, arm, reference = str(actuator.pivot), str(actuator.arm), actuator.reference
-        arm_member = self._common(pivot, arm, moving=True)
+        arm_member = self._common(pivot, arm, but=FRAME)
         arm_direction = _unit(self._local(arm_member, arm) - self._local(arm_member, pivot))
         reference_member, reference_direction = FRAME, 1.0 + 0.0j
         if reference is not None:
@@ -140,7 +139,7 @@ class GeometryCompiler:
 
     def point(self, name: str, point: schema.Tracer) -> Point:
         """Return a point fixed to a member."""
-        k = 0 if point.on == "ground" else self.number[point.on]
+        k = self.number[point.on]
         member = self.members[k]
         if point.local is not None:
             local = scalar(places([point.local])[0]) / self.scale

@@ -6,6 +6,7 @@ For masses and loads, a member wins over a node of the same name, and a node ove
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterable, Iterator
 
 from gimcli.model.schema import Element, Link, Model
 
@@ -44,6 +45,15 @@ def fixed_nodes(model: Model) -> set[str]:
     """Return the nodes of the ground, or of the member that is held fixed."""
     held = model.ground.member
     return set(model.ground.nodes if held not in model.members else model.members[held].nodes)
+
+
+def having(model: Model, nodes: Iterable[str]) -> Iterator[str]:
+    """Yield the members that have all of some nodes, 'ground' first; the member that is held is the ground."""
+    wanted = set(nodes)
+    if wanted <= fixed_nodes(model):
+        yield "ground"
+    moving = (name for name, part in model.members.items() if name != model.ground.member and wanted <= {*part.nodes})
+    yield from moving
 
 
 # -- what carries a mass or a load: a member, otherwise a node, or the node of a pin in a slot ------------

@@ -8,7 +8,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from gimcli.calculus.numbers import nominal
-from gimcli.model.pairs import node_of, used_nodes
+from gimcli.model.pairs import having, node_of, used_nodes
 from gimcli.model.schema import Load, Model, Tracer
 from gimcli.model.source import Source, Where
 from gimcli.model.tables import read_table
@@ -115,14 +115,13 @@ class References:
     def bearer(self, where: Where, name: str, key: bool = False) -> str | None:
         """Return the node with a mass or a load, None if it is a member; record an error if it is neither."""
         model, node = self.model, node_of(self.model, name)
-        pair = model.prismatic.get(name)
         if node is not None:
             if node in model.nodes and node not in used_nodes(model) and self.sure:
                 self.fault(where, f"node '{node}' belongs to no member or pair; add it to one", key)
             return node
         if name in self.every or name == "ground" or ("nodes", name) in self.doubtful:
             return None
-        if pair is not None:
+        if (pair := model.prismatic.get(name)) is not None:
             ends = " or ".join(pair.nodes or [])
             self.fault(where, f"'{name}' slides a member without rotation; name this member, or the node {ends}", key)
         elif near(name, self.every) or not (hint := near(name, [*model.nodes, *model.prismatic])):
@@ -146,8 +145,7 @@ class References:
 
     def carriers(self, *nodes: str) -> list[str]:
         """Return the members that have all of the nodes, 'ground' first."""
-        wanted = set(nodes)
-        return (["ground"] if wanted <= self.ground else []) + [k for k, v in self.members.items() if wanted <= set(v)]
+        return list(having(self.model, nodes))
 
     def apart(self, a: str, b: str) -> bool:
         """Return whether the initial coordinates of two declared nodes differ."""
