@@ -63,7 +63,7 @@ class MachineCode:
 
         if result.library.has_dynamic_globals:
             return
-        data: bytes = serialize.dumps(result._reduce())  # type: ignore[attr-defined]
+        data: bytes = serialize.dumps(result._reduce())  # type: ignore[no-untyped-call]  # numba is untyped
         path = self._path(signature, result.codegen)
         part = path.with_name(f"{path.name}.{os.urandom(6).hex()}.part")
         try:
