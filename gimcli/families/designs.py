@@ -186,11 +186,11 @@ class Designs:
     def _laws(self, chosen: IntArray) -> Callable[[FloatArray], FloatArray]:
         """Return the function of the inputs (designs, actuators) of some designs at a time of each (designs,)."""
         family, parts = self.family, np.array_split(np.arange(len(chosen)), -(-len(chosen) // TOGETHER))
+        alone = [self.alone(k) or family.mechanism for k in chosen.tolist()] if family.linked else []
 
         def inputs(time: FloatArray) -> FloatArray:
-            if family.linked:
-                own = [self.alone(k) or family.mechanism for k in chosen.tolist()]
-                return np.concatenate([law_inputs(m)(time[k : k + 1]) for k, m in enumerate(own)], axis=1).T
+            if alone:
+                return np.concatenate([law_inputs(m)(time[k : k + 1]) for k, m in enumerate(alone)], axis=1).T
             if not family.drawn_laws:
                 return law_inputs(family.mechanism)(time).T
             found = []

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import suppress
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,6 +22,9 @@ from gimcli.structure.plan import make_plan
 
 if TYPE_CHECKING:
     from gimcli.families.design_forces import DesignForces
+
+KEPT = 64
+"""Number of designs that are kept as mechanisms of their own: their curves are not followed again."""
 
 
 class PlannedFamily:
@@ -52,6 +55,7 @@ class PlannedFamily:
         self.maker = TableMaker(recording, listed(recorded, own))
         self.drawn_laws = bool(self.maker.slots[-1][1])
         self._rates: dict[int, DesignRates] = {}
+        self._alone = lru_cache(KEPT)(lambda own: mechanism.with_(dict(zip(self.names, own, strict=True))))
         self.couplings, self.linked = CouplingSlopes(recorded, recording), mechanism.complete is not None
         if self.couplings.varied and not self.linked and not all(hasattr(law, "start") for law in self.couplings.laws):
             raise StructureError(
@@ -67,7 +71,7 @@ class PlannedFamily:
 
     def alone(self, design: FloatArray) -> Mechanism:
         """Return a design (dimensions,) as a mechanism of its own; raise ModelError if it is not possible."""
-        return self.mechanism.with_(dict(zip(self.names, design.tolist(), strict=True)))
+        return self._alone(tuple(design.tolist()))
 
     def without_effect(self, *designs: FloatArray, forces: bool = False) -> list[str]:
         """Return the dimensions whose values in designs (designs, dimensions) change neither positions nor time.

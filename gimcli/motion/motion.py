@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from gimcli.errors import UsageError
 from gimcli.mechanism import BoolArray, ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.motion.assemble import Assembly
 from gimcli.motion.follow import FollowedPath, PassedMeeting, Stop
@@ -151,8 +152,11 @@ def stream(
         begun = [stream(own, steps, options, notify, progress, rows, at_limit, branch, between) for own in every]
         yield from (side_by_side(mechanism, pieces) for pieces in zip(*begun, strict=True))
         return
-    inputs = law_inputs(mechanism)
+    inputs, pieces = law_inputs(mechanism), _pieces(steps, rows, between)
     plan = make_plan(mechanism, closed_forms=options.method != "newton")
+    if mechanism.complete is not None:
+        yield from _along_linkage(mechanism, plan, pieces, options, notify, steps, at_limit, branch)
+        return
     kernels, work = kernel_names(plan), plan_work(plan, max(steps, STEPS_A_TURN))
     run = choose(options.jit, with_earlier(work, kernels) if notify is None else work, notify, kernels)
     start = _start(mechanism, plan, run, options.tolerance)
@@ -160,10 +164,7 @@ def stream(
     follower = LawFollower(mechanism, plan, run, options.tolerance, at_limit, branch)
     swept = _Swept(mechanism, options, steps + 1, notify) if options.method == "gim" else None
     last: tuple[ComplexArray, FloatArray] | None = None  # of a mechanism that is tangent in every position
-    for first in range(0, steps + 1, rows):
-        time = np.arange(first, min(first + rows, steps + 1)) / steps
-        if between is not None:
-            time = between(np.arange(max(first - 1, 0), min(first + rows, steps + 1)) / steps)[first > 0 :]
+    for first, time in pieces:
         path = FollowedPath.empty(len(mechanism.nodes), time, inputs(time))
         if at_limit == "reverse":
             path.parameter = np.full(len(time), math.nan)
@@ -187,6 +188,34 @@ def stream(
             follower.check_branch_taken()
         motion = checked(mechanism, plan, path if swept is None else swept.path(path), options)
         yield motion if at_limit != "skip" or follower.on_line else _skipped(motion, options)
+
+
+def _pieces(
+    steps: int, rows: int, between: Callable[[FloatArray], FloatArray] | None
+) -> Iterator[tuple[int, FloatArray]]:  # fmt: skip
+    """Yield the number of the first step and the times of each piece."""
+    for first in range(0, steps + 1, rows):
+        time = np.arange(max(first - 1, 0), min(first + rows, steps + 1)) / steps
+        yield first, (time if between is None else between(time))[first > 0 :]
+
+
+def _along_linkage(
+    mechanism: Mechanism, plan: Plan, pieces: Iterator[tuple[int, FloatArray]], options: Options,
+    notify: Notify | None, steps: int, at_limit: str, branch: int,
+) -> Iterator[Motion]:  # fmt: skip
+    """Yield the pieces of a motion whose inputs follow the linkage: it is followed as a curve, with these inputs."""
+    from gimcli.motion.linked_inputs import linked_motion  # imported late: few mechanisms have such inputs
+
+    if branch > 1:
+        raise UsageError("branch: where the linkage turns gears, use `gim trace --circuit --branch`")
+    require_driven_if_doubtful(mechanism, plan, regular=True)
+    motion, last = linked_motion(mechanism, at_limit == "reverse"), -1.0
+    swept = _Swept(mechanism, options, steps + 1, notify) if options.method == "gim" else None
+    for _, time in pieces:
+        path = FollowedPath.empty(len(mechanism.nodes), time, law_inputs(mechanism)(time))
+        motion.solve(path, at_limit == "skip", last)
+        yield checked(mechanism, plan, path if swept is None else swept.path(path), options)
+        last = float(time[-1])
 
 
 def _start(mechanism: Mechanism, plan: Plan, run: Run, tolerance: float) -> Assembly:
@@ -304,21 +333,6 @@ class _Swept:
         return np.where(contradicts, int(Status.CONTRADICTORY), codes)
 
 
-def _check_linked(mechanism: Mechanism, path: FollowedPath, error: FloatArray) -> None:
-    """Add the errors of inputs that follow the linkage, and mark the rows behind a limit of the linkage with them."""
-    from gimcli.motion.linked_inputs import linked_limit
-
-    with np.errstate(all="ignore"):  # rows without a position
-        for _, own in coupling_errors(mechanism, path.z, path.inputs):
-            np.maximum(error, own, out=error)
-    limit = linked_limit(mechanism)
-    if limit is not None:
-        behind = (path.time > limit) & (path.codes == Status.OK)
-        path.codes[behind] = int(Status.LIMIT)
-        if behind.any() and path.limit is None:
-            path.limit = limit
-
-
 def checked(mechanism: Mechanism, plan: Plan, path: FollowedPath, options: Options) -> Motion:
     """Check every row by a residual that is independent of the solution; rows that fail become empty."""
     z, codes, start = path.z, path.codes, path.z[:, 0].copy()
@@ -326,8 +340,9 @@ def checked(mechanism: Mechanism, plan: Plan, path: FollowedPath, options: Optio
     if np.isnan(np.max(error)):  # not computed yet
         rows = np.flatnonzero(np.isnan(error))
         error[rows] = residual(mechanism, z[:, rows], path.inputs[:, rows]).total
-    if mechanism.complete is not None:
-        _check_linked(mechanism, path, error)
+    with np.errstate(all="ignore"):  # rows without a position
+        for _, own in coupling_errors(mechanism, z, path.inputs):
+            np.maximum(error, own, out=error)
     good = holds(mechanism, z, path.inputs, options.tolerance, swept, error)
     if not good.all():
         bad_sum = Status.CONTRADICTORY if plan.surplus > 0 else Status.NOT_CONVERGED

@@ -102,15 +102,41 @@ def test_a_second_gear_turns_with_the_first():
     assert np.max(abs(complex_of(t, "V") - (6.0 + 0.5j * np.exp(1j * second)))) < 1e-11
 
 
-def test_a_limit_of_the_linkage_is_the_limit_of_its_gears():
-    data = rocker({"from": 1.0, "to": 3.0}, ground=4.0, **{"in": 2.0, "coupler": 2.2})
+def double_rocker(law, geared=True):
+    """Return a linkage whose coupler and rocker are in line at a motor angle of +-1.4227, with or without the gear."""
+    data = rocker(law, ground=4.0, **{"in": 2.0, "coupler": 2.2})
     data["nodes"] |= {"A": [1.08, 1.68], "B": [3.2, 1.83]}
-    alone = {**data, "gears": {}, "links": {k: v for k, v in data["links"].items() if k != "gear"}, "trace": ["B"]}
-    geared, free = (gimcli.trace(gimcli.load(one), steps=10) for one in (data, alone))
+    if geared:
+        return data
+    links = {name: link for name, link in data["links"].items() if name != "gear"}
+    return {**data, "gears": {}, "links": links, "trace": ["B"]}
+
+
+LIMIT = np.arccos((20.0 - 4.2**2) / 16.0)
+RISE_AND_FALL = "0, 1.0\n1, 1.6\n2, 0.8\n"
+
+
+@pytest.mark.parametrize(
+    ("at_limit", "law"),
+    [("stop", {"from": 1.0, "to": 3.0}), ("skip", {"profile": {"table": "law.csv"}}),
+     ("reverse", {"from": 1.0, "to": -7.0}), ("reverse", {"profile": {"table": "law.csv"}})],
+)  # fmt: skip
+def test_a_limit_of_the_linkage_is_the_limit_of_its_gears(tmp_path, at_limit, law):
+    """The rows and the limits are those of the linkage without the gear, which turns three times as far, backwards."""
+    (tmp_path / "law.csv").write_text(RISE_AND_FALL)
+    models = (gimcli.load(double_rocker(law, geared), tmp_path) for geared in (True, False))
+    geared, free = (gimcli.trace(m, steps=40, at_limit=at_limit) for m in models)
     assert list(geared.status) == list(free.status)
-    assert "unreachable" in geared.status
-    stops = [event["at"]["motor"] for t in (geared, free) for event in t.events if event["kind"] == "limit"]
-    assert abs(stops[0] - stops[1]) < 1e-6
+    solved = np.array(free.status) == "ok"
+    assert solved.all() == (at_limit == "reverse")
+    assert np.max(abs(geared["motor"] - free["motor"])) < 1e-14
+    assert np.max(abs(complex_of(geared, "B") - complex_of(free, "B"))[solved]) < 1e-11
+    angle = np.unwrap(np.angle(complex_of(free, "B")[solved] - 4.0))
+    gear = 6.0 + np.exp(-3j * (angle - np.angle(complex(3.2 - 4.0, 1.83))))
+    assert np.max(abs(complex_of(geared, "T")[solved] - gear)) < 1e-10
+    stops = [[event["at"]["motor"] for event in t.events if event["kind"] == "limit"] for t in (geared, free)]
+    assert len(stops[0]) == len(stops[1]) > 0
+    assert np.allclose(np.abs(stops), LIMIT, atol=1e-9)
 
 
 def driven_apex():
