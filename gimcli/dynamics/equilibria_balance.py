@@ -17,6 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import count
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -83,21 +84,6 @@ def _contribution(
     return Contribution(q, potential, np.abs(nominal(work)) if amount is None else amount, on.first, turns)
 
 
-@dataclass(frozen=True)
-class GeneralisedForces:
-    """The forces at some positions, along k directions; J per unit of the directions."""
-
-    potential: FloatArray  # (rows,) J
-    q: FloatArray  # (k, rows) all generalised forces
-    slope: FloatArray  # (k, k, rows) dQ_a / db
-    rest: FloatArray  # (k, rows) the part of `q` that has no potential
-    rest_slope: FloatArray  # (k, k, rows) its derivatives
-    size: FloatArray  # (k, rows) sum of the magnitudes of all contributions
-    steep: FloatArray  # (k, k, rows) sums of the magnitudes of the contributions to `slope`
-    parts: list[Contribution]
-    angles: FloatArray  # (angles, rows) of torsion springs and of members with a torque, without jumps
-
-
 class StaticBalance:
     """The forces on a mechanism at rest, at one time of the loads.
 
@@ -111,9 +97,10 @@ class StaticBalance:
         self.loads = moving_loads(mechanism)
         self.twisted = [s for s in dynamics.springs if mechanism.gauges[s.gauge].rotary]
         self.torques = [load for load in self.loads if load.torque]
-        self.constant = self._loading((), ())
+        self.constant = self.loading((), ())
 
-    def _loading(self, nodes: Any, inputs: Any) -> Loading:
+    def loading(self, nodes: Any, inputs: Any) -> Loading:
+        """Return the forces at positions of the nodes and inputs."""
         return Loading(statics(self.mechanism), Course(self.time, inputs, nodes))
 
     @property
@@ -127,23 +114,7 @@ class StaticBalance:
         near: angles close to those of the first position (angles,), the others follow one another; or close to those
         of each position (angles, rows).
         """
-        acting, (k, rows) = _Acting(self, at, near), at.first[:, 0].shape
-        parts = list(acting.parts())
-        q = np.array([part.q.value for part in parts]).reshape(-1, k, rows)
-        slope = np.array([part.q.slopes for part in parts]).reshape(-1, k, k, rows).swapaxes(1, 2)
-        rest = [part.potential is None for part in parts]
-        potentials = (part.potential for part in parts if part.potential is not None)
-        return GeneralisedForces(
-            sum(potentials, np.zeros(rows)), q.sum(axis=0), slope.sum(axis=0), q[rest].sum(axis=0),
-            slope[rest].sum(axis=0), np.abs(q).sum(axis=0), np.abs(slope).sum(axis=0), parts, acting.angles,
-        )  # fmt: skip
-
-    def loads_at(self, at: PositionJet) -> list[LoadPart]:
-        """Return the loads in numbers with derivatives, as far as they depend on the position."""
-        if self.conservative:
-            return self.constant.loads
-        inputs = [at.input(k).dual for k in range(len(at.inputs))]
-        return self._loading(([place.dual for place in at.places],), inputs).loads
+        return GeneralisedForces(self, at, near)
 
     def initial_angles(self) -> FloatArray:
         """Return the angles (angles,) at the initial coordinates."""
@@ -151,61 +122,72 @@ class StaticBalance:
         return np.array([*gauges, *(0.0 for _ in self.torques)])
 
 
-class _Acting:
-    """The forces that act at some positions."""
+class GeneralisedForces:
+    """The forces at some positions, along k directions; J per unit of the directions."""
 
     def __init__(self, balance: StaticBalance, at: PositionJet, near: FloatArray | None) -> None:
+        """Take positions; `near` as in `StaticBalance`."""
         self.balance, self.at, self.near, self.z = balance, at, near, at.places
-        self.mechanism, self.unit = balance.mechanism, balance.constant.unit
-        self.angles = np.zeros((len(balance.twisted) + len(balance.torques), at.nodes.shape[1]))
+        self.mechanism, self.unit, self._row = balance.mechanism, balance.constant.unit, count()
+        k, rows = at.first[:, 0].shape
+        # (angles, rows) of torsion springs and of members with a torque, without jumps
+        self.angles = np.zeros((len(balance.twisted) + len(balance.torques), rows))
+        self.parts = list(self._parts())
+        q = np.array([part.q.value for part in self.parts]).reshape(-1, k, rows)
+        slope = np.array([part.q.slopes for part in self.parts]).reshape(-1, k, k, rows).swapaxes(1, 2)
+        rest = [part.potential is None for part in self.parts]
+        known = (part.potential for part in self.parts if part.potential is not None)
+        self.potential: FloatArray = sum(known, np.zeros(rows))  # (rows,) J
+        self.q, self.slope = q.sum(axis=0), slope.sum(axis=0)  # (k, rows) all forces, (k, k, rows) dQ_a / db
+        self.rest, self.rest_slope = q[rest].sum(axis=0), slope[rest].sum(axis=0)  # of those without a potential
+        self.size, self.steep = np.abs(q).sum(axis=0), np.abs(slope).sum(axis=0)  # sums of magnitudes
 
-    def parts(self) -> Iterator[Contribution]:
+    def _parts(self) -> Iterator[Contribution]:
         for mass in self.balance.constant.masses:
             yield _contribution(mass.place(self.z), mass.work)
         yield from map(self._spring, self.mechanism.dynamics.springs)
-        for load in self.balance.loads_at(self.at):
-            on = self._turned(load) if load.turns else load.place(self.z)
+        for load in self._loads():
+            turned = phase(unit_of(self.mechanism, self.z, load.part.member)) if load.turns else None
+            on = load.place(self.z) if turned is None else self._followed(turned)
             yield _contribution(on, load.work, load.turns)
         yield from map(self._drive, self.balance.efforts)
 
-    # -- springs --------------------------------------------------------------------------------------
+    def _loads(self) -> list[LoadPart]:
+        """Return the loads in numbers with derivatives, as far as they depend on the position."""
+        if self.balance.conservative:
+            return self.balance.constant.loads
+        inputs = [self.at.input(k).dual for k in range(len(self.at.inputs))]
+        return self.balance.loading(([place.dual for place in self.z],), inputs).loads
 
     def _spring(self, spring: SpringForce) -> Contribution:
         gauge, vector = self.mechanism.gauges[spring.gauge], is_vector(self.mechanism, spring)
-        on = self.z[gauge.nodes[1]] - self.z[gauge.node] if vector else self._reading(gauge, spring.gauge)
+        on = self.z[gauge.nodes[1]] - self.z[gauge.node] if vector else self._reading(gauge)
         value = np.abs(on.value) if vector else on.value
         potential, effort, stiffness = laws.spring(spring.law, value, self.unit(gauge.rotary))
         work = Dual(on.value * -stiffness if vector else effort, on.first * -stiffness)
         amount = np.maximum(stiffness * (np.abs(value) + abs(spring.free)), np.abs(effort))
         return _contribution(on, work, gauge.rotary, potential, amount)
 
-    def _reading(self, gauge: Input, number: int) -> Any:
+    def _reading(self, gauge: Input) -> Any:
         """Return what a gauge measures: an angle, a length or a height."""
         with np.errstate(divide="ignore", invalid="ignore"):
             found = measured(self.mechanism, gauge, self.z)
         if gauge.rotary:
-            return self._followed(found, [s.gauge for s in self.balance.twisted].index(number))
+            return self._followed(found)
         if gauge.kind != SPAN:
             return found
         still = found.value == 0.0  # coincident nodes: the force has no determined direction
         return Jet(found.value, *(np.where(still, 0.0, part) for part in (found.first, found.second)))
 
-    def _followed(self, angle: Jet, row: int) -> Jet:
-        """Return an angle without jumps, and keep it in a row of `angles`."""
-        plain = angle.value
+    def _followed(self, angle: Jet) -> Jet:
+        """Return an angle without jumps, and keep it in the next row of `angles`."""
+        row, plain = next(self._row), angle.value
         if self.near is not None and self.near.ndim == 2:
             self.angles[row] = beside(plain, self.near[row])
         else:
             before = plain[:1] if self.near is None else self.near[row : row + 1]
             self.angles[row] = np.unwrap(np.concatenate([before, plain]))[1:]
         return Jet(self.angles[row], angle.first, angle.second)
-
-    # -- loads ----------------------------------------------------------------------------------------
-
-    def _turned(self, load: LoadPart) -> Jet:
-        """Return the angle of a member with a torque."""
-        row = len(self.balance.twisted) + [id(one) for one in self.balance.torques].index(id(load.part))
-        return self._followed(phase(unit_of(self.mechanism, self.z, load.part.member)), row)
 
     def _drive(self, release: Release) -> Contribution:
         value, rotary = self.at.input(release.actuator), self.mechanism.actuators[release.actuator].rotary

@@ -133,10 +133,14 @@ def solved(statics: Statics, z: ComplexArray, right: FloatArray, run: Run) -> tu
     return out[0, :-1], np.nan_to_num(np.minimum(out[0, -1], found.least))
 
 
-def equilibrium(statics: Statics, z: ComplexArray) -> FloatArray:
-    """Return the equations of equilibrium (rows, equations, unknowns) at positions z (nodes, rows)."""
-    table = np.zeros((z.shape[1], statics.equations, len(statics.reactions)))
-    for c, reaction in enumerate(statics.reactions):
+def equilibrium(statics: Statics, z: ComplexArray, reactions: Sequence[Reaction] = ()) -> FloatArray:
+    """Return the equations of equilibrium (rows, equations, unknowns) at positions z (nodes, rows).
+
+    reactions: the unknowns, by default those of the mechanism.
+    """
+    every = reactions or statics.reactions
+    table = np.zeros((z.shape[1], statics.equations, len(every)))
+    for c, reaction in enumerate(every):
         for row, coefficient in coefficients(statics, reaction, z):
             table[:, row, c] += coefficient
     return table

@@ -26,7 +26,7 @@ from gimcli.dynamics.kinematic_history import Course
 from gimcli.dynamics.load_arrays import FrictionPair, friction_pairs, ints, moving_loads, with_force_gauges
 from gimcli.dynamics.physical import require_action
 from gimcli.dynamics.reducer import Reducer, free_inputs
-from gimcli.dynamics.statics import Statics, statics
+from gimcli.dynamics.statics import statics
 from gimcli.errors import StructureError
 from gimcli.kernels import body_balance as kernels
 from gimcli.kernels.body_balance import GUIDE, PIN, BalancedBodies, Contacts
@@ -42,10 +42,11 @@ class BodyBalance:
 
     def __init__(self, mechanism: Mechanism, free: Sequence[int]) -> None:
         read = with_force_gauges(mechanism)
-        every, self.mechanism, self.first = statics(read), read, 2 * len(mechanism.nodes)
+        self.statics, self.mechanism, self.first = statics(read), read, 2 * len(mechanism.nodes)
+        every = self.statics
         couples = [pair.reaction(every) for pair in friction_pairs(read) if pair.slide == NONE]
         count, known = len(every.reactions), len(every.reactions) + len(every.gauges)
-        self.statics: Statics = replace(every, reactions=(*every.reactions, *every.gauges, *couples))
+        self.reactions = [*every.reactions, *every.gauges, *couples]
         self.couples = known + np.arange(len(couples), dtype=np.int64)
         self.readings = np.array([*every.efforts, *range(count, known)], dtype=np.int64)  # of actuators and gauges
         unknown = np.setdiff1d(np.arange(count), self.readings[list(free)])
@@ -58,9 +59,9 @@ class BodyBalance:
         self.bodies = self._bodies()
 
     def _bodies(self) -> BalancedBodies:
-        every, read = self.statics, self.mechanism
-        vectors = [reaction.vector for reaction in every.reactions]
-        turned = [(c, v.u, v.v, int(every.reactions[c].kind == ALONG)) for c, v in enumerate(vectors) if v.u != NONE]
+        read, reactions = self.mechanism, self.reactions
+        vectors = [reaction.vector for reaction in reactions]
+        turned = [(c, v.u, v.v, int(reactions[c].kind == ALONG)) for c, v in enumerate(vectors) if v.u != NONE]
         contact = np.full(len(vectors), -1, dtype=np.int64)
         contact[self.columns] = np.arange(len(self.columns))
         readings = [int(i.kind == SPAN) for i in (*read.actuators, *read.gauges)]
@@ -77,7 +78,7 @@ class BodyBalance:
     def _terms(self) -> tuple[IntArray, FloatArray]:
         """Return the entries of the equations, as in `gimcli.dynamics.equilibrium_equations.equilibrium`."""
         every = self.statics
-        entries = [(c, entry) for c, reaction in enumerate(every.reactions) for entry in every.entries(reaction)]
+        entries = [(c, entry) for c, reaction in enumerate(self.reactions) for entry in every.entries(reaction)]
         terms = [
             (every.first_row[body] + axis, c, kind, node, every.bodies[body].node)
             for c, (body, axis, kind, _, node) in entries
@@ -151,7 +152,7 @@ class RegularisedFriction:
             from gimcli.dynamics.gear_reactions import refuse_dry_friction  # imported late: few mechanisms have gears
 
             refuse_dry_friction(self.balance.statics)
-        columns, size, free = len(self.balance.statics.reactions), self.balance.equations, len(reducer.free)
+        columns, size, free = len(self.balance.unknown), self.balance.equations, len(reducer.free)
         count = len(self.balance.columns)
         self.room = kernels.BalanceRoom(
             np.zeros((columns, 2)), np.zeros(columns), np.zeros((columns, self.balance.unknowns + free)),
@@ -269,7 +270,7 @@ class RegularisedFriction:
 def with_friction(forces: Forces, friction: FloatArray) -> Forces:
     """Return reactions without dry friction plus those to the friction of a simulation (contacts, rows)."""
     balance, good = BodyBalance(forces.mechanism, free_inputs(forces.mechanism)), np.flatnonzero(forces.good)
-    table = equilibrium(balance.statics, forces.course.nodes[0][:, good])
+    table = equilibrium(balance.statics, forces.course.nodes[0][:, good], balance.reactions)
     right = np.einsum("rik,kr->ri", table[:, :, balance.columns], friction[:, good])
     own = table[:, :, : len(forces.statics.reactions)]  # the other columns are gauges and moments in pins
     unknowns = forces.unknowns.copy()

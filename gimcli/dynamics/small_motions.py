@@ -45,12 +45,11 @@ class Linearised:
     """The linearised equations of motion of the released inputs at rest; SI units, by rad or m of the coordinates.
 
     The k coordinates are the released inputs. At a dead point of these inputs they do not determine the position; the
-    coordinates are then x or y of nodes, or quantities that springs and dampers measure (`on_inputs` is false).
+    coordinates are then x or y of nodes, or quantities that springs and dampers measure.
     """
 
     mechanism: Mechanism = field(repr=False)
     released: tuple[int, ...]  # actuators
-    on_inputs: bool  # whether the coordinates are the released inputs
     names: tuple[str, ...]  # of the coordinates
     units: tuple[str, ...]  # "rad" or "m" of each coordinate
     z: ComplexArray = field(repr=False)  # (nodes,) normal frame
@@ -66,7 +65,6 @@ class Linearised:
     symmetric: bool  # whether the forces are conservative: no load follows a member and no table depends on an input
     input_rates: FloatArray = field(repr=False)  # (k, actuators) rad or normal length by coordinate
     node_rates: ComplexArray = field(repr=False)  # (k, nodes) normal length by coordinate
-    node_curvatures: ComplexArray = field(repr=False)  # (k, k, nodes) second derivatives
 
     @property
     def unbalance(self) -> FloatArray:
@@ -111,7 +109,6 @@ class Linearisation(ReducedEquations):
         """Return the linearised equations at a position; see `linearised`."""
         v = self.variables(z, inputs, gauges)
         choice = input_choice(self.terms, v, self.released, self.held)
-        on_inputs = choice is not None
         choice = choice or free_choice(self.terms, v, self.held, len(self.released))
         if choice is None:
             raise self._singular()
@@ -123,13 +120,12 @@ class Linearisation(ReducedEquations):
         unit = np.array([1.0 if self._turns(c) else self.metre for c in choice.independent[: len(self.released)]])
         self.unit, both, mechanism = unit, unit[:, None] * unit, self.mechanism
         return Linearised(
-            mechanism, self.released, on_inputs, *self._named(choice), mechanism.whole(at.nodes[:, 0]),
+            mechanism, self.released, *self._named(choice), mechanism.whole(at.nodes[:, 0]),
             self.inputs(place.v).copy(), place.v[self._gauges].copy(), directions @ reduced.m @ directions.T / both,
             -forces.slope[..., 0] / both, rough / both, damping / both, forces.q[:, 0] / unit,
             scale / unit, float(reduced.energy[reduction.POTENTIAL]),
             self.balance.conservative or len(self.released) == 1, at.rates[..., 0] / unit[:, None],
             mechanism.whole(at.first[..., 0], -1) / unit[:, None],
-            mechanism.whole(at.second[..., 0], -1) / both[:, :, None],
         )  # fmt: skip
 
     def moved(self, steps: FloatArray) -> tuple[ComplexArray, FloatArray, FloatArray] | None:

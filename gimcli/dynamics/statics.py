@@ -76,20 +76,31 @@ class Pin:
         return {member: (self.first + 2 * k, self.first + 2 * k + 1) for k, member in enumerate(self.members[1:])}
 
 
-@dataclass(frozen=True)
 class Statics:
     """The bodies and unknowns of a mechanism."""
 
-    mechanism: Mechanism
-    bodies: tuple[Body, ...]
-    reactions: tuple[Reaction, ...]
-    pins: tuple[Pin, ...]
-    normals: dict[int, int]  # unknown of each slide
-    efforts: tuple[int, ...]  # unknown of each actuator; NONE if it follows by gears
-    teeth: tuple[int, ...]  # unknown of each gear
-    body_of_member: dict[int, int]
-    body_of_pin: dict[int, int]  # body to which the pin of each node belongs; NONE for the frame
-    gauges: tuple[Reaction, ...]  # the effort of a spring or damper on each gauge, in the form of an unknown
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.mechanism, self.reactions, dynamics = mechanism, list[Reaction](), mechanism.dynamics
+        holders, moving = members_of(mechanism), len(mechanism.members) - 1
+        loose = [node for node, held in enumerate(holders) if not held]
+        self.body_of_member = {k: k - 1 for k in range(1, moving + 1)} | {FRAME: NONE}
+        # body to which the pin of each node belongs; NONE for the frame
+        self.body_of_pin = {n: self.body_of_member[held[0]] for n, held in enumerate(holders) if held}
+        self.body_of_pin |= {n: k for k, n in enumerate(loose, start=moving)}
+        held, driven, self.gauges = (  # the last: the effort of a spring or damper on each gauge, as an unknown
+            [self._row(row) for row in rows] for rows in (mechanism.pairs, mechanism.actuators, mechanism.gauges)
+        )
+        loaded = {node for one in (*held, *driven, *self.gauges) if one.on_pin for node, _ in one.ends}
+        loaded |= {one.node for one in dynamics.inertias} | {load.node for load in dynamics.loads}
+        joined = [(n, members) for n, members in enumerate(holders) if len(members) > 1]
+        self.pins = [Pin(n, members, self._pin(n, members), n in loaded) for n, members in joined]
+        unknowns = [self._add(one) for one in held]
+        slides = (k for k, row in zip(unknowns, mechanism.pairs, strict=True) if row.kind == HEIGHT)
+        self.normals = dict(enumerate(slides))  # unknown of each slide
+        # unknown of each actuator; NONE if it follows by gears; and of each gear
+        self.efforts = [NONE if k in mechanism.geared else self._add(one) for k, one in enumerate(driven)]
+        self.teeth = [self._add(gear_reaction(mechanism, gear, self.body_of_member)) for gear in mechanism.gears]
+        self.bodies = [*(Body(k, self._moment_node(k)) for k in range(1, moving + 1)), *(Body(NONE, n) for n in loose)]
 
     @property
     def equations(self) -> int:
@@ -188,11 +199,51 @@ class Statics:
         held = {pin.node for pin in self.pins if not loose.isdisjoint(chain(*pin.unknowns.values()))}
         return frozenset(pin.node for pin in self.pins if pin.node in attached | held)
 
+    def _add(self, reaction: Reaction) -> int:
+        self.reactions.append(reaction)
+        return len(self.reactions) - 1
+
+    def _pin(self, node: int, members: tuple[int, ...]) -> int:
+        """Add the unknowns of a node; return the first."""
+        start, vectors = len(self.reactions), (Vector(1.0 + 0.0j), Vector(1.0j))
+        first, *others = (self.body_of_member[member] for member in members)
+        self.reactions += [Reaction(PUSH, body, first, node, node, one) for body in others for one in vectors]
+        return start
+
+    def _row(self, row: PairRow) -> Reaction:
+        """Return the reaction of a constraint or an input: a couple, a force between nodes, or one on a guide."""
+        body = self.body_of_member
+        if row.rotary:
+            return Reaction(COUPLE, body[row.members[0]], body[row.guide])
+        if row.kind == HEIGHT:
+            vector, slider = carried_direction(self.mechanism, row.guide, row.normal), self._slider(row)
+            plus = self.body_of_pin[row.node] if slider == NONE else body[slider]
+            return Reaction(PUSH, plus, body[row.guide], row.node, row.node, vector, on_pin=slider == NONE)
+        first, second = row.nodes
+        vector = Vector(1.0 + 0.0j, first, second)
+        plus, minus = self.body_of_pin[second], self.body_of_pin[first]
+        return Reaction(ALONG, plus, minus, second, first, vector, on_pin=True)
+
+    def _slider(self, row: PairRow) -> int:
+        """Return the sliding member if a height or travel is that of a true prismatic pair, else NONE."""
+        near = (p for p in sliding_pairs(self.mechanism) if row.node in p.nodes and row.guide == p.bodies[0])
+        return next((pair.bodies[1] if pair.kind == PRISMATIC else NONE for pair in near), NONE)
+
+    def _moment_node(self, member: int) -> int:
+        """Return the node of a member at which most unknowns act; they have no moment about it."""
+        body = self.body_of_member[member]
+        count = dict.fromkeys(self.mechanism.members[member].nodes, 0)
+        for reaction in self.reactions:
+            for side, node in ((reaction.plus, reaction.node), (reaction.minus, reaction.other)):
+                if side == body and node in count:
+                    count[node] += 1
+        return max(count, key=lambda node: count[node])
+
 
 @derived
 def statics(mechanism: Mechanism) -> Statics:
     """Return the unknown reactions of a mechanism and the bodies that they act on."""
-    return _StaticsBuilder(mechanism).build()
+    return Statics(mechanism)
 
 
 def direction(reaction: Reaction, z: Any) -> Any:
@@ -242,73 +293,3 @@ def rack_direction(mechanism: Mechanism, gear: GearPair) -> complex:
     """Return the direction in which a rack moves when its travel increases, in the own frame of the guide."""
     slide = mechanism.pairs[gear.slide]
     return slide.along if slide.guide == gear.carrier else -slide.along
-
-
-class _StaticsBuilder:
-    def __init__(self, mechanism: Mechanism) -> None:
-        self.mechanism, self.reactions = mechanism, list[Reaction]()
-        self.holders, moving = members_of(mechanism), len(mechanism.members) - 1
-        self.loose = [node for node, held in enumerate(self.holders) if not held]
-        self.body_of_member = {k: k - 1 for k in range(1, moving + 1)} | {FRAME: NONE}
-        self.body_of_pin = {n: self.body_of_member[held[0]] for n, held in enumerate(self.holders) if held}
-        self.body_of_pin |= {n: k for k, n in enumerate(self.loose, start=moving)}
-
-    def build(self) -> Statics:
-        mechanism, dynamics = self.mechanism, self.mechanism.dynamics
-        held, driven, gauges = (
-            [self._row(row) for row in rows] for rows in (mechanism.pairs, mechanism.actuators, mechanism.gauges)
-        )
-        loaded = {node for one in (*held, *driven, *gauges) if one.on_pin for node, _ in one.ends}
-        loaded |= {one.node for one in dynamics.inertias} | {load.node for load in dynamics.loads}
-        joined = [(n, members) for n, members in enumerate(self.holders) if len(members) > 1]
-        pins = tuple(Pin(n, members, self._pin(n, members), n in loaded) for n, members in joined)
-        unknowns = [self._add(one) for one in held]
-        slides = (k for k, row in zip(unknowns, mechanism.pairs, strict=True) if row.kind == HEIGHT)
-        efforts = tuple(NONE if k in mechanism.geared else self._add(one) for k, one in enumerate(driven))
-        teeth = tuple(self._add(gear_reaction(mechanism, gear, self.body_of_member)) for gear in mechanism.gears)
-        moving = (Body(k, self._moment_node(k)) for k in range(1, len(mechanism.members)))
-        bodies = (*moving, *(Body(NONE, n) for n in self.loose))
-        return Statics(
-            mechanism, bodies, tuple(self.reactions), pins, dict(enumerate(slides)), efforts, teeth,
-            self.body_of_member, self.body_of_pin, tuple(gauges),
-        )  # fmt: skip
-
-    def _add(self, reaction: Reaction) -> int:
-        self.reactions.append(reaction)
-        return len(self.reactions) - 1
-
-    def _pin(self, node: int, members: tuple[int, ...]) -> int:
-        """Add the unknowns of a node; return the first."""
-        start, vectors = len(self.reactions), (Vector(1.0 + 0.0j), Vector(1.0j))
-        first, *others = (self.body_of_member[member] for member in members)
-        self.reactions += [Reaction(PUSH, body, first, node, node, one) for body in others for one in vectors]
-        return start
-
-    def _row(self, row: PairRow) -> Reaction:
-        """Return the reaction of a constraint or an input: a couple, a force between nodes, or one on a guide."""
-        body = self.body_of_member
-        if row.rotary:
-            return Reaction(COUPLE, body[row.members[0]], body[row.guide])
-        if row.kind == HEIGHT:
-            vector, slider = carried_direction(self.mechanism, row.guide, row.normal), self._slider(row)
-            plus = self.body_of_pin[row.node] if slider == NONE else body[slider]
-            return Reaction(PUSH, plus, body[row.guide], row.node, row.node, vector, on_pin=slider == NONE)
-        first, second = row.nodes
-        vector = Vector(1.0 + 0.0j, first, second)
-        plus, minus = self.body_of_pin[second], self.body_of_pin[first]
-        return Reaction(ALONG, plus, minus, second, first, vector, on_pin=True)
-
-    def _slider(self, row: PairRow) -> int:
-        """Return the sliding member if a height or travel is that of a true prismatic pair, else NONE."""
-        near = (p for p in sliding_pairs(self.mechanism) if row.node in p.nodes and row.guide == p.bodies[0])
-        return next((pair.bodies[1] if pair.kind == PRISMATIC else NONE for pair in near), NONE)
-
-    def _moment_node(self, member: int) -> int:
-        """Return the node of a member at which most unknowns act; they have no moment about it."""
-        body = self.body_of_member[member]
-        count = dict.fromkeys(self.mechanism.members[member].nodes, 0)
-        for reaction in self.reactions:
-            for side, node in ((reaction.plus, reaction.node), (reaction.minus, reaction.other)):
-                if side == body and node in count:
-                    count[node] += 1
-        return max(count, key=lambda node: count[node])
