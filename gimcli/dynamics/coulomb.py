@@ -177,7 +177,7 @@ class _Rows:
                 if follower == actuator:
                     effort[:, leader] += share * own
         dry = DryFriction(
-            tuple(dict.fromkeys(pair.name for pair in self.pairs)), codes, self._powers(x),
+            tuple(dict.fromkeys(pair.friction.name for pair in self.pairs)), codes, self._powers(x),
             effort, hold, margin, smooth, residual,
         )  # fmt: skip
         return np.ascontiguousarray(x.T), dry
@@ -255,8 +255,10 @@ class _Rows:
         """Return the power of dry friction (names, rows) [W] in each entry of the file."""
         power = -np.abs(self.rates) * self.moving.friction(x).T * require_action(self.statics.mechanism)
         power = np.where(self.senses.T == 0.0, 0.0, power)
-        names = dict.fromkeys(pair.name for pair in self.pairs)
-        return np.array([sum(p for p, pair in zip(power, self.pairs, strict=True) if pair.name == n) for n in names])
+        names = dict.fromkeys(pair.friction.name for pair in self.pairs)
+        return np.array(
+            [sum(p for p, pair in zip(power, self.pairs, strict=True) if pair.friction.name == n) for n in names]
+        )
 
     def _residual(self, x: FloatArray, right: FloatArray) -> FloatArray:
         """Return the error of the equations with friction (rows,), relative to the greatest term; 0 where x is NaN."""
@@ -289,6 +291,6 @@ def rub(loads: Loading, pairs: Sequence[FrictionPair], friction: FloatArray, pow
     loads.power["friction"] = np.sum(powers, axis=0)
     for pair, own in zip(pairs, friction, strict=True):
         if pair.on_pin:
-            node = loads.mechanism.slides[pair.slide].node
+            node = loads.mechanism.slides[pair.friction.slide].node
             unit = direction(pair.reaction(loads.statics), loads.course.nodes[0])
             loads.pins[node] = loads.pins.get(node, 0.0) - own * unit

@@ -192,7 +192,7 @@ STATE = "friction.state"
 def friction_formulas(statics: Statics) -> Iterator[ForceColumn]:
     """Yield the power lost in each pair, limits of the efforts, and the efficiency; none without dry friction."""
     mechanism = statics.mechanism
-    rubbing = dict.fromkeys(pair.name for pair in friction_pairs(mechanism) if pair.friction.mu)
+    rubbing = dict.fromkeys(pair.friction.name for pair in friction_pairs(mechanism) if pair.friction.mu)
     for name in rubbing:
         yield ForceColumn(f"friction.power.{name}", "W", partial(_power, name=name), dry=True)
     for k, actuator in enumerate(mechanism.actuators if rubbing else ()):

@@ -31,9 +31,10 @@ from gimcli.motion.linked_inputs import followed
 from gimcli.motion.solve import solve
 from gimcli.positions.dispatch import plain
 from gimcli.positions.newton import Run
-from gimcli.positions.options import Options
+from gimcli.positions.options import TOLERANCE, Options
 from gimcli.progress import Progress, spend
 from gimcli.status import Status
+from gimcli.structure.residual import holds
 
 
 class Integration:
@@ -360,22 +361,24 @@ class Integration:
     # -- result -------------------------------------------------------------------------------------
 
     def _result(self, end: float) -> Simulation:
-        mechanism, reducer, rows = self.mechanism, self.reducer, self.rows
-        count, actuators = len(rows), len(mechanism.actuators)
-        jets = np.zeros((3, count, reducer.terms.variables))
-        efforts, energy = np.full((actuators, count), np.nan), np.zeros((4, count))
-        for k, row in enumerate(rows):
-            jets[:, k], energy[:, k], efforts[list(reducer.given), k] = row
+        """Return the simulation up to the last row before one that violates a constraint."""
+        mechanism, reducer, dry, count = self.mechanism, self.reducer, self.equations.friction, len(self.rows)
+        jets = np.array([jet for jet, _, _ in self.rows]).reshape(count, 3, reducer.terms.variables).swapaxes(0, 1)
         nodes = np.ascontiguousarray(np.swapaxes(reducer.nodes(jets), 1, 2))
         inputs = np.ascontiguousarray(np.swapaxes(reducer.inputs(jets), 1, 2))
-        friction, slip = None, 0.0
-        if self.equations.friction is not None and self.sticking is not None:
-            friction = np.array(self.friction).reshape(count, len(self.equations.friction.names)).T
-            slip = self.equations.friction.slip
-            self.events += self.sticking.all(end)
-            self.events.sort(key=lambda event: event.time)
+        efforts = np.full((len(mechanism.actuators), count), np.nan)
+        efforts[list(reducer.given)] = np.array([own for _, _, own in self.rows]).reshape(count, len(reducer.given)).T
+        energy = np.array([own for _, own, _ in self.rows]).reshape(count, 4).T
+        if self.sticking is not None:
+            self.events = sorted([*self.events, *self.sticking.all(end)], key=lambda event: event.time)
+        good = holds(mechanism, nodes[0], inputs[0], TOLERANCE)
+        if not good.all():
+            count = int(np.argmin(good))
+            self.status, end = Status.NOT_CONVERGED, float(self.times[count])
+        friction = None if dry is None else np.array(self.friction).reshape(-1, len(dry.names))[:count].T
         return Simulation(
-            mechanism, self.times[:count], inputs, nodes, efforts, energy, tuple(self.events), self.status, end,
+            mechanism, self.times[:count], inputs[..., :count], nodes[..., :count], efforts[:, :count],
+            energy[:, :count], tuple(self.events), self.status, end,
             self.evaluations + self.search.evaluations, self.steps, self.projection.total, self.contradiction,
-            friction, slip, self.careful,
+            friction, 0.0 if dry is None else dry.slip, self.careful,
         )  # fmt: skip

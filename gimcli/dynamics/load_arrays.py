@@ -35,37 +35,27 @@ class FrictionPair:
     member: int = NONE  # that turns on the pin; NONE for a sliding pair
     first: int = NONE  # member to which the pin is fixed; NONE for a sliding pair
 
-    @property
-    def name(self) -> str:
-        """The name of the entry in `friction`."""
-        return self.friction.name
-
-    @property
-    def slide(self) -> int:
-        """The number of the first height of a sliding pair; NONE for a pin."""
-        return self.friction.slide
-
     def rate(self, mechanism: Mechanism, course: Course) -> FloatArray:
         """Return the speed of sliding (rows,): rad/s of a pin, normal length per s of a sliding pair."""
-        if self.slide == NONE:
+        if self.friction.slide == NONE:
             own, other = (turning(mechanism, course, member)[0] for member in (self.member, self.first))
             found: FloatArray = own - other
             return found
-        slide = mechanism.slides[self.slide]
+        slide = mechanism.slides[self.friction.slide]
         return reading(mechanism, travel_along(slide, slide.name), course)[1]
 
     @property
     def on_pin(self) -> bool:
         """Whether the friction acts on the pin of a node: of a pin in a slot."""
-        return self.slide != NONE and self.friction.length == 0.0
+        return self.friction.slide != NONE and self.friction.length == 0.0
 
     def forms(self, statics: Statics) -> tuple[dict[int, complex], ...]:
         """Return the vectors w of dry friction, the sum of |w . unknowns|: coefficients by unknown."""
         friction, mu = self.friction, self.friction.mu
-        if self.slide == NONE:
+        if self.friction.slide == NONE:
             x, y = next(pin for pin in statics.pins if pin.node == friction.node).unknowns[self.member]
             return ({x: complex(friction.circle), y: 1j * friction.circle},)
-        pair = pair_of(statics.mechanism, self.slide)
+        pair = pair_of(statics.mechanism, self.friction.slide)
         first, *others = (statics.normals[k] for k in pair.slides)
         if self.on_pin:
             return ({first: complex(mu)},)
@@ -75,11 +65,11 @@ class FrictionPair:
 
     def reaction(self, statics: Statics) -> Reaction:
         """Return a unit moment or force in the direction of sliding, as if it were unknown."""
-        if self.slide == NONE:
+        if self.friction.slide == NONE:
             return Reaction(COUPLE, statics.body_of_member[self.member], statics.body_of_member[self.first])
-        slide = statics.mechanism.slides[self.slide]
+        slide = statics.mechanism.slides[self.friction.slide]
         along = carried_direction(statics.mechanism, slide.guide, slide.along)
-        return replace(statics.reactions[statics.normals[self.slide]], vector=along)
+        return replace(statics.reactions[statics.normals[self.friction.slide]], vector=along)
 
 
 def friction_pairs(mechanism: Mechanism) -> list[FrictionPair]:
@@ -195,7 +185,7 @@ def moving_loads(mechanism: Mechanism) -> list[AppliedLoad]:
 
 def _pivots(mechanism: Mechanism) -> tuple[Sequence[Sequence[int]], Sequence[Sequence[float]]]:
     """Return the members with friction in revolute pairs, each paired with the first member at the node."""
-    pins = [pair for pair in friction_pairs(mechanism) if pair.slide == NONE]
+    pins = [pair for pair in friction_pairs(mechanism) if pair.friction.slide == NONE]
     arms = [(_arm(mechanism, pair.member, 0j), _arm(mechanism, pair.first, 0j)) for pair in pins]
     rubs = [(*own[:2], *other[:2]) for own, other in arms]
     return rubs, [(pair.friction.damping, own[3], other[3]) for pair, (own, other) in zip(pins, arms, strict=True)]

@@ -228,7 +228,7 @@ class Loading:
                 pair.reaction(self.statics),
                 pair.friction.damping,
                 pair.rate(self.mechanism, self.course),
-                self.unit(pair.slide == NONE),
+                self.unit(pair.friction.slide == NONE),
             )
             for pair in friction_pairs(self.mechanism)
         ]

@@ -204,7 +204,7 @@ class Reducer(ReducedEquations):
             room.weak[1] = nearer
         else:
             self.windows = with_window(self.windows, found, self.base.v[self.own])
-            room.weak[1] = min(WEAK, BESIDE * found.weakest)
+            room.weak[1] = min(WEAK, BESIDE * float(found.weakest[0]))
         return True
 
     def accept(self) -> None:

@@ -44,7 +44,7 @@ class BodyBalance:
         read = with_force_gauges(mechanism)
         self.statics, self.mechanism, self.first = statics(read), read, 2 * len(mechanism.nodes)
         every = self.statics
-        couples = [pair.reaction(every) for pair in friction_pairs(read) if pair.slide == NONE]
+        couples = [pair.reaction(every) for pair in friction_pairs(read) if pair.friction.slide == NONE]
         count, known = len(every.reactions), len(every.reactions) + len(every.gauges)
         self.reactions = [*every.reactions, *every.gauges, *couples]
         self.couples = known + np.arange(len(couples), dtype=np.int64)
@@ -121,9 +121,12 @@ class BodyBalance:
     def _contacts(self) -> Contacts:
         """Return the pairs with dry friction: each member on a pin but the first, and the guides."""
         pairs, speeds = friction_pairs(self.mechanism), list[int]()
-        pin, guide = 0, len(self.readings) - sum(pair.slide != NONE for pair in pairs)  # the last gauges: of guides
+        pin, guide = (
+            0,
+            len(self.readings) - sum(pair.friction.slide != NONE for pair in pairs),
+        )  # the last gauges: of guides
         for pair in pairs:
-            on_pin = pair.slide == NONE
+            on_pin = pair.friction.slide == NONE
             if any(any(form.values()) for form in pair.forms(self.statics)):
                 self.pairs.append(pair)
                 self.columns.append(int(self.couples[pin] if on_pin else self.readings[guide]))
@@ -131,7 +134,7 @@ class BodyBalance:
             pin, guide = pin + on_pin, guide + (not on_pin)
         first, second = form_table(self.statics, self.pairs, len(self.unknown))[..., self.unknown >= 0]
         self.forms = np.stack([first.real, first.imag + second.real], axis=1)
-        kinds = [PIN if pair.slide == NONE else GUIDE for pair in self.pairs]
+        kinds = [PIN if pair.friction.slide == NONE else GUIDE for pair in self.pairs]
         return Contacts(np.array(kinds, dtype=np.int64), np.array(speeds, dtype=np.int64))
 
 
@@ -171,7 +174,7 @@ class RegularisedFriction:
     @property
     def names(self) -> list[str]:
         """The names of the contacts: of a node, or a sliding pair."""
-        return [pair.name for pair in self.balance.pairs]
+        return [pair.friction.name for pair in self.balance.pairs]
 
     @property
     def forces(self) -> FloatArray:
@@ -287,25 +290,25 @@ def friction_columns(mechanism: Mechanism, course: Course, friction: FloatArray)
     balance, metre, columns = BodyBalance(mechanism, free_inputs(mechanism)), require_action(mechanism), list[Column]()
     powers: dict[str, FloatArray] = {}
     for k, (pair, power) in enumerate(zip(balance.pairs, _powers(balance, course, friction), strict=True)):
-        unit, factor = ("N m", metre) if pair.slide == NONE else ("N", 1.0)
+        unit, factor = ("N m", metre) if pair.friction.slide == NONE else ("N", 1.0)
         columns.append(Column(f"{_names(balance)[k]}.friction", -factor * friction[k], unit))
-        powers[pair.name] = powers.get(pair.name, 0.0) + power
+        powers[pair.friction.name] = powers.get(pair.friction.name, 0.0) + power
     return [*columns, *(Column(f"friction.power.{name}", power, "W") for name, power in powers.items())]
 
 
 def friction_names(mechanism: Mechanism) -> list[str]:
     """Return the names of the columns of friction; no simulation is needed for them."""
     balance = BodyBalance(mechanism, free_inputs(mechanism))
-    pairs = dict.fromkeys(pair.name for pair in balance.pairs)
+    pairs = dict.fromkeys(pair.friction.name for pair in balance.pairs)
     return [*(f"{name}.friction" for name in _names(balance)), *(f"friction.power.{name}" for name in pairs)]
 
 
 def _names(balance: BodyBalance) -> list[str]:
     """Return the names of the contacts: of the pair, with the member where several turn on one pin."""
-    names, members = [pair.name for pair in balance.pairs], balance.mechanism.members
+    names, members = [pair.friction.name for pair in balance.pairs], balance.mechanism.members
     several = [names.count(name) > 1 for name in names]
     return [
-        f"{pair.name}.{members[pair.member].name}" if more else pair.name
+        f"{pair.friction.name}.{members[pair.member].name}" if more else pair.friction.name
         for pair, more in zip(balance.pairs, several, strict=True)
     ]
 

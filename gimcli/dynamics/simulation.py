@@ -12,7 +12,6 @@ exact dJ/dq. Source: Durango, Giraldo, Calle & Mesa 2014, section 3.3.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -24,23 +23,15 @@ from gimcli.errors import UsageError
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.positions.dispatch import plain
 from gimcli.positions.newton import Run
-from gimcli.positions.options import TOLERANCE
 from gimcli.progress import Progress, no_progress
 from gimcli.status import Status
-from gimcli.structure.residual import holds
 
 AT_REST = 1e-9
 """Reduced torque below which a mechanism at rest is in equilibrium."""
 
 
-@dataclass(frozen=True)
-class Sweep:
-    """The state at the beginning of one step; `gain` is the acceleration during the step."""
-
-    time: float
-    q: float
-    speed: float
-    gain: float
+Step = tuple[float, float, float, float]
+"""Time, coordinate and speed at the beginning of a step, and the acceleration during it."""
 
 
 class EulerIntegration(Integration):
@@ -64,9 +55,9 @@ class EulerIntegration(Integration):
         self._accept(time, y)
         sweeps = self._swept(time, y)
         self._resample(sweeps)
-        return self._result(sweeps[-1].time)
+        return self._result(sweeps[-1][0])
 
-    def _swept(self, time: float, y: FloatArray) -> list[Sweep]:
+    def _swept(self, time: float, y: FloatArray) -> list[Step]:
         """Return the steps up to the last time, the last requested standstill, or a singular position."""
         q, speed, sweeps = float(y[0]), float(y[1]), []
         inertia, torque, slope = self._reduced(q)
@@ -81,7 +72,7 @@ class EulerIntegration(Integration):
                 break
             half = slope if self.integrator.exact else 0.5 * (ahead[0] - inertia) / step
             gain = (torque - half * speed * speed) / inertia
-            sweeps.append(Sweep(time, q, speed, gain))
+            sweeps.append((time, q, speed, gain))
             square = speed * speed + 2.0 * gain * step
             if square <= 0.0:  # a standstill within the step
                 q, time, speed, step = q - 0.5 * speed * speed / gain, time - speed / gain, 0.0, -step
@@ -98,10 +89,10 @@ class EulerIntegration(Integration):
             self.reducer.accept()
             self.progress(min(999, int(1000 * time / self.times[-1])), 1000)
         self.steps = len(sweeps)
-        sweeps.append(Sweep(time, q, speed, 0.0))
+        sweeps.append((time, q, speed, 0.0))
         stopped = stops > 0 and stops == self.settings.standstills
         if self.status is Status.OK and not stopped and time < self.times[-1]:  # at rest in equilibrium until the end
-            sweeps.append(Sweep(float(self.times[-1]), q, 0.0, 0.0))
+            sweeps.append((float(self.times[-1]), q, 0.0, 0.0))
         return sweeps
 
     def _reduced(self, q: float) -> Any:
@@ -112,9 +103,9 @@ class EulerIntegration(Integration):
         out = self.reducer.out
         return float(out.m[0, 0]), float(out.q[0]), float(out.h[0])
 
-    def _resample(self, sweeps: list[Sweep]) -> None:
+    def _resample(self, sweeps: list[Step]) -> None:
         """Evaluate the rows that the steps reach; the acceleration is constant within a step."""
-        begin, k = np.array([s.time for s in sweeps]), 0
+        begin, k = np.array([time for time, *_ in sweeps]), 0
         first = self.rows[0][0][0]
         self.reducer.set_base(first, self.reducer.choice)
         for row in range(1, len(self.times)):
@@ -124,9 +115,9 @@ class EulerIntegration(Integration):
             index = int(np.searchsorted(begin, at, side="right")) - 1
             while k < index:  # the reducer follows the branch in parts of at most 100 steps
                 k = min(k + 100, index)
-                self._accept(sweeps[k].time, np.array([sweeps[k].q, sweeps[k].speed, 0.0, 0.0]))
-            s, late = sweeps[index], at - begin[index]
-            q, speed = s.q + s.speed * late + 0.5 * s.gain * late * late, s.speed + s.gain * late
+                self._accept(sweeps[k][0], np.array([*sweeps[k][1:3], 0.0, 0.0]))
+            (_, q, speed, gain), late = sweeps[index], at - begin[index]
+            q, speed = q + speed * late + 0.5 * gain * late * late, speed + gain * late
             self._keep_row(at, np.array([q, speed, 0.0, self._work(q, first)]))
 
     def _work(self, q: float, v: FloatArray) -> float:
@@ -149,18 +140,4 @@ def simulate(
         raise UsageError(f"integrator: expected one of {', '.join(INTEGRATORS)}, got '{settings.method}'")
     over_input = bool(settings.method) and INTEGRATORS[settings.method].over_input
     kind = EulerIntegration if over_input else Integration
-    return _checked(kind(mechanism, np.asarray(times, dtype=float), settings, run, progress).simulation())
-
-
-def _checked(found: Simulation) -> Simulation:
-    """Return the simulation up to the last row before one that violates a constraint."""
-    good = holds(found.mechanism, found.nodes[0], found.inputs[0], TOLERANCE)
-    if good.all():
-        return found
-    rows = slice(0, int(np.argmin(good)))
-    return replace(
-        found, time=found.time[rows], inputs=found.inputs[:, :, rows], nodes=found.nodes[:, :, rows],
-        efforts=found.efforts[:, rows], energy=found.energy[:, rows], status=Status.NOT_CONVERGED,
-        friction=None if found.friction is None else found.friction[:, rows],
-        end=float(found.time[rows.stop]),
-    )  # fmt: skip
+    return kind(mechanism, np.asarray(times, dtype=float), settings, run, progress).simulation()

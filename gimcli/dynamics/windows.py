@@ -55,18 +55,6 @@ KEPT = 8
 """Most windows that are kept; those nearest to the motion."""
 
 
-@dataclass(frozen=True)
-class Window:
-    """A window: the slab |(s - centre) . normal| <= half in the independent variables s (k,)."""
-
-    centre: FloatArray  # (k,)
-    normal: FloatArray  # (k,) unit vector
-    half: float  # half width
-    offsets: FloatArray  # (2, NODES) of the interpolated positions along the normal, before and behind
-    edges: tuple[InfluencePosition, InfluencePosition]
-    weakest: float  # least determinant at the edges
-
-
 def no_windows(size: int, variables: int, blocks: int) -> Windows:
     """Return empty arrays of windows for `size` independent variables."""
     return Windows(
@@ -76,17 +64,26 @@ def no_windows(size: int, variables: int, blocks: int) -> Windows:
     )  # fmt: skip
 
 
-def with_window(windows: Windows, found: Window, here: FloatArray) -> Windows:
-    """Return windows with another one added in front; those farthest from the motion at `here` (k,) are dropped."""
-    apart = found.offsets.ravel()[:, None] - found.offsets.ravel()[None, :] + np.eye(2 * NODES)
-    new = (
-        found.centre, found.normal, found.half, found.weakest, found.offsets,
-        (1.0 / np.prod(apart, axis=1)).reshape(2, NODES), np.array([edge.v for edge in found.edges]),
-        np.array([edge.b for edge in found.edges]), np.array([edge.sign for edge in found.edges]),
+def one_window(
+    centre: FloatArray, normal: FloatArray, half: float, spread: FloatArray, edges: Sequence[InfluencePosition],
+    weakest: float,
+) -> Windows:  # fmt: skip
+    """Return the window |(s - centre) . normal| <= half, interpolated from positions `spread` before and behind it."""
+    offsets = np.array([-spread, spread])
+    apart = offsets.ravel()[:, None] - offsets.ravel()[None, :] + np.eye(2 * NODES)
+    v, b, sign = (np.array([parts]) for parts in zip(*edges, strict=True))
+    own = no_windows(len(centre), v.shape[2], sign.shape[2])
+    return own._replace(
+        centre=centre[None], normal=normal[None], half=np.array([half]), weakest=np.array([weakest]),
+        offsets=offsets[None], weights=(1.0 / np.prod(apart, axis=1)).reshape(1, 2, NODES), v=v, b=b, sign=sign,
     )  # fmt: skip
+
+
+def with_window(windows: Windows, found: Windows, here: FloatArray) -> Windows:
+    """Return windows with another one added in front; those farthest from the motion at `here` (k,) are dropped."""
     kept = np.argsort(np.linalg.norm(windows.centre - here, axis=1))[: KEPT - 1]
-    both = [np.concatenate([np.asarray(one)[None], old[kept]]) for old, one in zip(windows, new, strict=False)]
-    return Windows(*both, *windows[len(new) :])
+    both = [np.concatenate([new, old[kept]]) for old, new in zip(windows[:-2], found, strict=False)]
+    return Windows(*both, *windows[len(both) :])  # the last two are scratch
 
 
 def _normals(slopes: FloatArray) -> list[FloatArray]:
@@ -126,7 +123,7 @@ class WindowSearch:
     base: InfluencePosition
     room: InfluenceScratch
 
-    def find(self, last: InfluencePosition, at: InfluencePosition, together: bool) -> Window | None:
+    def find(self, last: InfluencePosition, at: InfluencePosition, together: bool) -> Windows | None:
         """Return the window about the change point near the position `at`, reached from `last`; None if there is none.
 
         With `together` it must contain the change points of all weak blocks, also those on crossing sheets.
@@ -182,10 +179,10 @@ class WindowSearch:
         near = here[weak] < FAR * np.linalg.norm(slopes, axis=1)
         return weak[near], slopes[near]
 
-    def best(self, start: InfluencePosition, normal: FloatArray, low: float, high: float) -> Window | None:
+    def best(self, start: InfluencePosition, normal: FloatArray, low: float, high: float) -> Windows | None:
         """Return the window between two distances from a position that has the least residual inside."""
         half, centre = 0.5 * (high - low), start.v[self.own] + 0.5 * (low + high) * normal
-        best: tuple[float, Window] | None = None
+        best: tuple[float, Windows] | None = None
         for reach in REACHES if half < MOST else ():
             found = self.window(start, centre, normal, half, reach * half)
             if found is not None and (best is None or found[0] < best[0]):
@@ -196,7 +193,7 @@ class WindowSearch:
 
     def window(
         self, start: InfluencePosition, centre: FloatArray, normal: FloatArray, half: float, reach: float
-    ) -> tuple[float, Window] | None:
+    ) -> tuple[float, Windows] | None:
         """Return the residual in a window and the window, interpolated from positions up to the distance `reach`."""
         spread = half + (reach - half) * 0.5 * (1.0 - np.cos(np.pi * np.arange(NODES) / (NODES - 1)))
         near = self._along(start, centre, normal, -spread)
@@ -207,7 +204,7 @@ class WindowSearch:
         if far is None:
             return None
         edges = (near[0], far[0])
-        found = Window(centre, normal, half, np.array([-spread, spread]), edges, min(map(self.weakest, edges)))
+        found = one_window(centre, normal, half, spread, edges, min(map(self.weakest, edges)))
         error = self._residual(found)
         return (error, found) if error <= FITS else None
 
@@ -252,14 +249,13 @@ class WindowSearch:
         right = np.vstack([[place.v for place in places], [reach * normal @ place.b for place in places]])
         return np.asarray(np.linalg.lstsq(table, right, rcond=None)[0])
 
-    def _residual(self, window: Window) -> float:
+    def _residual(self, window: Windows) -> float:
         """Return the greatest residual in a window."""
         size = len(self.own)
-        one = with_window(no_windows(size, len(self.base.v), len(self.base.sign)), window, window.centre)
         last, found, error = copied(self.base), copied(self.base), 0.0
-        for offset in np.linspace(-window.half, window.half, INSIDE):
-            target = window.centre + offset * window.normal
-            there = self.run(interpolate)(self.chart, one, 0, target, np.zeros(size), last, found, self.room)
+        for offset in np.linspace(-window.half[0], window.half[0], INSIDE):
+            target = window.centre[0] + offset * window.normal[0]
+            there = self.run(interpolate)(self.chart, window, 0, target, np.zeros(size), last, found, self.room)
             if not there:
                 return np.inf
             error = max(error, float(np.max(np.abs(self.terms.arrays.values(found.v)))))
