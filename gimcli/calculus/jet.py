@@ -36,6 +36,9 @@ class Jet(ArrayNumber):
         rates = [one.rates if isinstance(one, Jet) else None for one in operands]
         return Jet(found.value, found.slopes, rule.slope(found, own, rates).slopes)
 
+    def __getitem__(self, key: int) -> Jet:
+        return Jet(self.value[key], self.first[:, key], self.second[:, :, key])
+
     @property
     def dual(self) -> Dual:
         """The quantity with its first derivatives."""

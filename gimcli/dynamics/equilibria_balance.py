@@ -16,7 +16,6 @@ the null space of the Jacobian, so that limits and dead points of an input are o
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from itertools import count
 from typing import Any, NamedTuple
 
@@ -38,25 +37,11 @@ from gimcli.mechanism import SPAN, ComplexArray, FloatArray, Input, Mechanism
 from gimcli.structure.carried import measured, unit_of
 
 
-@dataclass(frozen=True)
-class PositionJet:
+class PositionJet(NamedTuple):
     """Some positions, with the derivatives of nodes and inputs along k directions, in the normal frame."""
 
-    nodes: ComplexArray  # (nodes, rows)
-    first: ComplexArray  # (k, nodes, rows)
-    second: ComplexArray  # (k, k, nodes, rows)
-    inputs: FloatArray  # (actuators, rows)
-    rates: FloatArray  # (k, actuators, rows): the inputs are linear in the directions
-    bends: FloatArray  # (k, k, actuators, rows)
-
-    @property
-    def places(self) -> list[Jet]:
-        """The positions of the nodes as complex numbers with their derivatives."""
-        return [Jet(self.nodes[k], self.first[:, k], self.second[:, :, k]) for k in range(len(self.nodes))]
-
-    def input(self, number: int) -> Jet:
-        """Return the value of an actuator [rad, or length of the normal frame]."""
-        return Jet(self.inputs[number], self.rates[:, number], self.bends[:, :, number])
+    nodes: Jet  # (nodes, rows)
+    inputs: Jet  # (actuators, rows)
 
 
 class Contribution(NamedTuple):
@@ -127,9 +112,10 @@ class GeneralisedForces:
 
     def __init__(self, balance: StaticBalance, at: PositionJet, near: FloatArray | None) -> None:
         """Take positions; `near` as in `StaticBalance`."""
-        self.balance, self.at, self.near, self.z = balance, at, near, at.places
+        self.balance, self.at, self.near = balance, at, near
         self.mechanism, self.unit, self._row = balance.mechanism, balance.constant.unit, count()
-        k, rows = at.first[:, 0].shape
+        k, nodes, rows = at.nodes.first.shape
+        self.z = [at.nodes[number] for number in range(nodes)]
         # (angles, rows) of torsion springs and of members with a torque, without jumps
         self.angles = np.zeros((len(balance.twisted) + len(balance.torques), rows))
         self.parts = list(self._parts())
@@ -147,8 +133,8 @@ class GeneralisedForces:
             yield _contribution(mass.place(self.z), mass.work)
         yield from map(self._spring, self.mechanism.dynamics.springs)
         for load in self._loads():
-            turned = phase(unit_of(self.mechanism, self.z, load.part.member)) if load.turns else None
-            on = load.place(self.z) if turned is None else self._followed(turned)
+            own = load.part.member
+            on = self._followed(phase(unit_of(self.mechanism, self.z, own))) if load.turns else load.place(self.z)
             yield _contribution(on, load.work, load.turns)
         yield from map(self._drive, self.balance.efforts)
 
@@ -156,8 +142,7 @@ class GeneralisedForces:
         """Return the loads in numbers with derivatives, as far as they depend on the position."""
         if self.balance.conservative:
             return self.balance.constant.loads
-        inputs = [self.at.input(k).dual for k in range(len(self.at.inputs))]
-        return self.balance.loading(([place.dual for place in self.z],), inputs).loads
+        return self.balance.loading((self.at.nodes.dual,), self.at.inputs.dual).loads
 
     def _spring(self, spring: SpringForce) -> Contribution:
         gauge, vector = self.mechanism.gauges[spring.gauge], is_vector(self.mechanism, spring)
@@ -190,7 +175,7 @@ class GeneralisedForces:
         return Jet(self.angles[row], angle.first, angle.second)
 
     def _drive(self, release: Release) -> Contribution:
-        value, rotary = self.at.input(release.actuator), self.mechanism.actuators[release.actuator].rotary
+        value, rotary = self.at.inputs[release.actuator], self.mechanism.actuators[release.actuator].rotary
         unit, curve = self.unit(rotary), release.effort.curve
         work = release.effort.at(self.balance.time, value.dual, np.zeros(1)) * unit
         over = isinstance(work, Dual)  # a table over the input's own value
@@ -232,4 +217,5 @@ def position_jet(positions: ReleasedPositions, y: FloatArray, first: FloatArray,
         return np.moveaxis(placed, 0, -2)
 
     rates, bends = (np.moveaxis(positions.input_rates(y, v), -1, -2) for v in (first, second))
-    return PositionJet(positions.nodes(y.T), by_node(first), by_node(second), positions.inputs(y.T), rates, bends)
+    places = Jet(positions.nodes(y.T), by_node(first), by_node(second))
+    return PositionJet(places, Jet(positions.inputs(y.T), rates, bends))

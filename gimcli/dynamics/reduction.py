@@ -39,6 +39,17 @@ from gimcli.status import Status
 from gimcli.table import Column, Table
 
 
+QUANTITIES = {
+    "J": (2, "kg m^2", "kg"), "dJ_dq": (3, "kg m^2/rad", "kg/m"), "tau": (1, "N m", "N"), "V": (0, "J", "J"),
+    "dtau_dq": (2, "N m/rad", "N/m"), "dV_dq": (1, "N m", "N"),
+}  # fmt: skip
+"""Names, powers of the unit of q by which they are divided, and units for a rotary and a linear input.
+
+tau is the torque of weight, loads and springs, V the potential of weight and springs. dtau_dq is NaN if a load has a
+table over the input or over time.
+"""
+
+
 @dataclass(frozen=True)
 class Reduction:
     """The reduced quantities of a mechanism along one input; NaN in rows without a solution. SI units, by rad or m."""
@@ -46,12 +57,7 @@ class Reduction:
     mechanism: Mechanism = field(repr=False)
     actuator: int
     q: FloatArray  # (rows,) rad, or length in the normal frame
-    inertia: FloatArray  # (rows,) kg m^2, or kg
-    inertia_slope: FloatArray  # (rows,) kg m^2/rad, or kg/m
-    torque: FloatArray  # (rows,) N m, or N: of weight, loads and springs
-    torque_slope: FloatArray  # (rows,) N m/rad, or N/m; NaN if a load has a table over the input or over time
-    potential: FloatArray  # (rows,) J: of weight and springs
-    potential_slope: FloatArray  # (rows,) N m, or N
+    columns: dict[str, FloatArray]  # (rows,) each of QUANTITIES
     codes: IntArray  # (rows,) values of Status
 
     @property
@@ -81,19 +87,19 @@ def reduce_to_input(
         pieces.append((piece.inputs[actuator], np.where(lost, np.nan, table), codes))
     q, table, codes = (np.concatenate(parts, axis=-1) for parts in zip(*pieces, strict=True))
     if any(load.over in (actuator, TIME) and load.curve is not None for load in mechanism.dynamics.loads):
-        table[3] = np.nan
+        table[4] = np.nan
     unit = input_units(mechanism)[actuator]
-    inertia, slope, torque, torque_slope, v, v_slope = (table.T / unit ** np.array([2, 3, 1, 2, 0, 1])).T
-    return Reduction(mechanism, actuator, q, inertia, slope, torque, torque_slope, v, v_slope, codes)
+    columns = {name: own / unit**power for (name, (power, *_)), own in zip(QUANTITIES.items(), table, strict=True)}
+    return Reduction(mechanism, actuator, q, columns, codes)
 
 
 @np.errstate(all="ignore")
 def _reduced(loads: Loading) -> FloatArray:
-    """Return inertia, torque and potential, each with its derivative (6, rows), of a motion at unit speed."""
+    """Return the quantities (6, rows) of a motion at unit speed."""
     torque = sum(loads.power[kind] for kind in ("load", "gravity", "spring"))
     still = 0.0 * loads.course.nodes[0, 0].real
-    every = [number + still for number in (2.0 * loads.kinetic, torque, loads.potential)]
-    return np.concatenate([[number.value, number.slopes[0]] for number in every])
+    inertia, torque, v = (number + still for number in (2.0 * loads.kinetic, torque, loads.potential))
+    return np.array([inertia.value, inertia.slopes[0], torque.value, v.value, torque.slopes[0], v.slopes[0]])
 
 
 def with_others_fixed(mechanism: Mechanism, actuator: int) -> Mechanism:
@@ -125,13 +131,9 @@ def chosen_input(mechanism: Mechanism, name: str) -> int:
 def reduction_table(found: Reduction) -> Table:
     """Return the table of q in the file's unit and the reduced quantities in SI units."""
     actuator = found.mechanism.actuators[found.actuator]
-    quantities = (
-        ("J", found.inertia, "kg m^2", "kg"), ("dJ_dq", found.inertia_slope, "kg m^2/rad", "kg/m"),
-        ("tau", found.torque, "N m", "N"), ("V", found.potential, "J", "J"),
-        ("dtau_dq", found.torque_slope, "N m/rad", "N/m"), ("dV_dq", found.potential_slope, "N m", "N"),
-    )  # fmt: skip
     columns = [
-        Column(name, values, turning if actuator.rotary else sliding) for name, values, turning, sliding in quantities
+        Column(name, found.columns[name], turning if actuator.rotary else sliding)
+        for name, (_, turning, sliding) in QUANTITIES.items()
     ]
     q = found.mechanism.value_to_file(found.actuator, found.q)
     return Table((Column("q", q, found.mechanism.unit_of(actuator)), *columns, status_column(found.codes)))
@@ -160,9 +162,9 @@ def flywheel(found: Reduction, speed: float, fluctuation: float) -> Flywheel:
     """
     _refuse(found, speed, fluctuation)
     drive, work = cycle_work(found)
-    inertia = _needed(found.inertia, work, speed, fluctuation)
+    inertia = _needed(found.columns["J"], work, speed, fluctuation)
     return Flywheel(
-        max(0.0, inertia), speed, fluctuation, drive, float(np.ptp(work)), _without(found.inertia, work, speed)
+        max(0.0, inertia), speed, fluctuation, drive, float(np.ptp(work)), _without(found.columns["J"], work, speed)
     )
 
 
@@ -171,7 +173,7 @@ def cycle_work(found: Reduction) -> tuple[float, FloatArray]:
 
     The integral is the trapezoidal rule with the end correction of Euler and Maclaurin.
     """
-    step, tau, slope = np.diff(found.q), found.torque, found.torque_slope
+    step, tau, slope = np.diff(found.q), found.columns["tau"], found.columns["dtau_dq"]
     parts = 0.5 * step * (tau[:-1] + tau[1:])
     if np.all(np.isfinite(slope)):
         parts += step**2 / 12.0 * (slope[:-1] - slope[1:])

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import count
 
 import numpy as np
 
@@ -121,17 +122,15 @@ class BodyBalance:
     def _contacts(self) -> Contacts:
         """Return the pairs with dry friction: each member on a pin but the first, and the guides."""
         pairs, speeds = friction_pairs(self.mechanism), list[int]()
-        pin, guide = (
-            0,
-            len(self.readings) - sum(pair.friction.slide != NONE for pair in pairs),
-        )  # the last gauges: of guides
+        guides = len(self.readings) - sum(pair.friction.slide != NONE for pair in pairs)  # the last gauges
+        numbers = {True: count(), False: count(guides)}
         for pair in pairs:
             on_pin = pair.friction.slide == NONE
+            number = next(numbers[on_pin])
             if any(any(form.values()) for form in pair.forms(self.statics)):
                 self.pairs.append(pair)
-                self.columns.append(int(self.couples[pin] if on_pin else self.readings[guide]))
-                speeds.append(pin if on_pin else self.first + guide)
-            pin, guide = pin + on_pin, guide + (not on_pin)
+                self.columns.append(int((self.couples if on_pin else self.readings)[number]))
+                speeds.append(number if on_pin else self.first + number)
         first, second = form_table(self.statics, self.pairs, len(self.unknown))[..., self.unknown >= 0]
         self.forms = np.stack([first.real, first.imag + second.real], axis=1)
         kinds = [PIN if pair.friction.slide == NONE else GUIDE for pair in self.pairs]

@@ -21,6 +21,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from gimcli.calculus.jet import Jet
 from gimcli.dynamic_data import DrivingEffort
 from gimcli.dynamics.equilibria_balance import GeneralisedForces, PositionJet, StaticBalance
 from gimcli.dynamics.physical import require_action
@@ -120,12 +121,12 @@ class Linearisation(ReducedEquations):
         unit = np.array([1.0 if self._turns(c) else self.metre for c in choice.independent[: len(self.released)]])
         self.unit, both, mechanism = unit, unit[:, None] * unit, self.mechanism
         return Linearised(
-            mechanism, self.released, *self._named(choice), mechanism.whole(at.nodes[:, 0]),
+            mechanism, self.released, *self._named(choice), mechanism.whole(at.nodes.value[:, 0]),
             self.inputs(place.v).copy(), place.v[self._gauges].copy(), directions @ reduced.m @ directions.T / both,
             -forces.slope[..., 0] / both, rough / both, damping / both, forces.q[:, 0] / unit,
             scale / unit, float(reduced.energy[reduction.POTENTIAL]),
-            self.balance.conservative or len(self.released) == 1, at.rates[..., 0] / unit[:, None],
-            mechanism.whole(at.first[..., 0], -1) / unit[:, None],
+            self.balance.conservative or len(self.released) == 1, at.inputs.first[..., 0] / unit[:, None],
+            mechanism.whole(at.nodes.first[..., 0], -1) / unit[:, None],
         )  # fmt: skip
 
     def moved(self, steps: FloatArray) -> tuple[ComplexArray, FloatArray, FloatArray] | None:
@@ -169,8 +170,8 @@ class Linearisation(ReducedEquations):
             for j in range(i):
                 bias[i, j] = bias[j, i] = 0.5 * (bias[i, j] - bias[i, i] - bias[j, j])
         parts = [part[..., None] for part in (self.at_rest.v, directions @ self.at_rest.b, bias)]
-        nodes = (part[..., 0:first:2, :] + 1j * part[..., 1:first:2, :] for part in parts)
-        return PositionJet(*nodes, *(part[..., self.input_variables, :] for part in parts))
+        nodes = Jet(*(part[..., 0:first:2, :] + 1j * part[..., 1:first:2, :] for part in parts))
+        return PositionJet(nodes, Jet(*(part[..., self.input_variables, :] for part in parts)))
 
     def _bias(self, speeds: FloatArray) -> FloatArray:
         """Return the accelerations of all variables at constant speeds of the independent variables."""
@@ -193,8 +194,8 @@ class Linearisation(ReducedEquations):
 
     def _scales(self, at: PositionJet, forces: GeneralisedForces) -> tuple[FloatArray, FloatArray]:
         """Return what rounding in the forces (k,) and in their derivatives (k, k) is relative to."""
-        scale, rough, size = np.zeros(len(at.first)), forces.steep[..., 0], self.mechanism.size
-        least = LEVER * np.max(np.abs(at.first[:, list(self.mechanism.close), 0]), axis=1)
+        scale, rough, size = np.zeros(len(at.nodes.first)), forces.steep[..., 0], self.mechanism.size
+        least = LEVER * np.max(np.abs(at.nodes.first[:, list(self.mechanism.close), 0]), axis=1)
         for part in forces.parts:
             lever = np.maximum(np.abs(part.rates[:, 0]), least / (size if part.turns else 1.0))
             amount = np.ravel(part.amount)[0]
