@@ -195,9 +195,9 @@ class _Rows:
                 for signs in tried if len(tried) <= 2**MOST_AT_REST else ():
                     chosen = senses[own]
                     chosen[:, open_pairs] = signs
-                    found = solve_friction(system.rows(own), chosen)
-                    least[own], greatest[own] = np.fmin(least[own], found.least), np.fmax(greatest[own], found.greatest)
-                    outcomes.append(found.codes)
+                    low, high, outcome = solve_friction(system.rows(own), chosen)
+                    least[own], greatest[own] = np.fmin(least[own], low), np.fmax(greatest[own], high)
+                    outcomes.append(outcome)
                 if open_pairs.any():
                     outcomes = [np.full(len(own), int(FrictionStatus.STANDSTILL))]
                 codes[own] = np.maximum(codes[own], np.max(outcomes, axis=0))

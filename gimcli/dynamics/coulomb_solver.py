@@ -87,17 +87,12 @@ class FrictionSystem:
         return np.asarray(np.max(np.abs(np.einsum("gkn,rn->rgk", self.forms, x)), axis=1))
 
 
-@dataclass(frozen=True)
-class FrictionSolution:
-    """Reactions for given directions of sliding: least and greatest over the solutions that were found."""
+def solve_friction(system: FrictionSystem, senses: FloatArray) -> tuple[FloatArray, FloatArray, IntArray]:
+    """Return the reactions for directions of sliding `senses` (rows, pairs), 1 or -1 each.
 
-    least: FloatArray  # (rows, unknowns); NaN without a solution
-    greatest: FloatArray  # (rows, unknowns)
-    codes: IntArray  # (rows,) FrictionStatus
-
-
-def solve_friction(system: FrictionSystem, senses: FloatArray) -> FrictionSolution:
-    """Return the reactions for directions of sliding `senses` (rows, pairs), 1 or -1 each."""
+    They are the least and the greatest over the solutions that were found (rows, unknowns), NaN without a solution;
+    and the FrictionStatus (rows,).
+    """
     reduced = _Reduced.of(system, senses)
     good = np.all(np.isfinite(system.known), axis=1) & np.all(np.isfinite(system.reach), axis=(1, 2))
     weights = _contraction_weights(reduced.gains, good)
@@ -112,7 +107,7 @@ def solve_friction(system: FrictionSystem, senses: FloatArray) -> FrictionSoluti
         if len(ends):
             x = system.known[row] + (senses[row] * ends) @ system.reach[row].T
             found[:, row] = x.min(axis=0), x.max(axis=0)
-    return FrictionSolution(found[0], found[1], codes)
+    return found[0], found[1], codes
 
 
 _COUNTED = (FrictionStatus.NO_SOLUTION, FrictionStatus.SLIDING, FrictionStatus.SEVERAL)

@@ -84,9 +84,7 @@ class FrictionSummary:
         self.counts = dict.fromkeys(FrictionStatus, 0)
         self.residual = 0.0
         self.complete = True  # whether all rows have forces, or stand still
-        self._places: list[FloatArray] = []
-        self._margins: list[FloatArray] = []
-        self._driven: list[BoolArray] = []
+        self._held: list[tuple[FloatArray, FloatArray, BoolArray]] = []  # places, margins, whether loads drive
 
     def add(self, motion: Motion, forces: Forces, dry: DryFriction) -> None:
         """Add the next piece of the motion."""
@@ -96,9 +94,7 @@ class FrictionSummary:
         self.residual = max(self.residual, float(np.max(dry.residual, initial=0.0)))
         drivers = self.mechanism.drivers
         over = motion.inputs[drivers[0]] if len(drivers) == 1 else forces.course.time
-        self._places.append(np.asarray(over))
-        self._margins.append(dry.margin)
-        self._driven.append(_driven(dry.margin, dry.smooth))
+        self._held.append((np.asarray(over), dry.margin, _driven(dry.margin, dry.smooth)))
         powers = source_powers(forces), lost_powers(forces)
         if forces.good.any():
             sources, lost = ({name: power[forces.good] for name, power in kind.items()} for kind in powers)
@@ -139,10 +135,10 @@ class FrictionSummary:
 
         An end between two rows is interpolated linearly from the effort that would move the mechanism.
         """
-        if not self._places:
+        if not self._held:
             return []
-        place, margin = np.concatenate(self._places), np.concatenate(self._margins)
-        inside, driven, found = _held(margin), np.concatenate(self._driven), []
+        place, margin, driven = (np.concatenate(pieces) for pieces in zip(*self._held, strict=True))
+        inside, found = _held(margin), []
         edges = np.flatnonzero(np.diff(np.concatenate(([False], inside, [False])).astype(int)))
         for first, end in edges.reshape(-1, 2):
             if not driven[first:end].any():  # such as a block on a level guide

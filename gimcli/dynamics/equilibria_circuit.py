@@ -55,21 +55,16 @@ def released_circuit(mechanism: Mechanism, released: int, inputs: FloatArray, to
     return drawn_circuit(held, tolerance, PositionCurve(held, InputLine(base, along[:, 0], released)))
 
 
-def circuit_equilibria(
-    circuit: Circuit, balance: StaticBalance, middle: float, progress: Progress = no_progress
-) -> Equilibria:
-    """Return all equilibria on a circuit, in its order.
+class CircuitEquilibria:
+    """The search for all equilibria on a circuit."""
 
-    middle: value of the released input [rad] from which a full turn extends by half a turn to both sides.
-    """
-    return _CircuitSearch(BalanceCurve(circuit, balance), middle, progress).run()
-
-
-class _CircuitSearch:
-    def __init__(self, curve: BalanceCurve, middle: float, progress: Progress) -> None:
-        assert curve.circuit.curve.line is not None
-        self.curve, self.circuit, self.mechanism = curve, curve.circuit, curve.circuit.mechanism
-        self.main, self.middle, self.progress = curve.circuit.curve.line.main, middle, progress
+    def __init__(
+        self, circuit: Circuit, balance: StaticBalance, middle: float, progress: Progress = no_progress
+    ) -> None:  # fmt: skip
+        """Take a circuit; middle: value of the released input [rad] from which a full turn extends to both sides."""
+        assert circuit.curve.line is not None
+        self.curve, self.circuit, self.mechanism = BalanceCurve(circuit, balance), circuit, circuit.mechanism
+        self.main, self.middle, self.progress = circuit.curve.line.main, middle, progress
         self.metre = float(input_units(self.mechanism)[self.main])
         self.points: list[BalancePoint] = []
         self.roots: list[CurveRoot] = []
@@ -77,6 +72,7 @@ class _CircuitSearch:
         self.along = self.circuit.lengths / self.circuit.lengths[-1]
 
     def run(self) -> Equilibria:
+        """Return all equilibria, in the order of the circuit."""
         self.points = self.curve.resolved(0)
         sizes = [at.size for at in self.points]
         everywhere = max(abs(at.force) for at in self.points) <= BALANCE.nothing * max(sizes)
@@ -85,7 +81,8 @@ class _CircuitSearch:
             if self.curve.winds:
                 self._wind()
         self.potential = np.array([at.potential for at in self.points]) - self._work()
-        listed = [self._equilibrium(root) for root in self.roots]
+        self.heights = [self._potential(root.at) for root in self.roots]
+        listed = [self._equilibrium(root, height) for root, height in zip(self.roots, self.heights, strict=True)]
         listed = [replace(one, pushes=self._pushes(k, listed)) for k, one in enumerate(listed)]
         listed = self._turned(listed)
         curve, start = self.circuit.curve, self.curve.places[self.circuit.start]
@@ -139,8 +136,11 @@ class _CircuitSearch:
 
     # -- equilibria -----------------------------------------------------------------------------------
 
-    def _equilibrium(self, root: CurveRoot) -> Equilibrium:
+    def _equilibrium(self, root: CurveRoot, height: float) -> Equilibrium:
+        """Return an equilibrium, with input and potential of the turn around the middle."""
         at, curve = root.at, self.circuit.curve
+        inputs = curve.inputs(at.p)
+        potential = height + self._turns(float(inputs[self.main])) * self._gain()
         open_one = root.multiplicity % 2 == 0 or self._meets(at)
         stability = UNDECIDED if open_one else UNSTABLE if root.rises else STABLE
         stiffness = None
@@ -148,7 +148,7 @@ class _CircuitSearch:
             own = -at.slope if root.multiplicity == 1 else 0.0
             stiffness = np.array([[own / (at.rate * self.metre) ** 2]])
         return Equilibrium(
-            curve.nodes(at.p), curve.inputs(at.p), self._potential(at), stability,
+            curve.nodes(at.p), self._rolled(inputs), potential, stability,
             int(stability == UNSTABLE), root.multiplicity, stiffness, root.residual,
             Status.OK if root.converged else Status.NOT_CONVERGED, self._fraction(at.stop),
         )  # fmt: skip
@@ -185,10 +185,10 @@ class _CircuitSearch:
                 return None
             target, wraps = target % len(listed), True
         path = self._path(number, target, sense, wraps)
-        barrier = listed[target].potential - listed[number].potential + sense * wraps * self._gain()
+        barrier = self.heights[target] - self.heights[number] + sense * wraps * self._gain()
         direction = sense if path[0].rate >= 0.0 else -sense
         effort, at = self._greatest(path)
-        inputs = self.circuit.curve.inputs(at.p)
+        inputs = self._rolled(self.circuit.curve.inputs(at.p))
         return Push(direction, None if effort is None else effort / self.metre, inputs, barrier, target)
 
     def _path(self, number: int, target: int, sense: int, wraps: bool) -> list[BalancePoint]:
@@ -265,21 +265,14 @@ class _CircuitSearch:
         return -round(sense * float(whole_turns(sense * (q - self.middle), turn)))
 
     def _turned(self, listed: list[Equilibrium]) -> list[Equilibrium]:
-        """Return equilibria and pushes with inputs and potentials of the turn around the middle, in its order."""
-        moved = [self._moved(one) for one in listed]
+        """Return equilibria in the order of the turn around the middle."""
         if not self._single:
-            return moved
+            return listed
         sense = math.copysign(1.0, self.curve.turn)
-        order = sorted(range(len(moved)), key=lambda k: sense * moved[k].inputs[self.main])
+        order = sorted(range(len(listed)), key=lambda k: sense * listed[k].inputs[self.main])
         places = {old: new for new, old in enumerate(order)}
-        renumbered = [tuple(replace(p, target=places[p.target]) for p in one.pushes) for one in moved]
-        return [replace(moved[k], pushes=renumbered[k]) for k in order]
-
-    def _moved(self, one: Equilibrium) -> Equilibrium:
-        turns = self._turns(float(one.inputs[self.main]))
-        pushes = tuple(replace(push, inputs=self._rolled(push.inputs)) for push in one.pushes)
-        potential = one.potential + turns * self._gain()
-        return replace(one, inputs=self._rolled(one.inputs), potential=potential, pushes=pushes)
+        renumbered = [tuple(replace(p, target=places[p.target]) for p in one.pushes) for one in listed]
+        return [replace(listed[k], pushes=renumbered[k]) for k in order]
 
     def _rolled(self, inputs: FloatArray) -> FloatArray:
         """Return inputs (actuators,) in the turn around the middle."""

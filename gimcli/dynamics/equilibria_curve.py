@@ -21,7 +21,7 @@ import numpy as np
 from gimcli.branching.resampling import exact_tangents
 from gimcli.continuation.arclength import ArclengthConstants, all_beside
 from gimcli.continuation.circuit import CIRCUIT, Circuit
-from gimcli.dynamics.equilibria_balance import GeneralisedForces, StaticBalance, position_jet
+from gimcli.dynamics.equilibria_balance import StaticBalance, position_jet
 from gimcli.mechanism import ComplexArray, FloatArray
 from gimcli.numerics.along import roots
 from gimcli.progress import spend
@@ -258,20 +258,7 @@ class BalanceCurve:
         for k, stop in enumerate(stops):
             self._correct_bend(bends[k], stop, p[k])
         jet = position_jet(self.circuit.curve, p, tangents[None], bends[None, None])
-        return self._split(stops, p, tangents, bends, self.balance(jet, near))
-
-    def _correct_bend(self, bend: FloatArray, stop: CurveStop, p: FloatArray) -> None:
-        """Set the second derivative of a point by the arc length where branches meet, from the points beside it."""
-        circuit, k = self.circuit, stop.index
-        met = [j for j in (k, k + 1) if j in circuit.crossings]
-        if any(np.linalg.norm(circuit.places[j].p[:-1] - p[:-1]) <= CIRCUIT.beside for j in met):
-            low, high = circuit.places[max(met[0] - 1, 0)], circuit.places[min(met[0] + 1, self.count)]
-            bend[:] = (high.tangent - low.tangent) / np.linalg.norm(high.p - low.p)
-
-    def _split(
-        self, stops: Sequence[CurveStop], p: FloatArray, tangents: FloatArray, bends: FloatArray,
-        found: GeneralisedForces,
-    ) -> list[BalancePoint]:  # fmt: skip
+        found = self.balance(jet, near)
         return [
             BalancePoint(
                 stop, stop.mark(self.count), p[k], tangents[k], bends[k], float(found.potential[k]),
@@ -281,6 +268,14 @@ class BalanceCurve:
             )
             for k, stop in enumerate(stops)
         ]  # fmt: skip
+
+    def _correct_bend(self, bend: FloatArray, stop: CurveStop, p: FloatArray) -> None:
+        """Set the second derivative of a point by the arc length where branches meet, from the points beside it."""
+        circuit, k = self.circuit, stop.index
+        met = [j for j in (k, k + 1) if j in circuit.crossings]
+        if any(np.linalg.norm(circuit.places[j].p[:-1] - p[:-1]) <= CIRCUIT.beside for j in met):
+            low, high = circuit.places[max(met[0] - 1, 0)], circuit.places[min(met[0] + 1, self.count)]
+            bend[:] = (high.tangent - low.tangent) / np.linalg.norm(high.p - low.p)
 
     # -- resolution -----------------------------------------------------------------------------------
 

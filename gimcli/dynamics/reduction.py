@@ -38,7 +38,6 @@ from gimcli.progress import Notify, Progress
 from gimcli.status import Status
 from gimcli.table import Column, Table
 
-
 QUANTITIES = {
     "J": (2, "kg m^2", "kg"), "dJ_dq": (3, "kg m^2/rad", "kg/m"), "tau": (1, "N m", "N"), "V": (0, "J", "J"),
     "dtau_dq": (2, "N m/rad", "N/m"), "dV_dq": (1, "N m", "N"),

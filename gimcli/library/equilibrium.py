@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from gimcli import output
 from gimcli.dynamic_data import DrivingEffort
 from gimcli.dynamics.equilibria_balance import StaticBalance
-from gimcli.dynamics.equilibria_circuit import circuit_equilibria, released_circuit
+from gimcli.dynamics.equilibria_circuit import CircuitEquilibria, released_circuit
 from gimcli.dynamics.equilibria_curve import Equilibria, Push
 from gimcli.dynamics.equilibria_search import released_search
 from gimcli.graphs.extras import Extras
@@ -92,7 +92,7 @@ def equilibrium(
         if len(released) == 1:
             circuit = released_circuit(mechanism, released[0], values, tolerance)
             middle = _middle(mechanism, released[0], values)
-            found = circuit_equilibria(circuit, balance, middle, progress("forces along the circuit"))
+            found = CircuitEquilibria(circuit, balance, middle, progress("forces along the circuit")).run()
         else:
             search = released_search(mechanism, released, values, balance, tolerance)
             found = search.run(starts, seed, progress("searching equilibria"))

@@ -147,17 +147,17 @@ def test_all_solutions_of_sliding_pairs_are_found(pairs):
     forms = np.zeros((2, pairs, pairs), dtype=complex)
     forms[0] = np.eye(pairs)
     senses = random.choice([-1.0, 1.0], (rows, pairs))
-    found = solve_friction(FrictionSystem(known, reach, forms), senses)
+    least, greatest, codes = solve_friction(FrictionSystem(known, reach, forms), senses)
     word = [FrictionStatus.NO_SOLUTION, FrictionStatus.SLIDING, FrictionStatus.SEVERAL]
     for r in range(rows):
         every = [(s, np.linalg.solve(np.eye(pairs) - reach[r] * (senses[r] * s), known[r]))
                  for s in map(np.array, product((-1, 1), repeat=pairs))]  # fmt: skip
         own = np.array([x for signs, x in every if np.all(signs * x >= 0.0)])
-        assert found.codes[r] == word[min(len(own), 2)]
+        assert codes[r] == word[min(len(own), 2)]
         if len(own):
-            assert found.least[r] == pytest.approx(own.min(axis=0), rel=1e-9, abs=1e-12)
-            assert found.greatest[r] == pytest.approx(own.max(axis=0), rel=1e-9, abs=1e-12)
-    assert set(found.codes.tolist()) == set(map(int, word))
+            assert least[r] == pytest.approx(own.min(axis=0), rel=1e-9, abs=1e-12)
+            assert greatest[r] == pytest.approx(own.max(axis=0), rel=1e-9, abs=1e-12)
+    assert set(codes.tolist()) == set(map(int, word))
 
 
 # --- knee, drawer, wedge: closed forms -------------------------------------------------------------------
