@@ -12,7 +12,7 @@ from gimcli.mechanism import IntArray, Mechanism
 from gimcli.motion.motion import Motion
 from gimcli.progress import Notify
 from gimcli.quantities.coordinates import MemberTurning, PointVector, RowValue
-from gimcli.quantities.motion_table import Record, motion_table, usual
+from gimcli.quantities.motion_table import Record, abscissa, motion_table, usual
 from gimcli.quantities.quantity import Quantity
 from gimcli.quantities.state import ApartError, MotionState, Needs
 from gimcli.rates.member_angles import Angles, in_rows
@@ -110,7 +110,7 @@ class Extras:
     def with_expressions(self, table: Table) -> Table:
         """Return a table with the expressions of the graphs as further columns, by their texts."""
         columns = {c.name: c for c in table.columns}
-        every = {q.name: q for plan in self.plans for curve in plan.curves for q in curve if q is not None}
+        every = {q.text: q for plan in self.plans for curve in plan.curves for q in curve if q is not None}
         own = {name: q for name, q in every.items() if name not in columns}
         more = (Column(name, q.values(columns, len(table)), q.unit_in(columns)) for name, q in own.items())
         return Table((*table.columns, *more))
@@ -137,7 +137,6 @@ class Extras:
         if not self.plans:
             return []
         from gimcli.graphs.plots import drawn
-        from gimcli.quantities.motion_table import abscissa
 
         columns, across = self.kept, abscissa(motion)
         return [drawn(plan, columns, across, events) for plan in self.plans]

@@ -92,9 +92,9 @@ def requested_graphs(table: Table, extras: Extras, over: str) -> list[Graph]:
     """Return the graphs of --plot whose curves and abscissae a table has; `over` is the usual abscissa."""
     found = []
     for plan in extras.plans:
-        names = tuple(dict.fromkeys(curve.y.name for curve in plan.curves))[:MOST_CURVES]
+        names = tuple(dict.fromkeys(curve.y.text for curve in plan.curves))[:MOST_CURVES]
         across = plan.curves[0].x if plan.curves else None
-        found.append(Graph(names, over if across is None else across.name))
+        found.append(Graph(names, over if across is None else across.text))
     return [graph for graph in found if graph.columns and {*graph.columns, graph.over} <= set(table.names)]
 
 

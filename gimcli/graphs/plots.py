@@ -25,55 +25,43 @@ LONGEST = 40
 """Largest number of letters of the name of an axis that lists its curves."""
 
 
-class PlottedQuantity(NamedTuple):
-    """A column, or an expression of columns."""
+@dataclass(frozen=True)
+class PlottedQuantity(Expression):
+    """A column, or an expression of columns, with a name in the legend."""
 
-    label: str
-    expression: Expression
+    label: str = ""
 
     @property
     def column(self) -> str:
         """The name of the column; "" for an expression."""
-        code = self.expression.code
-        return code[0] if len(code) == 1 and isinstance(code[0], str) else ""
-
-    @property
-    def name(self) -> str:
-        """The name of the column, or the text of the expression."""
-        return self.expression.text
-
-    @property
-    def columns(self) -> frozenset[str]:
-        """Names of the columns in it."""
-        return self.expression.names
+        return self.code[0] if len(self.code) == 1 and isinstance(self.code[0], str) else ""
 
     def unit_in(self, columns: Mapping[str, Column]) -> str:
         """Return the unit; "" if it has none or it is not known."""
-        return columns[self.column].unit if self.column else self.expression.kind.unit or ""
+        return columns[self.column].unit if self.column else self.kind.unit or ""
 
     def values(self, columns: Mapping[str, Column], rows: int) -> FloatArray:
         """Return the values (rows,)."""
-        values = {name: np.asarray(columns[name].values, dtype=np.float64)[None] for name in self.columns}
+        values = {name: np.asarray(columns[name].values, dtype=np.float64)[None] for name in self.names}
         with np.errstate(all="ignore"):
-            found = self.expression.value(values, ARRAYS)
+            found = self.value(values, ARRAYS)
         return np.asarray(np.broadcast_to(found, (1, rows))[0])
 
-    def magnitude(self, label: str = "") -> PlottedQuantity:
+    def magnitude(self) -> PlottedQuantity:
         """Return the amount of the quantity."""
-        own = self.expression
-        return PlottedQuantity(label or f"|{self.label}|", Expression(own.text, (*own.code, ("abs", 1)), own.kind))
+        return replace(self, label=f"|{self.label}|", code=(*self.code, ("abs", 1)))
 
 
 def plotted(name: str, unit: str, label: str = "") -> PlottedQuantity:
     """Return a column as a quantity."""
-    return PlottedQuantity(label or name, Expression(name, (name,), PartKind("rows", unit)))
+    return PlottedQuantity(name, (name,), PartKind("rows", unit), label or name)
 
 
 def amount(label: str, columns: Sequence[str], unit: str) -> PlottedQuantity:
     """Return the amount of a vector with the columns x and y, or of one column."""
     code = (*columns, ("hypot", 2) if len(columns) == 2 else ("abs", 1))
     text = f"|{columns[0][:-1] if len(columns) == 2 else columns[0]}|"
-    return PlottedQuantity(label, Expression(text, code, PartKind("rows", unit)))
+    return PlottedQuantity(text, code, PartKind("rows", unit), label)
 
 
 class Group(NamedTuple):
@@ -101,7 +89,7 @@ class PlannedGraph:
     @property
     def columns(self) -> set[str]:
         """Names of the columns that the graph needs."""
-        return {name for c in self.curves for q in c if q is not None for name in q.columns}
+        return {name for c in self.curves for q in c if q is not None for name in q.names}
 
 
 def drawn(
@@ -213,7 +201,7 @@ class _PlotReader(ExpressionReader):
 
     def _quantity(self) -> PlottedQuantity:
         own = self.operand()
-        return PlottedQuantity(own.text, own)
+        return PlottedQuantity(own.text, own.code, own.kind, own.text)
 
 
 def _over_common(curves: Sequence[PlannedCurve]) -> Sequence[PlannedCurve]:
@@ -222,7 +210,7 @@ def _over_common(curves: Sequence[PlannedCurve]) -> Sequence[PlannedCurve]:
     for curve in reversed(curves):
         over = curve.x or (found[-1].x if found else None)
         if found and over is not None and found[-1].x is None:
-            raise UsageError(f"plot: '{found[-1].y.name}' has no abscissa, but a curve before it has: add /COLUMN")
+            raise UsageError(f"plot: '{found[-1].y.text}' has no abscissa, but a curve before it has: add /COLUMN")
         found.append(PlannedCurve(curve.y, over))
     return tuple(reversed(found))
 

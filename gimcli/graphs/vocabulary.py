@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 from gimcli.connected import grouped
@@ -173,7 +174,7 @@ class Vocabulary(KnownNames):
             return None
         found = self._quantities(curve.x)
         if len(found) != 1:
-            raise UsageError(f"plot: '{curve.x.name}' has several columns; name one as the abscissa")
+            raise UsageError(f"plot: '{curve.x.text}' has several columns; name one as the abscissa")
         return found[0]
 
     def _quantities(self, given: PlottedQuantity) -> list[PlottedQuantity]:
@@ -181,22 +182,22 @@ class Vocabulary(KnownNames):
         if given.column:
             own = [plotted(column, self.unit(column) or "") for column in self.parts(given.column)]
             return own or [q for group in self.groups(given.column) for q in group.quantities]
-        written, code = given.expression, list[Any]()
-        for item in written.code:
+        code = list[Any]()
+        for item in given.code:
             if isinstance(item, str):
                 code += self.parts(item)
             else:
                 code.append(("hypot", 2) if item == ("hypot of columns", 1) else item)
-        if written.kind.columns > 1:
-            raise UsageError(f"plot: '{given.name}' has several columns; name one of them")
-        return [PlottedQuantity(given.name, Expression(given.name, tuple(code), written.kind))]
+        if given.kind.columns > 1:
+            raise UsageError(f"plot: '{given.text}' has several columns; name one of them")
+        return [replace(given, code=tuple(code))]
 
     def _hodograph(self, curve: PlannedCurve) -> PlannedCurve:
         """Return the curve of the tip of a vector; that of a point is its velocity, or its reaction."""
         columns = self.parts(curve.y.column, ".v", ".f") if curve.y.column else ()
         if not columns or curve.x is not None:
             raise UsageError(
-                f"plot 'hodograph:{curve.y.name}': expected a point, or a vector with the columns x and y, such as P.v"
+                f"plot 'hodograph:{curve.y.text}': expected a point, or a vector with the columns x and y, such as P.v"
             )
         x, y = (plotted(column, self.unit(column) or "") for column in columns)
         return PlannedCurve(y, x)
@@ -210,7 +211,7 @@ class Vocabulary(KnownNames):
                 raise UsageError("plot: a polar diagram needs an angle: write polar:COLUMN/ANGLE")
             parts = self.parts(one.y.column) if one.y.column else ()
             if parts:
-                curves.append(PlannedCurve(amount(f"|{one.y.name}|", parts, self.unit(parts[0]) or ""), over))
+                curves.append(PlannedCurve(amount(f"|{one.y.text}|", parts, self.unit(parts[0]) or ""), over))
             else:
                 curves += [PlannedCurve(q.magnitude(), over) for q in self._quantities(one.y)]
         return PlannedGraph(POLAR, "", tuple(curves))

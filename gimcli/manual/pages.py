@@ -15,6 +15,9 @@ INDEX, COMMANDS = "index", "commands"
 OPTIONS_HEAD = "| option | values | default | meaning |\n|---|---|---|---|\n"
 """The head of the table of options in the section of a command."""
 
+HEADS = r"(?ms)^```.*?^```|^(?P<level>##?) (?:`?gim (?P<name>\w+))?"
+"""Headings of sections; text between fences is skipped."""
+
 
 def page_names() -> list[str]:
     """Return the names of all pages: the index, the pages in its order, then any other page."""
@@ -69,15 +72,7 @@ def _text(name: str) -> str:
 
 def _sections() -> dict[str, str]:
     """Return the sections `## gim NAME` of the page of commands by their names."""
-    if not (FOLDER / f"{COMMANDS}.md").exists():
-        return {}
-    sections: dict[str, str] = {}
-    name, fenced = "", False
-    for line in _text(COMMANDS).splitlines(keepends=True):
-        fenced ^= line.startswith("```")
-        if not fenced and re.match(r"##? ", line):
-            head = re.match(r"## `?gim (\w+)", line)
-            name = head[1] if head else ""
-        if name:
-            sections[name] = sections.get(name, "") + line
-    return sections
+    text = _text(COMMANDS) if (FOLDER / f"{COMMANDS}.md").exists() else ""
+    heads = [head for head in re.finditer(HEADS, text) if head["level"]]
+    ends = [*(head.start() for head in heads[1:]), len(text)]
+    return {head["name"]: text[head.start() : end] for head, end in zip(heads, ends, strict=False) if head["name"]}

@@ -4,25 +4,21 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import AbstractContextManager, contextmanager, suppress
 from pathlib import Path
-from typing import IO, BinaryIO, TextIO, cast
+from typing import Any, BinaryIO, TextIO
 
 from gimcli.errors import OutputError, UsageError, reason
 
 
-@contextmanager
-def written_text(path: Path | str) -> Iterator[TextIO]:
+def written_text(path: Path | str) -> AbstractContextManager[TextIO]:
     """Yield a UTF-8 text handle that does not convert line ends; the file appears only if the block succeeds."""
-    with _written(Path(path), "x") as handle:
-        yield cast(TextIO, handle)
+    return _written(Path(path), "x")
 
 
-@contextmanager
-def written_bytes(path: Path | str) -> Iterator[BinaryIO]:
+def written_bytes(path: Path | str) -> AbstractContextManager[BinaryIO]:
     """Yield a binary handle; the file appears only if the block succeeds."""
-    with _written(Path(path), "xb") as handle:
-        yield cast(BinaryIO, handle)
+    return _written(Path(path), "xb")
 
 
 def refuse_unwritable(read: Iterable[Path], *paths: Path) -> None:
@@ -55,7 +51,7 @@ def _refuse_read(read: Iterable[Path], path: Path) -> None:
 
 
 @contextmanager
-def _written(path: Path, mode: str) -> Iterator[IO[str] | IO[bytes]]:
+def _written(path: Path, mode: str) -> Iterator[Any]:
     """Write to a temporary file beside `path` and rename it; after an error it is removed and `path` is unchanged."""
     path = path.resolve() if path.is_symlink() else path  # the target of a link is written, the link stays
     part = _beside(path)
@@ -75,7 +71,7 @@ def _beside(path: Path) -> Path:
     return path.parent / f".gim-{os.urandom(6).hex()}.part"
 
 
-def _opened(part: Path, mode: str) -> IO[str] | IO[bytes]:
+def _opened(part: Path, mode: str) -> Any:
     return part.open("xb") if "b" in mode else part.open("x", encoding="utf-8", newline="")
 
 

@@ -124,8 +124,7 @@ def _artists(picture: Picture) -> list[Any]:
     from matplotlib.lines import Line2D
 
     found: list[Any] = []
-    for style, things in picture.ordered:
-        z = [thing for _, thing in things]
+    for style, z in picture.drawn.items():
         if isinstance(style, Mark):
             found.append(Line2D(np.real(z), np.imag(z), **mark_style(style)))
         elif isinstance(style, Pen):

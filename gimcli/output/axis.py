@@ -188,19 +188,10 @@ def _in_lines(label: str, room: float) -> str:
 def _shifted(unit: str, shift: int) -> str:
     """Return a unit that is 10^shift times another one."""
     length = re.match(rf"({'|'.join(METRES)})(?=$|/s)", unit)
-    if length:
-        return _named(METRES, METRES[length[1]] + shift, unit[length.end() :]) or _power(unit, shift)
-    if re.match(r"(N m|N|W|J)$", unit):
-        return _named(PREFIXES, shift, unit) or _power(unit, shift)
-    return _power(unit, shift)
-
-
-def _named(names: dict[str, int], exponent: int, rest: str) -> str:
-    return next((name + rest for name, own in names.items() if own == exponent), "")
-
-
-def _power(unit: str, shift: int) -> str:
-    return f"{power_of_ten(shift)} {unit}".strip()
+    names, own, rest = (METRES, METRES[length[1]], unit[length.end() :]) if length else (PREFIXES, 0, unit)
+    known = length or re.fullmatch(r"N m|N|W|J", unit)
+    found = (name + rest for name, exponent in names.items() if known and exponent == own + shift)
+    return next(found, "") or f"{power_of_ten(shift)} {unit}".strip()
 
 
 def power_of_ten(exponent: int) -> str:

@@ -17,7 +17,8 @@ from gimcli.branching.resampling import along
 from gimcli.connected import alike
 from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.output.curves import overlap, same_path
-from gimcli.output.graph import Axis, Curve, CurveGraph
+from gimcli.output.geometry import Geometry
+from gimcli.output.graph import Axis, Curve, CurveGraph, graph_of
 from gimcli.output.panels import with_panels
 from gimcli.output.picture import LAYOUT, Content, Picture, PictureLayout, composition
 from gimcli.output.pose import Drawing, Shown, solved
@@ -28,8 +29,6 @@ from gimcli.table import Column, Table
 
 if TYPE_CHECKING:
     from gimcli.dynamics.equilibria_curve import BalanceHistory, Equilibria
-    from gimcli.output.geometry import Geometry
-    from gimcli.output.picture import Content
 
 PLACES = 361
 """Least number of positions on a circuit."""
@@ -54,8 +53,6 @@ def circuits_picture(found: Circuits, labels: Sequence[str], title: str) -> Cont
     """
     from gimcli.output.drawing import motion_picture
     from gimcli.output.gallery import gallery_picture
-    from gimcli.output.graph import graph_of
-    from gimcli.output.panels import with_panels
 
     curve, mechanism = found.curve, found.curve.mechanism
     lines = [along(s.circuit, max(PLACES, len(s.circuit.places))) for s in found.strands]
@@ -81,8 +78,6 @@ def circuits_picture(found: Circuits, labels: Sequence[str], title: str) -> Cont
 
 def circuits_geometry(found: Circuits, labels: Sequence[str]) -> Geometry:
     """Return the paths of the traced points on all circuits, and a position on the first one, in true size."""
-    from gimcli.output.geometry import Geometry
-
     mechanism = found.curve.mechanism
     geometry = Geometry(mechanism.length_unit)
     for k, (strand, label) in enumerate(zip(found.strands, labels, strict=True)):

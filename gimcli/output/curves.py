@@ -67,24 +67,23 @@ def _once(run: ComplexArray, near: float) -> list[ComplexArray]:
     ends = [0, *reversals.tolist(), len(run) - 1]
     pieces = [run[a : b + 1] for a, b in pairwise(ends) if b > a]
     pieces.sort(key=lambda piece: -float(np.sum(np.abs(np.diff(piece)))))
-    return unlike(pieces, lambda piece, other: _covers(other, piece, near))
+    return unlike(pieces, lambda piece, other: _share(other, piece, near) == 1.0)
 
 
-def _covers(path: ComplexArray, piece: ComplexArray, near: float) -> bool:
-    """Return whether all points of a piece are on a path."""
-    points = piece[:: max(1, len(piece) // TESTED)]
-    return bool(np.max(_distances(points, path[:: max(1, len(path) // 400)])) < near)
+def _share(path: ComplexArray, curve: ComplexArray, near: float) -> float:
+    """Return the part of the points of a curve that are less than `near` from a path."""
+    points = curve[:: max(1, len(curve) // TESTED)]
+    return float(np.mean(_distances(points, path[:: max(1, len(path) // 400)]) < near))
 
 
 def same_path(one: ComplexArray, other: ComplexArray, near: float) -> bool:
     """Return whether two curves are at most `near` apart everywhere."""
-    return _covers(one, other, near) and _covers(other, one, near)
+    return _share(one, other, near) == _share(other, one, near) == 1.0
 
 
 def overlap(path: ComplexArray, other: ComplexArray, near: float) -> bool:
     """Return whether two curves are less than `near` apart over a part of the second one."""
-    points = other[:: max(1, len(other) // TESTED)]
-    return bool(np.mean(_distances(points, path[:: max(1, len(path) // 400)]) < near) > TOGETHER)
+    return _share(path, other, near) > TOGETHER
 
 
 def _distances(points: ComplexArray, path: ComplexArray) -> FloatArray:

@@ -68,14 +68,10 @@ def drawn(canvas: Any, content: Content | Printed) -> Iterator[Any]:
     printed = content if isinstance(content, Printed) else Printed(content)
     with warnings.catch_warnings(), rc_context(settings_of(printed.look)):
         warnings.simplefilter("ignore")
-        yield canvas(_figure(printed))
-
-
-def _figure(printed: Printed) -> Any:
-    figure = figure_of(printed)
-    figure.set_dpi(printed.dpi or resolution(figure.get_figwidth()))
-    figure.set_size_inches(figure.get_size_inches() * (1.0 + ROUNDING))
-    return figure
+        figure = figure_of(printed)
+        figure.set_dpi(printed.dpi or resolution(figure.get_figwidth()))
+        figure.set_size_inches(figure.get_size_inches() * (1.0 + ROUNDING))
+        yield canvas(figure)
 
 
 def figure_of(printed: Printed) -> Any:
@@ -87,7 +83,8 @@ def figure_of(printed: Printed) -> Any:
     font = content.pictures[0].frame.font
     if isinstance(content, Sheet) and content.columns:
         return _gallery(content, Figure(printed.size or gallery_size(content)), names)
-    width = printed.size[0] if printed.size else max(NARROWEST, *(map(_whole_width, content.pictures)))
+    widths = (sum(borders(one.frame.font)) + one.frame.width for one in content.pictures)
+    width = printed.size[0] if printed.size else max(NARROWEST, *widths)
     heading = content.title if isinstance(content, Sheet) else ""
     heights = [whole_height(picture, width) for picture in content.pictures]
     bottom = sum(heights)
@@ -102,10 +99,6 @@ def figure_of(printed: Printed) -> Any:
 def _write_heading(figure: Any, title: str, font: float) -> None:
     width, height = figure.get_size_inches()
     write_title(figure, title_lines(title, width, font), 0.5, 1 - 0.12 / height)
-
-
-def _whole_width(picture: Picture) -> float:
-    return sum(borders(picture.frame.font)) + picture.frame.width
 
 
 def _gallery(gallery: Sheet, figure: Any, names: PartNames | None) -> Any:

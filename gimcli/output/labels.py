@@ -207,8 +207,7 @@ def _samples(picture: Picture) -> tuple[ComplexArray, FloatArray]:
     """Return points along all lines, outlines and marks of a picture, and their weights."""
     pt, ring = picture.frame.point, np.exp(2j * np.pi * np.arange(8) / 8)
     parts = []
-    for style, things in picture.ordered:
-        z = [thing for _, thing in things]
+    for style, z in picture.drawn.items():
         if isinstance(style, Pen):
             own = _weight(style.color) * (TWICE if style.width >= THICK else 1.0)
             parts += [(_along(path, DENSITY * pt), own) for path in z]

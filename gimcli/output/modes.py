@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,17 +16,13 @@ from gimcli.mechanism import ComplexArray, Mechanism
 from gimcli.output import style
 from gimcli.output.animation import Animation, Clip, Graph
 from gimcli.output.gallery import panels_of
-from gimcli.output.picture import LAYOUT, PictureLayout, Sheet, composition
+from gimcli.output.picture import LAYOUT, Content, PictureLayout, Sheet, composition
 from gimcli.output.pose import Drawing, part_names
 from gimcli.output.scene import Scene
 from gimcli.output.style import Mark, Pen
 from gimcli.rounding import number
 from gimcli.structure.carried import carried_point
 from gimcli.table import Column, Table, xy_columns
-
-if TYPE_CHECKING:
-    from gimcli.output.picture import Content
-
 
 PANELS = 12
 """Greatest number of modes in the picture."""

@@ -135,27 +135,10 @@ class Picture:
         self.draw(Mark("o", 2.0, pen.color, pen.color), *(run[0] for run in every if len(run) == 1))
 
     @property
-    def ordered(self) -> list[tuple[Style, list[tuple[str, Any]]]]:
-        """The things of each style: lines, then areas, then marks."""
-        return sorted(self.things.items(), key=lambda item: (Pen, Fill, Mark).index(type(item[0])))
-
-    @property
-    def strokes(self) -> dict[Pen, list[ComplexArray]]:
-        """The open polylines by style."""
-        return self._of(Pen)
-
-    @property
-    def areas(self) -> dict[Fill, list[ComplexArray]]:
-        """The closed polygons by style."""
-        return self._of(Fill)
-
-    @property
-    def marks(self) -> dict[Mark, list[complex]]:
-        """The places of marks by style."""
-        return self._of(Mark)
-
-    def _of(self, kind: type) -> dict[Any, list[Any]]:
-        return {style: [one for _, one in own] for style, own in self.things.items() if isinstance(style, kind)}
+    def drawn(self) -> dict[Style, list[Any]]:
+        """The paths or places in each style: of lines, then of areas, then of marks."""
+        ordered = sorted(self.things.items(), key=lambda item: (Pen, Fill, Mark).index(type(item[0])))
+        return {style: [thing for _, thing in own] for style, own in ordered}
 
     @property
     def pictures(self) -> tuple[Picture, ...]:
@@ -165,8 +148,8 @@ class Picture:
     def split(self) -> dict[str, Picture]:
         """Return the things of each part, those without a part as the part ""."""
         found: dict[str, Picture] = {}
-        for style, things in self.ordered:
-            for part, thing in things:
+        for style in self.drawn:
+            for part, thing in self.things[style]:
                 found.setdefault(part, Picture("", self.frame)).draw(style, thing)
         return found
 

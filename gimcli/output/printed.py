@@ -92,19 +92,17 @@ def _used(found: Any) -> dict[str, Any]:
 def _collected(lines: list[int]) -> Iterator[None]:
     """Append the lines of matplotlib's warnings about a style file to a list, in place of printing them."""
 
-    class Collect(logging.Handler):
-        def emit(self, record: logging.LogRecord) -> None:
-            own = record.args.values() if isinstance(record.args, Mapping) else record.args or ()
-            lines.append(next((one for one in own if isinstance(one, int)), 1))
+    def collect(record: logging.LogRecord) -> bool:
+        own = record.args.values() if isinstance(record.args, Mapping) else record.args or ()
+        lines.append(next((one for one in own if isinstance(one, int)), 1))
+        return False
 
-    logger, handler = logging.getLogger("matplotlib"), Collect()
-    logger.addHandler(handler)
-    before, logger.propagate = logger.propagate, False
+    logger = logging.getLogger("matplotlib")
+    logger.addFilter(collect)
     try:
         yield
     finally:
-        logger.removeHandler(handler)
-        logger.propagate = before
+        logger.removeFilter(collect)
 
 
 def settings_of(look: Look) -> Any:

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gimcli.mechanism import FloatArray
+from gimcli.output.curves import pieces
 from gimcli.output.graph import Axis, Curve, CurveGraph
 from gimcli.output.panels import panel
 from gimcli.output.picture import WIDEST, Frame, Picture, Sheet, Text
@@ -128,10 +129,8 @@ def _draw_bands(chart: Picture, x: FloatArray, middle: FloatArray, spreads: Mapp
 def _outlines(x: FloatArray, middle: FloatArray, half: FloatArray) -> list[FloatArray]:
     """Return the outline of each piece of a band between its gaps."""
     known = np.isfinite(middle) & np.isfinite(half)
-    cuts = np.flatnonzero(np.diff(known.astype(int))) + 1
-    pieces = [rows for rows in np.split(np.arange(len(x)), cuts) if known[rows[0]] and len(rows) > 1]
     found = []
-    for rows in pieces:
+    for rows in (run.real.astype(int) for run in pieces(np.where(known, np.arange(len(x)), np.nan)) if len(run) > 1):
         upper, lower = (x[rows] + 1j * (middle[rows] + sign * half[rows]) for sign in (1.0, -1.0))
         found.append(np.concatenate([upper, lower[::-1]]))
     return found

@@ -77,10 +77,8 @@ GHOST = Pen(0.7, PALE, layer=2)
 
 PLATE = Fill("#e4e4e4", INK, 1.4, layer=3)
 SWEPT = Fill("#ededed", "#ededed", 0.3, layer=1)
-GHOST_PLATE = Fill("#f5f5f5", PALE, 0.7, layer=1.5)
 SUPPORT = Fill(PAPER, INK, 1.0, layer=5)
 BLOCK = Fill(PAPER, INK, 1.3, layer=6)
-GHOST_BLOCK = Fill(PAPER, PALE, 0.7, layer=2.5)
 CYLINDER = Fill("#cccccc", INK, 1.2, layer=6)
 HEAD = Fill(INK, INK, 0.3, layer=7)
 
@@ -90,7 +88,8 @@ BELT = Pen(1.5, layer=3.5)
 TICK = Pen(1.1, layer=3.5)  # of a gear
 
 LIGHT: dict[Pen | Fill, Pen | Fill] = {
-    LINK: GHOST, BEAM: GHOST, UPPER: GHOST, ROD: GHOST, PLATE: GHOST_PLATE, BLOCK: GHOST_BLOCK,
+    LINK: GHOST, BEAM: GHOST, UPPER: GHOST, ROD: GHOST,
+    PLATE: Fill("#f5f5f5", PALE, 0.7, layer=1.5), BLOCK: Fill(PAPER, PALE, 0.7, layer=2.5),
     PITCH: Pen(0.6, PALE, PITCH.dash, layer=2), BELT: Pen(0.7, PALE, layer=2),
 }  # fmt: skip
 """The styles of light poses; other strokes are not drawn in them."""

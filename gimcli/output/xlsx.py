@@ -43,14 +43,6 @@ LISTED = 1000
 
 
 @dataclass(frozen=True)
-class ColumnSheet:
-    """One sheet: a title, and columns of equal length."""
-
-    title: str
-    columns: tuple[Column, ...]
-
-
-@dataclass(frozen=True)
 class Workbook:
     """The content of a spreadsheet file."""
 
@@ -60,10 +52,10 @@ class Workbook:
     inputs: tuple[str, ...] = ()  # names of the actuators
 
     @property
-    def sheets(self) -> list[ColumnSheet]:
-        """The sheets of the table, in the order in which their first columns come; each begins with the same columns.
+    def sheets(self) -> dict[str, tuple[Column, ...]]:
+        """The columns of each sheet of the table by its title, in the order in which they come.
 
-        A table whose columns have no kind is one sheet.
+        Each begins with the same columns. A table whose columns have no kind is one sheet.
         """
         first, kinds = list[Column](), dict[str, list[Column]]()
         for column in self.table.columns:
@@ -72,8 +64,8 @@ class Workbook:
             else:
                 kinds.setdefault(kind_of(column.name), []).append(column)
         if set(kinds) <= {OTHER}:
-            return [ColumnSheet(ALL, self.table.columns)]
-        return [ColumnSheet(kind, (*first, *own)) for kind, own in kinds.items()]
+            return {ALL: self.table.columns}
+        return {kind: (*first, *own) for kind, own in kinds.items()}
 
     @property
     def facts(self) -> Iterator[tuple[str, Sequence[Any]]]:
@@ -150,10 +142,10 @@ def write_xlsx(content: Workbook, path: Path | str) -> None:
     refuse_repeated(content.table.names)
     sheets, facts = content.sheets, list(content.facts)
     _refuse_large(path, len(facts), max((len(values) + 1 for _, values in facts), default=0))
-    _refuse_large(path, len(content.table), max(len(sheet.columns) for sheet in sheets))
-    titles = [REPORT, *(sheet.title for sheet in sheets)]
+    _refuse_large(path, len(content.table), max(map(len, sheets.values())))
+    titles = [REPORT, *sheets]
     texts: list[Iterable[str]] = [[text] for text in _frame(titles).values()]
-    texts += [_report_sheet(content.headline, facts), *map(_table_sheet, sheets)]
+    texts += [_report_sheet(content.headline, facts), *map(_table_sheet, sheets.values())]
     names = [*_frame(titles), *(f"xl/worksheets/sheet{k}.xml" for k in range(1, len(titles) + 1))]
     with written_bytes(path) as handle, ZipFile(handle, "w", ZIP_DEFLATED) as archive:
         for name, pieces in zip(names, texts, strict=True):
@@ -211,16 +203,16 @@ def _report_sheet(headline: str, facts: Sequence[tuple[str, Sequence[Any]]]) -> 
     yield "</sheetData></worksheet>"
 
 
-def _table_sheet(sheet: ColumnSheet) -> Iterator[str]:
+def _table_sheet(columns: Sequence[Column]) -> Iterator[str]:
     """Yield the text of a sheet of columns; the heading stays visible."""
-    heads = [labelled(column.name, column.unit) for column in sheet.columns]
+    heads = [labelled(column.name, column.unit) for column in columns]
     yield _start([len(head) + 2 for head in heads], 1)
     yield _row(1, [_text(head, bold=True) for head in heads])
-    count = len(sheet.columns[0].values) if sheet.columns else 0
+    count = len(columns[0].values) if columns else 0
     for first in range(0, count, ROWS_AT_ONCE):
         rows = slice(first, first + ROWS_AT_ONCE)
-        columns = [_cells(column.values[rows]) for column in sheet.columns]
-        yield "".join(_row(number, cells) for number, cells in enumerate(zip(*columns, strict=True), start=first + 2))
+        texts = [_cells(column.values[rows]) for column in columns]
+        yield "".join(_row(number, cells) for number, cells in enumerate(zip(*texts, strict=True), start=first + 2))
     yield "</sheetData></worksheet>"
 
 

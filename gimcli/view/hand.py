@@ -227,15 +227,17 @@ def _checked(request: Any) -> tuple[str, int, dict[str, float], float | None]:
     """Return page, motion, inputs and time of a request."""
     if not isinstance(request, Mapping) or not set(request) <= {"page", "motion", "inputs", "time"}:
         raise UsageError("expected an object with the keys page, motion, inputs, time")
-    page, motion, inputs, time = (request.get(key) for key in ("page", "motion", "inputs", "time"))
-    if not isinstance(page, str) or not len(page) <= LONGEST:
-        raise UsageError(f"page: expected a text of at most {LONGEST} characters")
-    if isinstance(motion, bool) or not isinstance(motion, int):
-        raise UsageError("motion: expected a whole number")
-    if not isinstance(inputs, Mapping) or not all(map(_is_number, inputs.values())):
-        raise UsageError("inputs: expected an object of numbers")
-    if time is not None and not (_is_number(time) and math.isfinite(time)):
-        raise UsageError("time: expected a finite number")
+    given: dict[str, Any] = {"page": None, "motion": None, "inputs": None, "time": None, **request}
+    page, motion, inputs, time = given.values()
+    numbers = isinstance(inputs, Mapping) and all(map(_is_number, inputs.values()))
+    expected = {
+        f"page: expected a text of at most {LONGEST} characters": isinstance(page, str) and len(page) <= LONGEST,
+        "motion: expected a whole number": isinstance(motion, int) and not isinstance(motion, bool),
+        "inputs: expected an object of numbers": numbers,
+        "time: expected a finite number": time is None or (_is_number(time) and math.isfinite(time)),
+    }
+    for sentence in (sentence for sentence, met in expected.items() if not met):
+        raise UsageError(sentence)
     return page, motion, dict(inputs), time
 
 

@@ -62,10 +62,9 @@ def refuse_strangers(headers: Message, port: int) -> None:
     hosts = headers.get_all("Host", [])
     if len(hosts) != 1 or hosts[0].lower() not in [f"{name}:{port}" for name in NAMES]:
         raise Refused(HTTPStatus.FORBIDDEN, f"use the address http://127.0.0.1:{port}/")
-    if any(origin.lower() != f"http://{hosts[0].lower()}" for origin in headers.get_all("Origin", [])):
-        raise Refused(HTTPStatus.FORBIDDEN, "requests from other pages are refused")
     foreign = headers.get("Sec-Fetch-Site", "none") not in ("none", "same-origin")
-    if foreign and headers.get("Sec-Fetch-Mode") != "navigate":  # a link to the page is no request of a script
+    foreign &= headers.get("Sec-Fetch-Mode") != "navigate"  # a link to the page is no request of a script
+    if foreign or any(one.lower() != f"http://{hosts[0].lower()}" for one in headers.get_all("Origin", [])):
         raise Refused(HTTPStatus.FORBIDDEN, "requests from other pages are refused")
 
 
@@ -141,26 +140,21 @@ class ViewRequest(BaseHTTPRequestHandler):
     disable_nagle_algorithm = True
     wbufsize = -1  # an answer is one packet
 
-    def do_GET(self) -> None:
-        """Answer with the page, its data or its events."""
-        self._answer("GET")
-
-    def do_POST(self) -> None:
-        """Answer with a position."""
-        self._answer("POST")
-
-    def _answer(self, method: str) -> None:
+    def answer(self) -> None:
+        """Answer with the page, its data, its events or a position."""
         try:
             refuse_strangers(self.headers, self.server.server_port)
             routes = ROUTES.get(self.path.partition("?")[0])
             if routes is None:
                 raise Refused(HTTPStatus.NOT_FOUND, "there is no such page")
-            if method not in routes:
+            if self.command not in routes:
                 raise Refused(HTTPStatus.METHOD_NOT_ALLOWED, f"expected {', '.join(routes)}")
-            routes[method](self)
+            routes[self.command](self)
         except Refused as refused:
             self.close_connection = True  # there may be a body that has not been read
             self.send(refused.text.encode(), TEXT, refused.status)
+
+    do_GET = do_POST = answer  # noqa: N815 - names of the base class
 
     def send(self, body: bytes, kind: str, status: HTTPStatus = HTTPStatus.OK, policy: str = POLICY) -> None:
         """Send a whole answer."""

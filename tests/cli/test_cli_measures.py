@@ -11,6 +11,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from bundled import MODELS, run_model
+from drawn_styles import strokes
 from in_process import printed as gim, refused
 
 from gimcli import load
@@ -153,7 +154,7 @@ def test_a_panel_shows_most_values_of_a_curve_with_a_pole():
     x = np.linspace(-1.0, 1.0, 400)
     found = panel(graph_of("advantage", Table((Column("t", x), Column("c", 1.0 / x)))), 5.0)
     assert 2.0 < found.frame.high.imag < 100.0
-    (runs,) = [paths for pen, paths in found.strokes.items() if pen.width > 1.0]
+    (runs,) = [paths for pen, paths in strokes(found).items() if pen.width > 1.0]
     assert len(runs) == 2
     constant = panel(graph_of("omega", Table((Column("t", x), Column("c", 0.0 * x + 360.0 + 1e-13 * x)))), 5.0)
     assert constant.frame.high.imag - constant.frame.low.imag > 10.0
@@ -284,7 +285,7 @@ def test_the_vector_picture(tmp_path):
     ]
     picture = position_picture(mechanism, mechanism.to_file(z), "t", {}, kinds)
     for k, kind in enumerate(kinds):
-        paths = [path for path in picture.strokes[PENS[k]] if len(path) == 2]
+        paths = [path for path in strokes(picture)[PENS[k]] if len(path) == 2]
         starts = {complex(np.round(path[0], 9)) for path in paths}
         moving = [n for n, (_, v) in kind.vectors.items() if abs(v) > 1e-6]
         assert {complex(np.round(places[n], 9)) for n in moving} <= starts

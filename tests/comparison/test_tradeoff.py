@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from bundled import MANUAL, MODELS
 from canvases import canvas_of
+from drawn_styles import marks
 from in_process import printed as gim
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from table1_operations import CASES, from_far, measure
@@ -343,7 +344,7 @@ def test_no_part_of_the_picture_is_clipped():
     curves["auto"][:, 2] = 0.0
     picture = tradeoff_picture(curves, curves["newton"][:2, :2], "time of a position [µs]")
     low, high = picture.frame.low, picture.frame.high
-    for z in (place for places in picture.marks.values() for place in places):
+    for z in (place for places in marks(picture).values() for place in places):
         assert low.real < z.real < high.real
         assert low.imag < z.imag < high.imag
     assert [name for name, _ in picture.legend] == [*curves, "efficient front", "hollow: positions missing"]

@@ -41,7 +41,7 @@ class Known:
 def read(text, *more):
     """Return form and curves of each graph: the texts of a quantity, and of that below it."""
     graphs = graphs_of(text, Known("P.x", "P.y", "P.v", "crank.angle", *more))
-    return [(g.form, [(c.y.name, c.x and c.x.name) for c in g.curves]) for g in graphs]
+    return [(g.form, [(c.y.text, c.x and c.x.text) for c in g.curves]) for g in graphs]
 
 
 # --- the text ------------------------------------------------------------------------------------------------

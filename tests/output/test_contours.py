@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from drawn_styles import areas, marks, strokes
 
 from gimcli.output.contours import contour_picture
 from gimcli.output.graph import Axis
@@ -19,12 +20,12 @@ def area(outline):
 
 
 def bands(found):
-    return [sum(area(z) for z in outlines) for outlines in found.areas.values()]
+    return [sum(area(z) for z in outlines) for outlines in areas(found).values()]
 
 
 def test_levels_of_a_plane_are_straight_lines():
     found = picture(np.tile(X, (len(Y), 1)))
-    (lines,) = found.strokes.values()
+    (lines,) = strokes(found).values()
     levels = sorted(float(line.real.mean()) for line in lines)
     assert levels == pytest.approx([-0.8, -0.6, -0.4, -0.2, 0.0, 0.2, 0.4, 0.6, 0.8], abs=1e-12)
     assert all(np.ptp(line.real) < 1e-12 for line in lines)
@@ -50,7 +51,7 @@ def test_designs_without_a_value_are_blank():
 @pytest.mark.parametrize("value", [2.0, np.nan])
 def test_constants_have_no_lines(value):
     found = picture(np.full((len(Y), len(X)), value))
-    assert not any(found.strokes.values())
+    assert not any(strokes(found).values())
     assert sum(bands(found)) == pytest.approx(0.0 if np.isnan(value) else 4.0)
 
 
@@ -58,7 +59,7 @@ def test_values_without_neighbours_are_marked_and_written():
     values = np.full((len(Y), len(X)), np.nan)
     values[40, 50], values[120, 150], values[120, 151] = 2.5, 7.0, 8.0  # one alone, two side by side
     found = picture(values)
-    (places,) = found.marks.values()
+    (places,) = marks(found).values()
     assert places == pytest.approx([-0.5 - 0.5j, 0.5 + 0.5j, 0.51 + 0.5j])
     assert [text.text for text in found.texts] == ["2.5", "7", "8"]
 
@@ -67,10 +68,10 @@ def test_values_beside_an_area_are_marked_only():
     values = np.full((len(Y), len(X)), np.nan)
     values[40, 50], values[80:82, 100:102] = 2.5, 1.0
     found = picture(values)
-    assert [place for places in found.marks.values() for place in places] == pytest.approx([-0.5 - 0.5j])
+    assert [place for places in marks(found).values() for place in places] == pytest.approx([-0.5 - 0.5j])
     assert "2.5" not in [text.text for text in found.texts]
 
 
 def test_areas_have_no_marks():
     x, _ = np.meshgrid(X, Y)
-    assert not any(picture(np.where(x > 0.0, np.nan, x)).marks.values())
+    assert not any(marks(picture(np.where(x > 0.0, np.nan, x))).values())

@@ -9,6 +9,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from bundled import MODELS
+from drawn_styles import areas, marks
 from in_process import ran
 from PIL import Image
 
@@ -68,9 +69,9 @@ def test_a_row_without_a_position_shows_its_status_and_no_mechanism(motion):
     gap[3] = np.nan
     frames = Frames(animation(mechanism, gap, words=["ok"] * 3 + ["limit"] + ["ok"] * 9))
     empty, full = (frames.picture(frames.animation.clips[0], row) for row in (3, 4))
-    assert style.PLATE not in empty.areas
+    assert style.PLATE not in areas(empty)
     assert [text.text for text in empty.texts] == ["limit"]
-    np.testing.assert_allclose(sorted(full.marks[style.PIN], key=abs), sorted(gap[4], key=abs))
+    np.testing.assert_allclose(sorted(marks(full)[style.PIN], key=abs), sorted(gap[4], key=abs))
     assert not full.texts
 
 

@@ -6,6 +6,7 @@ import re
 import ezdxf
 import numpy as np
 import pytest
+from drawn_styles import strokes
 from in_process import gim
 
 import gimcli
@@ -69,11 +70,11 @@ def test_the_pitch_line_of_a_rack_touches_the_pinion_in_every_pose():
 def test_marks_turn_with_the_wheel_and_a_fixed_ring_has_none():
     scene = scene_of("cardan_gear")
     picture = motion_picture(scene.mechanism, scene.poses, {}, "")
-    assert len(picture.strokes[style.RIM]) == 1
-    assert len(picture.strokes[style.TICK]) == 3  # of the planet
-    assert len(picture.strokes[style.PITCH]) == 2
+    assert len(strokes(picture)[style.RIM]) == 1
+    assert len(strokes(picture)[style.TICK]) == 3  # of the planet
+    assert len(strokes(picture)[style.PITCH]) == 2
     turned = motion_picture(scene.mechanism, scene.poses[6:7], {}, "")  # crank at 90 deg, planet at -90 deg
-    marks = [np.array(one.strokes[style.TICK])[:, 0] - at for one, at in ((picture, 40), (turned, 40j))]
+    marks = [np.array(strokes(one)[style.TICK])[:, 0] - at for one, at in ((picture, 40), (turned, 40j))]
     assert np.allclose(np.sort_complex(marks[1]), np.sort_complex(-1j * marks[0]))
 
 

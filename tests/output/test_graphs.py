@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from bundled import MODELS
 from canvases import canvas_of
+from drawn_styles import strokes
 from in_process import gim
 
 import gimcli
@@ -191,7 +192,7 @@ def test_the_axis_ends_at_the_limit_of_a_law_and_marks_it():
     assert alpha.frame.high.real == pytest.approx(limit, abs=1e-6)
     ((place, word),) = alpha.above
     assert (word, place) == ("limit", pytest.approx(limit, abs=1e-6))
-    assert len(alpha.strokes[VERTICAL]) == 1
+    assert len(strokes(alpha)[VERTICAL]) == 1
     assert over_time.frame.high.real == pytest.approx((limit - 60.0) / 270.0, abs=1e-8)
     assert path.above == []
     values = found["c.alpha"][np.isfinite(found["c.alpha"])]
@@ -254,7 +255,7 @@ def test_a_polar_diagram_has_the_magnitude_as_radius():
     angle = np.linspace(0.0, 2.0 * np.pi, 73)
     one = CurveGraph(Axis("crank"), Axis("|a|", "N"), [Curve("|a|", angle, -3.0 * np.ones(73))], POLAR)
     picture = panel(one, 5.0)
-    (curve,) = picture.strokes[curve_pen(0)]
+    (curve,) = strokes(picture)[curve_pen(0)]
     np.testing.assert_allclose(curve, 3.0 * np.exp(1j * angle))
     assert picture.bare
     assert "|a| [N] over crank" in picture.title

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from bundled import FILES
 from canvases import canvas_of
+from drawn_styles import strokes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 import gimcli
@@ -44,7 +45,7 @@ def assert_names_are_clear(picture, places):
             one, two = boxes[a], boxes[b]
             apart = one[0] >= two[1] or two[0] >= one[1] or one[2] >= two[3] or two[2] >= one[3]
             assert apart, (a, b)
-    leaders = [[on_paper(z) for z in path] for path in picture.strokes.get(LEADER, ())]
+    leaders = [[on_paper(z) for z in path] for path in strokes(picture).get(LEADER, ())]
     for name, box in boxes.items():
         at = on_paper(places[name])
         led = any(np.hypot(*(start - at)) < 5.0 and distance(box, end) < 4.5 for start, end in leaders)
@@ -108,7 +109,7 @@ def test_a_name_avoids_the_lines_that_leave_its_node():
     (text,) = picture.texts
     assert text.at.real < 1.0 or text.at.imag < 1.0
     assert not text.halo
-    assert LEADER not in picture.strokes
+    assert LEADER not in strokes(picture)
 
 
 def test_names_of_many_nodes_at_one_place_are_joined_to_it_by_lines():
@@ -118,7 +119,7 @@ def test_names_of_many_nodes_at_one_place_are_joined_to_it_by_lines():
     for k in range(30):
         labels.beside(2 + 2j, f"long name {k}")
     labels.write()
-    assert len(picture.strokes[LEADER]) >= 15
+    assert len(strokes(picture)[LEADER]) >= 15
     assert_names_are_clear(picture, {f"long name {k}": 2 + 2j for k in range(30)})
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from bundled import MODELS
+from drawn_styles import areas, strokes
 from strut import STRUT
 
 import gimcli
@@ -33,10 +34,10 @@ def test_links_have_the_colour_of_their_group(jansen):
     """The links are recognised by their lengths, Jansen's numbers m, j, k, c and f."""
     drawing = jansen[0]
     for number, length in ((1, 15.0), (2, 50.0), (3, 61.9), (3, 39.3), (4, 39.4)):
-        found = [pen.color for pen, paths in drawing.strokes.items() for path in paths if len(path) == 2 and
+        found = [pen.color for pen, paths in strokes(drawing).items() for path in paths if len(path) == 2 and
                  abs(abs(path[1] - path[0]) - length) < 0.01]  # fmt: skip
         assert found == [group_colour(number)], length
-    plates = {fill.edge: fill.face for fill in drawing.areas if fill.edge in PALETTE}
+    plates = {fill.edge: fill.face for fill in areas(drawing) if fill.edge in PALETTE}
     assert plates == {group_colour(k): tint(group_colour(k)) for k in (2, 4)}
 
 
@@ -47,7 +48,7 @@ def test_each_link_has_the_number_of_its_group(jansen):
     assert [name for name, _ in jansen[0].legend] == [
         "1: driving link, turning (m)", "2: dyad RRR (j, bde)", "3: dyad RRR (k, c)", "4: dyad RRR (f, g)",
     ]  # fmt: skip
-    boxes = [fill.edge for fill, areas in jansen[1].areas.items() for _ in areas if fill.edge in PALETTE]
+    boxes = [fill.edge for fill, boxes in areas(jansen[1]).items() for _ in boxes if fill.edge in PALETTE]
     assert boxes == [group_colour(k) for k in (1, 2, 3, 4)]
 
 
@@ -90,7 +91,7 @@ def test_paths_that_are_the_same_on_all_circuits_are_not_drawn():
     content = gimcli.circuits(gimcli.load(DOUBLE_CRANK), values=8).picture()
     assert content.columns == 2
     assert [panel.title for panel in content.pictures] == ["circuit 1", "circuit 2"]
-    assert not any(curve_pen(0) in panel.strokes for panel in content.pictures)
+    assert not any(curve_pen(0) in strokes(panel) for panel in content.pictures)
 
 
 def test_circuits_with_different_paths_are_in_one_picture():
@@ -125,7 +126,7 @@ def test_a_simulation_draws_the_mechanism_above_its_graphs():
     found = gimcli.simulate(load("watt_durango"), 0.2, dt=0.05)
     drawing, *graphs = found.picture().pictures
     assert drawing.labels == ("x [m]", "y [m]")
-    assert len(drawing.strokes[GHOST]) > 0
+    assert len(strokes(drawing)[GHOST]) > 0
     assert [name for name, _ in drawing.legend] == list(found.mechanism.traced)
     assert len(graphs) == 3
 
@@ -142,19 +143,19 @@ def strut():
 def test_a_spring_and_a_damper_are_beside_the_line_of_their_ends(strut):
     first, second, pt = 60 + 380j, 180 + 0j, strut.frame.point
     along = (second - first) / abs(second - first)
-    offset = [((path - first) / along).imag / pt for path in strut.strokes[SPRING] if len(path) > 2]
+    offset = [((path - first) / along).imag / pt for path in strokes(strut)[SPRING] if len(path) > 2]
     coil = next(path for path, aside in zip(
-        [p for p in strut.strokes[SPRING] if len(p) > 2], offset, strict=True) if np.ptp(aside) > 1.9 * COIL and
+        [p for p in strokes(strut)[SPRING] if len(p) > 2], offset, strict=True) if np.ptp(aside) > 1.9 * COIL and
         abs(aside.mean() + LANE / 2) < 1.0)  # fmt: skip
     ends = first - 1j * along * LANE / 2 * pt, second - 1j * along * LANE / 2 * pt
     np.testing.assert_allclose(coil[[0, -1]], ends, atol=1e-9 * abs(second - first))
-    lines = [path for path in strut.strokes[SPRING] if len(path) == 2]
+    lines = [path for path in strokes(strut)[SPRING] if len(path) == 2]
     starts = {complex(np.round(path[0], 6)) for path in lines}
     assert {60 + 380j, 180 + 0j} <= starts
 
 
 def test_a_force_begins_at_its_point_in_its_direction(strut):
-    (up, right), pt = [path for path in strut.strokes[LOAD] if len(path) == 2], strut.frame.point
+    (up, right), pt = [path for path in strokes(strut)[LOAD] if len(path) == 2], strut.frame.point
     assert up[0] == right[0] == pytest.approx(300.0)
     assert np.angle(up[-1] - up[0]) == pytest.approx(np.pi / 2)
     assert np.angle(right[-1] - right[0]) == pytest.approx(0.0, abs=1e-9)
@@ -163,14 +164,14 @@ def test_a_force_begins_at_its_point_in_its_direction(strut):
 
 
 def test_a_torque_is_an_arc_in_its_sense_about_the_middle_of_its_member(strut):
-    (arc,) = [path for path in strut.strokes[LOAD] if len(path) > 2]
+    (arc,) = [path for path in strokes(strut)[LOAD] if len(path) > 2]
     about = arc - 160.0  # the mean of A, B and E
     assert np.ptp(np.abs(about[:-1])) < 1e-9
     assert np.all(np.diff(np.unwrap(np.angle(about[:-1]))) < 0.0)
 
 
 def test_a_centre_of_mass_is_where_the_file_says(strut):
-    (circle,) = strut.areas[CENTRE]
+    (circle,) = areas(strut)[CENTRE]
     np.testing.assert_allclose(np.abs(circle - (100 + 20j)), CENTRE_RADIUS * strut.frame.point, rtol=1e-9)
 
 
@@ -183,7 +184,7 @@ def test_a_spiral_spring_goes_from_its_reference_to_its_arm_without_a_jump():
         shown = [motion.xy[name] @ [1, 1j] for name in mechanism.nodes]
         poses = np.roll(np.array(shown).T, -k, axis=0)
         picture = motion_picture(mechanism, poses, {}, "")
-        (spiral,) = picture.strokes[SPRING]
+        (spiral,) = strokes(picture)[SPRING]
         a, b, c = (complex(motion.xy[name][k] @ [1, 1j]) for name in "ABC")
         ends = (spiral[[0, -1]] - b) / np.abs(spiral[[0, -1]] - b)
         expected = sorted([(a - b) / abs(a - b), (c - b) / abs(c - b)], key=np.angle)

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from drawn_styles import areas, marks, strokes
 
 from gimcli import Mechanism, OutputError, UsageError, output
 from gimcli.mechanism import ANGLE, HEIGHT, SPAN, Input, Member, PairRow, Point
@@ -322,7 +323,7 @@ def test_all_parts_of_a_drawing_are_inside_the_window(kind):
         position_picture(found, poses[0], "", {"P": poses[0][1]}),
         sequence_picture(found, poses[0], [moves((1, (0,)), (2, (1, 3)), (2, (0,)))], ""),
     ):
-        paths = [p for group in (*picture.strokes.values(), *picture.areas.values()) for p in group]
+        paths = [p for group in (*strokes(picture).values(), *areas(picture).values()) for p in group]
         z = np.concatenate([*paths, [text.at for text in picture.texts]])
         assert np.all(np.isfinite(z))
         assert z.real.min() > picture.frame.low.real
@@ -373,7 +374,7 @@ def test_a_floating_mechanism_has_no_ground():
     for floating in (False, True):
         found, poses, curves = four_bar(floating=floating)
         picture = motion_picture(found, poses, curves, "")
-        grounds.append([pen for pen in picture.strokes if pen == HATCH])
+        grounds.append([pen for pen in strokes(picture) if pen == HATCH])
     assert len(grounds[0]) == 1
     assert grounds[1] == []
 
@@ -389,8 +390,8 @@ def test_poses_with_a_nan_are_skipped(tmp_path):
     gap = poses.copy()
     gap[0, 1] = np.nan
     assert np.array_equal(
-        motion_picture(found, gap[:3], curves, "").marks.keys(),
-        motion_picture(found, poses[1:3], curves, "").marks.keys(),
+        marks(motion_picture(found, gap[:3], curves, "")).keys(),
+        marks(motion_picture(found, poses[1:3], curves, "")).keys(),
     )
     empty = {name: np.full(5, np.nan + 0j) for name in curves}
     output.write(motion_picture(found, np.full_like(poses, np.nan), empty, "nothing was solved"), tmp_path / "m.png")
@@ -430,7 +431,7 @@ def test_a_history_is_drawn(tmp_path):
     output.write(history_picture(errors, fit, "history", 0.6, 0), tmp_path / "h.png")
     assert size_of(tmp_path / "h.png") > (100, 100)
     picture = history_picture(errors, fit, "", 0.6, 0)
-    for lines in picture.strokes.values():  # fit and prediction pass through the errors
+    for lines in strokes(picture).values():  # fit and prediction pass through the errors
         np.testing.assert_allclose(np.interp(sweeps, lines[0].real, lines[0].imag), np.log10(errors))
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from bundled import MODELS
+from drawn_styles import marks, strokes
 from in_process import gim
 from matplotlib.image import imread
 
@@ -94,7 +95,7 @@ def test_the_title_is_replaced_or_left_out(results):
 
 def test_the_number_of_light_poses(motion):
     def light(picture):
-        return sum(len(paths) for pen, paths in picture.strokes.items() if pen == GHOST)
+        return sum(len(paths) for pen, paths in strokes(picture).items() if pen == GHOST)
 
     usual = motion.picture().pictures[0]
     counts = [
@@ -107,7 +108,7 @@ def test_the_number_of_light_poses(motion):
 def test_light_poses_of_chosen_members(motion):
     def ghosts(option):
         drawing = PictureOptions.checked(ghosts=option).printed(motion.picture()).content.pictures[0]
-        return [path for pen, paths in drawing.strokes.items() if pen == GHOST for path in paths]
+        return [path for pen, paths in strokes(drawing).items() if pen == GHOST for path in paths]
 
     chosen = ghosts("5:rocker")
     assert len(chosen) == 5
@@ -124,8 +125,8 @@ def test_a_style_file_has_effect(motion, tmp_path):
     path.write_text(STYLE, encoding="utf-8")
     options = PictureOptions.checked(style=str(path))
     plain, styled = (o.printed(motion.picture()).content.pictures[0] for o in (PictureOptions(), options))
-    widths = {pen.color: pen.width for pen in plain.strokes}
-    found = {pen.color: pen.width for pen in styled.strokes}
+    widths = {pen.color: pen.width for pen in strokes(plain)}
+    found = {pen.color: pen.width for pen in strokes(styled)}
     assert PALETTE[0] in widths
     assert PALETTE[0] not in found
     assert found["#00ffff"] == 2 * widths[PALETTE[0]]
@@ -137,10 +138,10 @@ def test_a_style_file_has_effect(motion, tmp_path):
 
 def test_a_dark_style_exchanges_black_and_white(motion):
     styled = PictureOptions.checked(style="dark_background").printed(motion.picture()).content.pictures[0]
-    faces = {mark.face for mark in styled.marks}
+    faces = {mark.face for mark in marks(styled)}
     assert "#000000" in faces
     assert PAPER not in faces
-    assert "#ffffff" in {pen.color for pen in styled.strokes}
+    assert "#ffffff" in {pen.color for pen in strokes(styled)}
 
 
 def test_the_size_and_the_resolution_of_a_style_are_used_without_options(motion, tmp_path):

@@ -159,7 +159,7 @@ class SceneData:
     def data(self, far: float) -> dict[str, Any]:
         """Return all items; nodes that only define a guide, if they are at most `far` from the origin along x and y."""
         scene, mechanism, members = self.scene, self.scene.mechanism, [one.name for one in self.scene.mechanism.members]
-        crosses = [k for k in scene.crosses if _apart(complex(scene.poses[0][k]) - self.origin) <= far]
+        crosses = [k for k in scene.crosses if np.max(np.abs(_interleaved(scene.poses[0][k] - self.origin))) <= far]
         marks = [*scene.marks, *((mechanism.nodes[k], style.CROSS, Anchor(k)) for k in crosses)]
         blocks = [{"name": block.name, "nodes": [end.node for end in block.ends]} for block in scene.blocks]
         named = {*scene.pins, *scene.plain, *crosses, *(end.node for block in scene.blocks for end in block.ends)}
@@ -251,11 +251,6 @@ def window(scene: Scene) -> list[float]:
     z = scene.extent()
     z = z[np.isfinite(z)]
     return [float(v) for v in (z.real.min(), z.real.max(), z.imag.min(), z.imag.max())]
-
-
-def _apart(z: complex) -> float:
-    """Return the larger of the distances along x and y."""
-    return max(abs(z.real), abs(z.imag))
 
 
 def _pair(z: complex) -> list[float]:
