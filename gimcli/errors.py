@@ -39,6 +39,13 @@ class UsageError(GimError):
     exit_code = 2
 
 
+def refuse(*cases: tuple[object, str]) -> None:
+    """Raise UsageError with the text of the first case whose condition holds."""
+    for holds, text in cases:
+        if holds:
+            raise UsageError(text)
+
+
 class ModelError(GimError):
     """An invalid model file; the message has one line for each error in the file."""
 

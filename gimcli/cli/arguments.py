@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gimcli.errors import UsageError
+from gimcli.errors import UsageError, refuse
 
 if TYPE_CHECKING:
     from gimcli.mechanism import Mechanism
@@ -137,10 +137,10 @@ def pairs(
             own = read(value)
         except ValueError:
             equals = ""
-        if not equals:
-            raise UsageError(f"{option} {text}: expected {form}")
-        if name in values:
-            raise UsageError(f"{option} {text}: '{name}' already has {what} once")
+        refuse(
+            (not equals, f"{option} {text}: expected {form}"),
+            (name in values, f"{option} {text}: '{name}' already has {what} once"),
+        )
         values[name] = own
     return values
 

@@ -8,7 +8,7 @@ import typer
 
 from gimcli.cli.arguments import INPUTS, OUTPUT
 from gimcli.cli.console import end_bars, note, print_json, print_written
-from gimcli.errors import UsageError
+from gimcli.errors import refuse
 from gimcli.library.shipped_models import ShippedModel, shipped_model, shipped_models
 
 HELP = (
@@ -41,12 +41,11 @@ def command(
 ) -> None:  # fmt: skip
     """Write a shipped model, or list all."""
     to_file = out not in ("", "-")
-    if name and listed:
-        raise UsageError(f"new {name} --list: give a name, or --list")
-    if not name and (to_file or force):
-        raise UsageError("new: which model? Give a name; `gim new --list` lists the models")
-    if force and not to_file:
-        raise UsageError("--force replaces files: give one with -o")
+    refuse(
+        (name and listed, f"new {name} --list: give a name, or --list"),
+        (not name and (to_file or force), "new: which model? Give a name; `gim new --list` lists the models"),
+        (force and not to_file, "--force replaces files: give one with -o"),
+    )
     if name:
         _write(shipped_model(name), out if to_file else "", force, as_json)
     else:

@@ -11,7 +11,7 @@ import typer
 from gimcli.cli.arguments import SHARED
 from gimcli.cli.console import end_bars, note, print_records, print_remarks, print_table
 from gimcli.cli.from_verb import Run, from_verb
-from gimcli.errors import UsageError
+from gimcli.errors import refuse
 from gimcli.library.record import quantity_rows
 from gimcli.library.solve import SolveResult, input_rates, solve
 from gimcli.rounding import number, titled
@@ -42,8 +42,9 @@ def _run(run: Run) -> Any:
     if run.switches.pop("all"):
         return _run_all(run)
     run.drop("all configurations: add --all", "seconds")
-    if run.assembly and run.arguments["start"] != "drawn":
-        raise UsageError("--assembly gives the initial coordinates: remove --start")
+    refuse(
+        (run.assembly and run.arguments["start"] != "drawn", "--assembly gives the initial coordinates: remove --start")
+    )
     solved = run.written()
     text = solved.model() if run.outputs.files.of("model") else None
     for remark in text.remarks if text is not None else ():
@@ -57,8 +58,7 @@ def _run_all(run: Run) -> Any:
     from gimcli.cli.configurations import print_configurations
     from gimcli.library.configurations import ConfigurationsResult, configurations
 
-    if run.assembly:
-        raise UsageError("--all lists every assembly: remove --assembly")
+    refuse((run.assembly, "--all lists every assembly: remove --assembly"))
     run.given.pop("all")
     run.instead(
         configurations, ConfigurationsResult, print_configurations, "a single position, --all for all configurations"

@@ -11,7 +11,7 @@ import typer
 from gimcli.cli.arguments import INPUTS, METHOD, pairs
 from gimcli.cli.console import end_bars, print_records, print_remarks, print_table
 from gimcli.cli.from_verb import Run, from_verb
-from gimcli.errors import UsageError
+from gimcli.errors import refuse
 from gimcli.library.sweep import SweepResult, sweep
 from gimcli.rounding import cells
 from gimcli.status import Status
@@ -31,8 +31,7 @@ DESIGNS, KEPT = "Designs", "Kept quantities"
 def _run(run: Run) -> Any:
     """Solve the designs; those that are done are kept beside the table until it is complete."""
     designs = run.switches.pop("designs")
-    if designs is not None and run.arguments["vary"]:
-        raise UsageError("--designs: a list of designs; remove --vary")
+    refuse((designs is not None and run.arguments["vary"], "--designs: a list of designs; remove --vary"))
     run.arguments["vary"] = designs or run.arguments["vary"]
     tables = run.outputs.files.of("table", "arrays")
     folder = run.arguments["folder"] = tables[0].with_suffix(".parts") if tables else None

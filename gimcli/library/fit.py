@@ -12,7 +12,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from gimcli.errors import ModelError, StructureError, UsageError
+from gimcli.errors import ModelError, StructureError, UsageError, refuse
 from gimcli.families.family import Family
 from gimcli.fitting.conditions import DesignQuantities
 from gimcli.fitting.constrained import under_conditions
@@ -109,11 +109,14 @@ def fit(
     refuse_unmoved(mechanism, "add an actuator")
     lower, upper = _bounds(vary)
     task = None if goal else task_of(mechanism, columns_of(through), timing, point, output, any_order)
-    if goal and (through is not None or timing or point or output):
-        raise UsageError("goal: a goal takes the place of targets: remove through, timing, point and output")
     names = tuple(written(mechanism).dimension(name).name for name in vary)
-    if len(set(names)) < len(names):
-        raise UsageError(f"vary: {', '.join(names)}: a dimension is named twice; remove one")
+    refuse(
+        (
+            goal and (through is not None or timing or point or output),
+            "goal: a goal takes the place of targets: remove through, timing, point and output",
+        ),
+        (len(set(names)) < len(names), f"vary: {', '.join(names)}: a dimension is named twice; remove one"),
+    )
     family = Family(mechanism, names)
     _refuse_other_laws(family, lower, upper)
     quantities = DesignQuantities(family, [where] if isinstance(where, str) and where else tuple(where), goal)
@@ -192,16 +195,15 @@ def _stand(found: FittedDesign | None, lower: FloatArray, upper: FloatArray) -> 
 
 def _bounds(vary: Mapping[str, tuple[float, float]]) -> tuple[FloatArray, FloatArray]:
     """Return the least and greatest values (dimensions,)."""
-    if not vary:
-        raise UsageError("vary: name at least one dimension and its bounds")
+    refuse((not vary, "vary: name at least one dimension and its bounds"))
     pairs = []
     for name, bounds in vary.items():
         try:
             low, high = map(float, bounds)
         except (TypeError, ValueError, OverflowError):
             low = high = math.nan
-        if not math.isfinite(high - low) or low >= high:
-            raise UsageError(f"vary {name}: expected a least and a greater finite value, such as 10 and 60")
+        wrong = f"vary {name}: expected a least and a greater finite value, such as 10 and 60"
+        refuse((not 0.0 < high - low < math.inf, wrong))
         pairs.append((low, high))
     lower, upper = np.array(pairs).T
     return lower, upper

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gimcli.errors import UsageError
+from gimcli.errors import UsageError, refuse
 from gimcli.families.design_state import position_items
 from gimcli.families.number_columns import number_columns
 from gimcli.fitting.targets import FREE, GIVEN, STEP, TURN, FitRange, Targets
@@ -47,13 +47,14 @@ def columns_of(
         return number_columns(Path(through), "targets", f"; the columns can be {COLUMNS}")
     if not isinstance(through, Mapping):
         pairs = _array(through)
-        if pairs.ndim != 2 or pairs.shape[1] != 2:
-            raise UsageError("through: expected a file, a dict of columns, or rows of x and y")
+        refuse(
+            (pairs.ndim != 2 or pairs.shape[1] != 2, "through: expected a file, a dict of columns, or rows of x and y")
+        )
         through = {"x": pairs[:, 0].tolist(), "y": pairs[:, 1].tolist()}
     found = {str(name): _array(values) for name, values in through.items()}
     alike = len({values.shape for values in found.values()}) <= 1 and all(values.ndim == 1 for values in found.values())
-    if not alike or not all(np.isfinite(values).all() for values in found.values()):
-        raise UsageError("through: expected columns of finite numbers with the same number of rows")
+    finite = all(np.isfinite(values).all() for values in found.values())
+    refuse((not alike or not finite, "through: expected columns of finite numbers with the same number of rows"))
     return found
 
 
@@ -75,26 +76,20 @@ def task_of(
     """Return the task that columns of targets describe; raise UsageError where they do not fit the mechanism."""
     own = dict(columns)
     actuator = _actuator(mechanism)
-    if "input" in own and actuator in own:
-        raise UsageError(f"through: the columns input and {actuator} are the same; remove one")
+    refuse(("input" in own and actuator in own, f"through: the columns input and {actuator} are the same; remove one"))
     given = own.pop("input", own.pop(actuator, None))
     timing = timing or (FREE if given is None else GIVEN)
-    if (timing == FREE) != (given is None):
-        raise UsageError(
-            f"timing {timing}: the targets have "
-            + (
-                "a column of inputs; remove it, or use timing given or step"
-                if given is not None
-                else "no column `input`; add it, or use timing free"
-            )
-        )
+    head = f"timing {timing}: the targets have"
+    refuse(
+        (timing == FREE and given is not None, f"{head} a column of inputs; remove it, or use timing given or step"),
+        (timing != FREE and given is None, f"{head} no column `input`; add it, or use timing free"),
+    )
     limits = input_range(mechanism)
     driver, places = mechanism.drivers[0], np.zeros(len(next(iter(own.values()), ()))) if given is None else given
     inputs = np.array([mechanism.value_from_file(driver, float(u)) for u in places])
     _refuse_beyond(mechanism, inputs, timing, limits)
     values, weights, components, kind, points = _compared(mechanism, own, point, output)
-    if len(values) < 2:
-        raise UsageError(f"through: expected at least 2 targets, got {len(values)}")
+    refuse((len(values) < 2, f"through: expected at least 2 targets, got {len(values)}"))
     circular = np.array([float(one.quantity.circular) for one in components])
     share = max(1, points.shape[1])
     constant = float(np.sum((points - points.mean(axis=1, keepdims=True)) ** 2)) if points.size else 0.0
@@ -115,18 +110,19 @@ def input_range(mechanism: Mechanism, turning: bool = True) -> FitRange:
     if turning and actuator.rotary and not mechanism.couplings and high - low >= TURN * (1.0 - 1e-9):
         low = start - TURN if float(law(np.ones(1))[0]) < start else start
         return FitRange(low, low + TURN, True)
-    if not high > low:
-        raise UsageError(f"the law of {actuator.name} does not move; give it `from` and `to`")
+    refuse((not high > low, f"the law of {actuator.name} does not move; give it `from` and `to`"))
     return FitRange(low, high, False)
 
 
 def _actuator(mechanism: Mechanism) -> str:
     names = [mechanism.actuators[k].name for k in mechanism.drivers]
-    if len(names) != 1:
-        raise UsageError(
+    refuse(
+        (
+            len(names) != 1,
             f"a fit needs a mechanism with one actuator; {mechanism.name} has {len(names) or 'none'}"
-            f"{': ' if names else ''}{', '.join(names)}"
+            f"{': ' if names else ''}{', '.join(names)}",
         )
+    )
     return names[0]
 
 
@@ -172,10 +168,10 @@ def _compared(
 def _function(
     mechanism: Mechanism, own: dict[str, FloatArray], output: str
 ) -> tuple[FloatArray, FloatArray, tuple[Item, ...], str, FloatArray]:
-    if not output:
-        raise UsageError("output: name the output of a function, such as rocker.angle")
-    if list(own) != ["output"]:
-        raise UsageError("through: the output of a function: the file needs the columns input,output")
+    refuse(
+        (not output, "output: name the output of a function, such as rocker.angle"),
+        (list(own) != ["output"], "through: the output of a function: the file needs the columns input,output"),
+    )
     with suppress(UsageError):
         items = position_items(mechanism, output)
         if len(items) == 1:
@@ -206,6 +202,5 @@ def _member_of(mechanism: Mechanism, name: str) -> str:
     if not own:
         node = mechanism.nodes.index(name)
         own = [k for k, member in enumerate(mechanism.members) if k != FRAME and node in member.nodes]
-    if len(own) != 1:
-        raise UsageError(f"poses: {name} belongs to several members; give a point of the member under `points`")
+    refuse((len(own) != 1, f"poses: {name} belongs to several members; give a point of the member under `points`"))
     return mechanism.members[own[0]].name

@@ -11,7 +11,7 @@ from typing import Any
 from gimcli import output
 from gimcli.dynamics.physical import require_masses
 from gimcli.dynamics.reduction import Flywheel, Reduction, chosen_input, flywheel, reduce_to_input, reduction_table
-from gimcli.errors import UsageError
+from gimcli.errors import refuse
 from gimcli.library.inputs import Jit, Steps, refuse_unmoved
 from gimcli.library.machines import driven_machines, for_each_machine, loaded_machines
 from gimcli.library.result import RowsResult
@@ -48,8 +48,7 @@ def reduce(
         ModelError: no masses are defined.
         StructureError: the mechanism has no actuator, or is not fully driven or over-driven.
     """
-    if (fluctuation is None) != (rpm is None):
-        raise UsageError("a flywheel needs both fluctuation and rpm")
+    refuse(((fluctuation is None) != (rpm is None), "a flywheel needs both fluctuation and rpm"))
     require_masses(mechanism)
     refuse_unmoved(mechanism, "add an actuator")
     chosen = chosen_input(mechanism, actuator)

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gimcli import output
-from gimcli.errors import UsageError
+from gimcli.errors import UsageError, refuse
 from gimcli.library.by_name import unknown
 from gimcli.mechanism import Mechanism
 from gimcli.rounding import cells, lines
@@ -192,11 +192,14 @@ class Result(Columns):
         """
         options = output.printed.PictureOptions.checked(size, dpi, title, ghosts, None if style is None else str(style))
         files = self.destinations(paths, self.mechanism.path.stem if self.mechanism.path else "model")
-        if files.stdout:
-            raise UsageError("-: give the name of a file")
+        refuse(
+            (files.stdout, "-: give the name of a file"),
+            (
+                options != output.printed.PictureOptions() and not files.prints,
+                "size, dpi, title, ghosts and style change the picture, but no picture is written",
+            ),
+        )
         files.refuse(self.mechanism.files)
-        if options != output.printed.PictureOptions() and not files.prints:
-            raise UsageError("size, dpi, title, ghosts and style change the picture, but no picture is written")
         contents = self.contents(files.files)
         for path in files.named:
             if contents.get(path, path) is None:

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from gimcli.canonical import principal
-from gimcli.errors import UsageError
+from gimcli.errors import UsageError, refuse
 from gimcli.families.design_columns import DesignColumns
 from gimcli.families.design_sensitivity import DesignSensitivity, QuantitySlopes, moves_nodes
 from gimcli.families.design_state import DesignState, position_items
@@ -215,11 +215,16 @@ def _quantities(mechanism: Mechanism, texts: Sequence[str], whole: bool) -> tupl
     numbers = [text for text in wanted if known.is_number(text)]
     if not numbers:
         return [], [one for text in wanted for one in position_items(mechanism, text, len(ORDERS))]
-    others = [text for text in wanted if text not in numbers]
-    if others:
-        raise UsageError(f"of '{others[0]}': the others are numbers of the whole motion: ask for them in a second call")
-    if not whole:
-        raise UsageError(f"of '{numbers[0]}': a number of the whole motion; remove the values of the inputs")
+    refuse(
+        *(
+            (
+                text not in numbers,
+                f"of '{text}': the others are numbers of the whole motion: ask for them in a second call",
+            )
+            for text in wanted
+        ),
+        (not whole, f"of '{numbers[0]}': a number of the whole motion; remove the values of the inputs"),
+    )
     quantities: list[Item] = []
     return [motion_number(mechanism, text, quantities) for text in numbers], quantities
 

@@ -28,7 +28,7 @@ from gimcli.dynamics.simulation_table import (
     simulation_table,
 )
 from gimcli.dynamics.simulation_types import SIMULATION, Settings, Simulation
-from gimcli.errors import UsageError
+from gimcli.errors import UsageError, refuse
 from gimcli.graphs.extras import Extras, texts
 from gimcli.graphs.plots import drawn
 from gimcli.library.by_name import ByName, angles
@@ -133,13 +133,18 @@ def simulate(
         StructureError: no input is free, or the mechanism is not fully driven or over-driven.
     """
     times = _times(duration, dt)
-    _check_slip(mechanism, slip)
-    extras = _extras(mechanism, measure, plot)
     turns = duration * max((abs(r.speed) / math.tau for r in mechanism.dynamics.releases if r.free), default=0.0)
-    if turns > SIMULATION.work:
-        raise UsageError(
-            f"speed: {turns:g} turns in {duration:g} s are too many to follow; reduce `speed` of the input"
-        )
+    refuse(
+        (
+            slip is not None and not _has_dry_friction(mechanism),
+            f"slip: no pair of {mechanism.name} has dry friction; add `mu` in `friction`, or leave it out",
+        ),
+        (
+            turns > SIMULATION.work,
+            f"speed: {turns:g} turns in {duration:g} s are too many to follow; reduce `speed` of the input",
+        ),
+    )
+    extras = _extras(mechanism, measure, plot)
     run = choose(jit, (duration + turns) * A_SECOND * WORK, notify, ("move",))
     if integrator and INTEGRATORS[integrator].explicit and _has_dry_friction(mechanism) and notify is not None:
         notify(f"dry friction is stiff: {integrator} may take long; {WITH_DRY_FRICTION} and radau do not")
@@ -180,12 +185,6 @@ def _step(mechanism: Mechanism, integrator: str, step: float | None, time: float
 
 def _has_dry_friction(mechanism: Mechanism) -> bool:
     return any(friction.mu > 0.0 for friction in mechanism.dynamics.frictions)
-
-
-def _check_slip(mechanism: Mechanism, slip: float | None) -> None:
-    """Raise UsageError for a slip speed where nothing has dry friction."""
-    if slip is not None and not _has_dry_friction(mechanism):
-        raise UsageError(f"slip: no pair of {mechanism.name} has dry friction; add `mu` in `friction`, or leave it out")
 
 
 def _extras(mechanism: Mechanism, measure: str | Sequence[str] = (), plot: str | Sequence[str] = ()) -> Extras:
@@ -361,11 +360,14 @@ class SimulateResult(Placed, RowsResult):
 
 def _times(time: float, dt: float | None) -> FloatArray:
     every = time / ROWS if dt is None else dt
-    if not 0.0 < every <= time:
-        raise UsageError(f"dt: expected a number of seconds above 0 and at most the time {time:g}, got {every:g}")
+    refuse(
+        (
+            not 0.0 < every <= time,
+            f"dt: expected a number of seconds above 0 and at most the time {time:g}, got {every:g}",
+        )
+    )
     count = int(time / every * (1.0 + 1e-12))
-    if count > MOST_ROWS:
-        raise UsageError(f"dt: {every:g} s gives {count} rows, more than {MOST_ROWS}; use a longer dt")
+    refuse((count > MOST_ROWS, f"dt: {every:g} s gives {count} rows, more than {MOST_ROWS}; use a longer dt"))
     return np.asarray(np.arange(count + 1) * every, dtype=np.float64)
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gimcli import output
-from gimcli.errors import UsageError
+from gimcli.errors import UsageError, refuse
 from gimcli.families.design_table import POINTS, design_table, listed_designs
 from gimcli.families.family import ONE, kernel_name, mode_of
 from gimcli.families.grid import contents_hash, model_hash
@@ -89,15 +89,20 @@ def sweep(
         UsageError: an unknown name, an invalid argument, or arguments that exclude each other.
         StructureError: the mechanism has no actuator, or is not fully driven, over-driven or contradictory.
     """
-    if scheduler and workers > 1:
-        raise UsageError("workers are processes on this machine, scheduler uses those of a cluster: remove one of them")
-    if resume and folder is None:
-        raise UsageError("resume continues a sweep from its folder: give the same folder, or the same output file")
+    refuse(
+        (
+            scheduler and workers > 1,
+            "workers are processes on this machine, scheduler uses those of a cluster: remove one of them",
+        ),
+        (
+            resume and folder is None,
+            "resume continues a sweep from its folder: give the same folder, or the same output file",
+        ),
+    )
     full: dict[str, Any] = {}
     for name, given in (vary if isinstance(vary, Mapping) else _designs(vary)).items():
         own = written(mechanism).dimension(name).name
-        if own in full:
-            raise UsageError(f"vary: '{own}' is given twice")
+        refuse((own in full, f"vary: '{own}' is given twice"))
         full[own] = given
     table = design_table(varied(full), samples, points, seed) if isinstance(vary, Mapping) else listed_designs(full)
     texts = (keep,) if isinstance(keep, str) else tuple(keep)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 import numpy as np
 
 from gimcli import graphs, output
-from gimcli.errors import UsageError
+from gimcli.errors import refuse
 from gimcli.graphs.extras import Extras
 from gimcli.library.inputs import (
     MOST_STEPS,
@@ -116,20 +116,23 @@ def trace(
 
 def _refuse_mixed(method: str, rates: int, at_limit: str = "stop", branch: int = 1, every: bool = False) -> None:
     """Raise UsageError for arguments that cannot be combined with circuits, branches or reversed inputs."""
-    if method == "gim":
-        raise UsageError(
+    refuse(
+        (
+            method == "gim",
             "method gim: circuits, branches and limits are followed by continuation, not by geometric iteration;"
-            " remove the method"
-        )
-    if rates:
-        raise UsageError(
+            " remove the method",
+        ),
+        (
+            rates,
             "derivatives and graphs of velocities need a motion along the law: remove circuit, all-branches and"
-            " at-limit reverse"
-        )
-    if at_limit != "stop":
-        raise UsageError(f"at-limit {at_limit}: a circuit continues through limits; remove at-limit or circuit")
-    if every and branch > 1:
-        raise UsageError("all-branches follows all branches; remove branch")
+            " at-limit reverse",
+        ),
+        (
+            at_limit != "stop",
+            f"at-limit {at_limit}: a circuit continues through limits; remove at-limit or circuit",
+        ),
+        (every and branch > 1, "all-branches follows all branches; remove branch"),
+    )
 
 
 class MotionTrace(UnderWay[TraceResult]):

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from gimcli import output
-from gimcli.errors import StructureError, UsageError
+from gimcli.errors import StructureError, UsageError, refuse
 from gimcli.families.grid import Grid, Kept, solve_grid
 from gimcli.library.inputs import MOST_STEPS, Jit, Range, checked, refuse_unmoved
 from gimcli.library.record import Records, RowField, fact
@@ -76,10 +76,13 @@ def workspace(
     name = _point(mechanism, point)
     mechanism = _machine_of(mechanism, name)
     held = _held(mechanism, orientation or {})
-    if resume and not (grid and folder is not None):
-        raise UsageError("resume: continues a grid; give the same grid and the same folder again")
-    if grid and held:
-        raise UsageError("grid: needs all inputs, but orientation fixes some of them; remove one of the two")
+    refuse(
+        (
+            resume and not (grid and folder is not None),
+            "resume: continues a grid; give the same grid and the same folder again",
+        ),
+        (grid and held, "grid: needs all inputs, but orientation fixes some of them; remove one of the two"),
+    )
     make_plan(mechanism)
     refuse_unmoved(mechanism, "add an actuator")
     freedoms = task_of(mechanism, name, held).freedoms
