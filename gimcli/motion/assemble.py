@@ -29,7 +29,7 @@ from gimcli.structure.residual import allowed, errors
 from gimcli.structure.steps import NONE, Plan
 
 if TYPE_CHECKING:
-    from gimcli.motion.leap import Gap
+    from gimcli.continuation.arc import Gap
     from gimcli.structure.restrictions import Move
 
 TURNS = 1024

@@ -29,9 +29,8 @@ from gimcli.structure.residual import allowed, residual
 from gimcli.structure.steps import Plan
 
 if TYPE_CHECKING:
-    from gimcli.continuation.arc import ArcPassage
+    from gimcli.continuation.arc import ArcPassage, Gap, Leap
     from gimcli.continuation.bifurcation import Crossing
-    from gimcli.motion.leap import Gap, Leap
     from gimcli.motion.motion_curve import MotionCurve
 
 Stop = tuple[float, tuple[float, ...]]
@@ -199,9 +198,7 @@ class BranchFollower:
 
     def enter(self, gap: Gap) -> bool:
         """Start on an arc: towards a limit, or away from a singular position; return whether this is possible."""
-        from gimcli.motion.leap import Leap
-
-        if not isinstance(gap, Leap) and gap.inwards:
+        if gap.inwards:
             self.log, self.limit_ahead = [], gap
         elif (out := gap.exit) is not None:
             signs = self.sides(out)
@@ -293,7 +290,7 @@ class BranchFollower:
 
         The position beyond is extrapolated from the rows before; it is solved with the signs of the prediction.
         """
-        from gimcli.motion.leap import BEFORE, Leap, extrapolated
+        from gimcli.continuation.arc import BEFORE, Leap, extrapolated
 
         history = [row for row in self.log if row.time < centre - BEFORE * delta]
         block = self.evaluate(centre + delta * np.arange(-BEFORE, 0.0), history) if history else None

@@ -28,8 +28,7 @@ from gimcli.status import Status
 from gimcli.structure.steps import Plan
 
 if TYPE_CHECKING:
-    from gimcli.continuation.arc import ArcPassage
-    from gimcli.motion.leap import Gap
+    from gimcli.continuation.arc import ArcPassage, Gap
 
 SAME = 1e-6
 """In turns: meetings of branches that are closer are the same."""
@@ -94,14 +93,12 @@ class LawFollower:
         gap, leg = start.gap, self.leg
         if start.status is not Status.SINGULAR and gap is None:
             return None
-        from gimcli.motion.leap import Leap
-
         single = len(self.mechanism.actuators) == 1
         if gap is not None and single:  # the gap is already on the curve of the motion
             gap = gap if leg.sense > 0.0 else gap.mirrored()
             if self.branch == 1 or not self._is_at(gap):
                 return gap
-            if not isinstance(gap, Leap) and gap.limit:
+            if gap.limit:
                 return self._other_arc(gap)
         motion_curve = self.follower.motion_curve
         if motion_curve is None or motion_curve.curve is None:
@@ -322,7 +319,7 @@ class LawFollower:
         other = (
             self.follower.motion_curve.other_end(limit) if turning and self.follower.motion_curve is not None else None
         )
-        if other is not None and abs(other.arc.q - limit.arc.q) < TURN:
+        if other is not None and abs(other.q - limit.q) < TURN:
             passages.append(other)
         wraps = len(passages) > 1
         for leg in (self.leg, *self.legs):

@@ -7,12 +7,13 @@ input is followed instead, as in the search for circuits, singular positions and
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cached_property
 from operator import attrgetter
 
 import numpy as np
 
-from gimcli.continuation.arc import NODES, ArcPassage, SingularArc, make_arc
+from gimcli.continuation.arc import NODES, ArcPassage, Gap, make_arc
 from gimcli.continuation.arclength import CurvePoint, between, correct, place
 from gimcli.continuation.bifurcation import crossing
 from gimcli.continuation.branches import Departure, departure
@@ -21,7 +22,6 @@ from gimcli.continuation.curve import PositionCurve
 from gimcli.errors import GimError, UsageError
 from gimcli.mechanism import ComplexArray, FloatArray
 from gimcli.motion.assemble import Assembler, Assembly
-from gimcli.motion.leap import Gap
 from gimcli.positions.inputs import InputLine
 from gimcli.positions.position import Row
 from gimcli.status import Status
@@ -75,8 +75,7 @@ class MotionCurve:
             if len(walker.places) <= k and not walker.go():
                 return None
             arc = self._arc(walker, k)
-            passage = arc and ArcPassage(arc, sense, self.assembled, -1.0)
-            if passage and passage.ends[1] > last:
+            if arc and (passage := replace(arc, sense=sense, assembled=self.assembled, side=-1.0)).ends[1] > last:
                 return passage
             if sense * walker.places[k].p[-1] > (until + BEHIND * turn) * curve.span:
                 return None
@@ -118,20 +117,19 @@ class MotionCurve:
             return None
         exact = arc.distance(q, 1.0) == 0.0
         direction = start.directions[branch - 1] if exact else start.place.p - fold.p
-        return ArcPassage(arc, sense, self.assembled, float(np.copysign(1.0, direction @ fold.tangent)))
+        side = float(np.copysign(1.0, direction @ fold.tangent))
+        return replace(arc, sense=sense, assembled=self.assembled, side=side)
 
     def other_end(self, passage: ArcPassage) -> ArcPassage | None:
         """Return the passage towards the other limit of the circuit's interval; None if there is no other limit."""
-        arc, curve = passage.arc, passage.arc.curve
-        outer = arc.p[:, -1 if passage.side > 0.0 else 0]
-        walker = CircuitWalker(curve, place(curve, outer, outer - arc.p[:, NODES]))
+        curve, outer = passage.curve, passage.end(passage.side)
+        walker = CircuitWalker(curve, place(curve, outer, outer - passage.p[:, NODES]))
         for k in range(1, MOST):
             if len(walker.places) <= k and not walker.go():
                 return None
             found = self._arc(walker, k)
             if found is not None and found.limit:
-                side = -1.0
-                return ArcPassage(found, -found.outwards(side), self.assembled, side)
+                return replace(found, sense=-found.outwards(-1.0), assembled=self.assembled, side=-1.0)
         return None
 
     def _beside(self, curve: PositionCurve, start: Departure, sense: float) -> ArcPassage | None:
@@ -142,7 +140,7 @@ class MotionCurve:
             return None
         tangent = met.near(here - met.p)
         arc = None if tangent is None else make_arc(curve, met.p, tangent, met)
-        return None if arc is None or arc.limit else ArcPassage(arc, sense, self.assembled)
+        return None if arc is None or arc.limit else replace(arc, sense=sense, assembled=self.assembled)
 
     def _through(self, curve: PositionCurve, start: Departure, sense: float, branch: int) -> ArcPassage | None:
         """Return the passage of a meeting of branches; branch 1 is the first one that the input can drive."""
@@ -157,12 +155,12 @@ class MotionCurve:
                 )
             arc = make_arc(curve, start.met.p, tangent, start.met) if abs(tangent[-1]) > RESTS else None
             if arc is not None:
-                return ArcPassage(arc, sense, self.assembled)
+                return replace(arc, sense=sense, assembled=self.assembled)
         if branch > 1:
             raise UsageError(f"branch {branch}: the branch cannot be followed from the change point")
         return None
 
-    def _arc(self, walker: CircuitWalker, k: int) -> SingularArc | None:
+    def _arc(self, walker: CircuitWalker, k: int) -> ArcPassage | None:
         """Return the arc through the singular position at point k, or between it and the one before; None if none."""
         here, curve = walker.places[k], walker.curve
         if k in walker.crossings:

@@ -28,7 +28,7 @@ from gimcli.structure.residual import Residual, holds, residual
 from gimcli.structure.steps import Plan
 
 if TYPE_CHECKING:
-    from gimcli.motion.leap import Gap
+    from gimcli.continuation.arc import Gap
     from gimcli.motion.motion_curve import MotionCurve
 
 DRAWN = 1e-12

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import mpmath
@@ -50,7 +51,7 @@ def limit_arc(mechanism: Mechanism) -> ArcPassage:
     assert arc is not None
     assert arc.limit
     up = fold.tangent[2 * curve.system.free.index(mechanism.nodes.index("A")) + 1]
-    return ArcPassage(arc, 1.0, lambda p, at: None, math.copysign(1.0, up))
+    return replace(arc, side=math.copysign(1.0, up))
 
 
 @pytest.mark.parametrize("short", [1e-4, 1e-6, 1e-8, 1e-9])
@@ -104,7 +105,7 @@ def test_both_branches_of_a_parallelogram_have_arcs(branch: int, tmp_path: Path)
     assert arc is not None
     assert not arc.limit
     for q in (0.0, 1e-12, 1e-9, -1e-6, 1e-3, -4e-3):
-        z = mechanism.to_file(curve.nodes(arc.at(arc.distance(q, 1.0))))
+        z = mechanism.to_file(curve.nodes(arc.position(arc.distance(q, 1.0))))
         a = complex(math.cos(q), math.sin(q))
         mirror = (a - 3.0) / abs(a - 3.0)
         expected = 3.0 + (a if branch == 0 else mirror**2 * a.conjugate())
