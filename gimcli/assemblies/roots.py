@@ -57,22 +57,13 @@ def all_roots(loops: Loops, progress: Progress = no_progress, near: Roots | None
     count = known_count(family)
     proven = _by_pencil(family, H)
     if count is not None and _whole(proven, count):
-        return _reached(family, proven, count)
+        return Roots(proven, count, REACHED, proven.w[:0])
     if count is None or (near is not None and near.level == REALS):  # paths take longest and prove nothing here
-        real = _by_intervals(loops, Roots(proven, count, OPEN, _none(family)))
+        real = _by_intervals(loops, Roots(proven, count, OPEN, proven.w[:0]))
         if real.level == REALS:
             return real
     found = _by_paths(family, H, count, proven, progress)
     return found if found.level == REACHED else _by_intervals(loops, found)
-
-
-def _reached(family: LoopFamily, proven: Proven, count: int) -> Roots:
-    return Roots(proven, count, REACHED, _none(family))
-
-
-def _none(family: LoopFamily) -> ComplexArray:
-    """Return an empty list of roots."""
-    return np.zeros((0, family.angles + family.slides), dtype=complex)
 
 
 def _whole(proven: Proven, count: int) -> bool:
@@ -106,7 +97,7 @@ def _by_paths(family: LoopFamily, H: ComplexArray, count: int | None, proven: Pr
         ends.append(found)
         proven = distinct(family, proven.joined(found.proven))
         if count is not None and _whole(proven, count):
-            return _reached(family, proven, count)
+            return Roots(proven, count, REACHED, proven.w[:0])
         if spend() or (len(ends) > 1 and _same(ends[-1], ends[-2])):
             break
     last = min(ends, key=lambda e: (len(e.doubtful), e.lost, -len(e.proven.w)))
@@ -160,15 +151,10 @@ def _tracked(family: LoopFamily, start: ComplexArray, H: ComplexArray, w: Comple
         if not again.any():
             break
         finer = track(family, start, H, w[again], replace(tracking, correction=tracking.correction * tighter))
-        done = _replaced(done, again, finer)
+        for name in ("w", "arrived", "time", "rate"):
+            getattr(done, name)[again] = getattr(finer, name)
         point[again] = corrected(family, H, finer.w, SEARCH.polish // 2)
     return _judged(family, H, done, point, _alone(family, H, done, point))
-
-
-def _replaced(done: Tracked, chosen: BoolArray, new: Tracked) -> Tracked:
-    w, arrived, time, rate = done.w.copy(), done.arrived.copy(), done.time.copy(), done.rate.copy()
-    w[chosen], arrived[chosen], time[chosen], rate[chosen] = new.w, new.arrived, new.time, new.rate
-    return Tracked(w, arrived, time, rate)
 
 
 def _alone(family: LoopFamily, H: ComplexArray, done: Tracked, point: ComplexArray) -> BoolArray:

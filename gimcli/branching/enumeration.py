@@ -22,12 +22,12 @@ from gimcli.assemblies import Configurations, all_configurations, configurations
 from gimcli.branching.singular_positions import drawn_circuit
 from gimcli.branching.singularities import LIMIT, Singularity, interval, limits
 from gimcli.continuation import gauss_newton
+from gimcli.continuation.arclength import cubic
 from gimcli.continuation.branches import all_circuits, first_circuit
 from gimcli.continuation.circuit import Circuit
 from gimcli.continuation.curve import PositionCurve
 from gimcli.errors import GimError, StructureError
 from gimcli.mechanism import SPAN, BoolArray, ComplexArray, FloatArray, IntArray, Mechanism
-from gimcli.numerics.along import hermite
 from gimcli.positions.options import TOLERANCE
 from gimcli.progress import Progress, no_progress, spend
 from gimcli.structure.mobility import require_driven
@@ -44,22 +44,20 @@ class Visits:
     """The points of a circuit as arrays. turning: its parameter is an angle with a period."""
 
     def __init__(self, circuit: Circuit, turning: bool) -> None:
-        self.curve = circuit.curve
-        self.p = circuit.p.T
-        self.tangent = np.array([here.tangent for here in circuit.places])
-        self.step = np.linalg.norm(np.diff(self.p, axis=0), axis=1)
-        self.marks = circuit.lengths
+        self.circuit, self.curve, self.p = circuit, circuit.curve, circuit.p.T
+        self.step = np.diff(circuit.lengths)
         around = abs(float(self.p[-1, -1] - self.p[0, -1]))
         closes = circuit.closed and around > SAME
         self.period = circuit.curve.period if turning else around if closes else math.inf
 
     def locations(self, x: FloatArray, q: float) -> FloatArray:
         """Return the locations (0..1) on the circuit of positions x (rows, n) at parameter q; NaN if not on it."""
-        found = np.full(len(x), np.nan)
+        found, marks = np.full(len(x), np.nan), self.circuit.lengths
         k = self._passing(q)
         part = self._parts(k, q)
         x = x[:, : self.curve.system.coordinated]
-        apart, near = self._near(self._between(k, part)[:, : x.shape[1]], x, self.step[k])
+        apart = np.linalg.norm(self._between(k, part)[:, None, : x.shape[1]] - x, axis=2)
+        near = apart <= (NEAR * self.step[k] + SAME)[:, None]
         asked = near.any(axis=1)
         if not asked.any():
             return found
@@ -67,13 +65,8 @@ class Visits:
         hit = near & self._meets(k, part, x, q)
         best = np.argmin(np.where(hit, apart, np.inf), axis=0)
         on = hit.any(axis=0)
-        found[on] = ((self.marks[k] + part * self.step[k]) / self.marks[-1])[best[on]]
+        found[on] = ((marks[k] + part * self.step[k]) / marks[-1])[best[on]]
         return found
-
-    def _near(self, guess: FloatArray, x: FloatArray, step: FloatArray) -> tuple[FloatArray, BoolArray]:
-        """Return the distances of coordinates of guesses (steps, c) from x (rows, c), and whether they may be equal."""
-        apart = np.linalg.norm(guess[:, None] - x, axis=2)
-        return apart, apart <= (NEAR * step + SAME)[:, None]
 
     def _meets(self, k: IntArray, part: FloatArray, x: FloatArray, q: float) -> BoolArray:
         """Return (steps, rows) whether the exact point of some steps at the parameter is at coordinates x (rows, c)."""
@@ -104,8 +97,8 @@ class Visits:
 
     def _between(self, k: IntArray, part: FloatArray) -> FloatArray:
         """Return points (steps, n + 1) on the cubics between the points before and after some steps."""
-        h, n = self.step[k, None], k + 1
-        return hermite(self.p[k], h * self.tangent[k], self.p[n], h * self.tangent[n], part[:, None])
+        p, tangent = self.p, self.circuit.tangents
+        return cubic(p[k], tangent[k], p[k + 1], tangent[k + 1], part[:, None])[0]
 
 
 @dataclass(frozen=True)

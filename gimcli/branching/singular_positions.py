@@ -105,11 +105,8 @@ def circuit_ranges(motion: Motion) -> dict[str, list[float]]:
         circuit = first_circuit(curve, motion.z[:, 0], curve.begin(), ends[1] - ends[0])
     except GimError:
         return {}
-    inputs = input_ends(circuit, interval(circuit, limits(circuit)))
-    return {
-        a.name: sorted(float(v) for v in mechanism.value_to_file(k, inputs[:, k]))
-        for k, a in enumerate(mechanism.actuators)
-    }
+    low, high = map(mechanism.inputs_to_file, input_ends(circuit, interval(circuit, limits(circuit))))
+    return {name: sorted((low[name], high[name])) for name in low}
 
 
 def survey(mechanism: Mechanism, tolerance: float = 1e-10, progress: Progress = no_progress) -> Survey:

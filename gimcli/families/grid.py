@@ -16,7 +16,7 @@ import numpy as np
 from gimcli.contents import contents
 from gimcli.errors import UsageError
 from gimcli.mechanism import FRAME, ComplexArray, Dynamics, FloatArray, Mechanism
-from gimcli.motion.scatter import Carried, InputGrid, Scatterer, scattered, with_kernel
+from gimcli.motion.scatter import InputGrid, Scatterer, scattered, with_kernel
 from gimcli.output.parts import Parts
 from gimcli.progress import Notify, Progress
 from gimcli.rates.plan_rates import carrier
@@ -42,11 +42,11 @@ def input_grid(mechanism: Mechanism, count: int) -> InputGrid:
     return grid
 
 
-def carried_by(mechanism: Mechanism, name: str) -> Carried:
+def carried_by(mechanism: Mechanism, name: str) -> tuple[int, int, complex]:
     """Return a node or point as a linear combination of two nodes; raise UsageError for a fixed point."""
     if any(point.name == name and point.member == FRAME for point in mechanism.points):
         raise UsageError(f"'{name}' does not move: give a moving node or point")
-    return Carried(*carrier(mechanism, name))
+    return carrier(mechanism, name)
 
 
 @dataclass(frozen=True)

@@ -196,12 +196,14 @@ class Assembler:
 
     def _holds(self, surplus: int, block: RowBlock) -> bool:
         """Return whether redundant constraints, which are not imposed exactly, are satisfied by the placed nodes."""
-        if surplus <= 0:
-            return True
-        z = block.x[:, NEW : NEW + 1] + 1j * block.y[:, NEW : NEW + 1]
         enough = allowed(self.mechanism, self.accuracy.tolerance)
-        found = (e[0] for _, _, e in errors(self.mechanism, z, block.inputs[:, NEW : NEW + 1]))
-        return all(e <= enough for e in found if np.isfinite(e))
+        return surplus <= 0 or all(error <= enough for _, _, error in self._errors(block))
+
+    def _errors(self, block: RowBlock) -> list[tuple[str, bool, float]]:
+        """Return name and error of the constraints between placed nodes, and whether it is an angle."""
+        z = block.x[:, NEW : NEW + 1] + 1j * block.y[:, NEW : NEW + 1]
+        found = errors(self.mechanism, z, block.inputs[:, NEW : NEW + 1])
+        return [(name, is_angle, float(error[0])) for name, is_angle, error in found if np.isfinite(error[0])]
 
     def _starts(self, packed: Packed, block: RowBlock, drawn: RowBlock) -> Iterator[ComplexArray]:
         """Yield starts of the base nodes: the guess, the guess after sweeps, perturbed guesses, random positions."""
@@ -253,9 +255,7 @@ class Assembler:
 
     def _faithful(self, block: RowBlock) -> bool:
         """Return whether no driven angle has an error of 180 deg, which the equation of a line does not exclude."""
-        z = block.x[:, NEW : NEW + 1] + 1j * block.y[:, NEW : NEW + 1]
-        angles = [e[0] for _, is_angle, e in errors(self.mechanism, z, block.inputs[:, NEW : NEW + 1]) if is_angle]
-        return not any(np.isfinite(e) and e > 1.0 for e in angles)
+        return not any(is_angle and error > 1.0 for _, is_angle, error in self._errors(block))
 
     def _fits(self, packed: Packed, block: RowBlock, start: ComplexArray) -> bool:
         """Return whether a start of a group already satisfies its equations; it is then stored in the block."""
@@ -263,6 +263,4 @@ class Assembler:
         block.x[base, NEW], block.y[base, NEW] = start.real, start.imag
         block.carry(packed)
         names = {e.name for e in group.equations}
-        z = block.x[:, NEW : NEW + 1] + 1j * block.y[:, NEW : NEW + 1]
-        found = errors(self.mechanism, z, block.inputs[:, NEW : NEW + 1])
-        return all(e[0] <= self.accuracy.tolerance for name, _, e in found if name in names and np.isfinite(e[0]))
+        return all(error <= self.accuracy.tolerance for name, _, error in self._errors(block) if name in names)

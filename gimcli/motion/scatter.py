@@ -22,7 +22,7 @@ from gimcli.positions.newton import Run
 from gimcli.positions.program import by_numbers, plan_program
 from gimcli.status import Status
 from gimcli.structure.plan import make_plan
-from gimcli.structure.residual import allowed, residual
+from gimcli.structure.residual import allowed, holds
 from gimcli.structure.steps import Plan
 
 if TYPE_CHECKING:
@@ -72,25 +72,12 @@ class InputGrid:
         return np.array([self.axis(k)[i] for k, i in enumerate(index)])
 
 
-@dataclass(frozen=True)
-class Carried:
-    """A point of a member, from two nodes u, v and a complex factor: z_u + factor (z_v - z_u)."""
-
-    u: int
-    v: int
-    factor: complex
-
-    def place(self, z: ComplexArray) -> ComplexArray:
-        """Return the point (...) at positions z (nodes, ...)."""
-        return np.asarray(z[self.u] + self.factor * (z[self.v] - z[self.u]))
-
-
 @dataclass
 class Scatterer:
     """Solves the positions of one point over a grid, in independent parts."""
 
     mechanism: Mechanism
-    on: Carried
+    on: tuple[int, int, complex]  # nodes u, v and a factor: the point is z_u + factor (z_v - z_u)
     grid: InputGrid
     tolerance: float = 1e-10
     run: Run = plain
@@ -142,7 +129,7 @@ class Scatterer:
         program = plan_program(self.mechanism, self.plan)
         compiled, lanes = self.run is not plain, program.lanes(WIDTH)
         w, tables = (lanes.reshape(-1), program.arrays) if compiled else (by_numbers(lanes), program.tables)
-        on = np.array([self.on.u, self.on.v, self.on.factor.real, self.on.factor.imag])
+        on = np.array([*self.on[:2], self.on[2].real, self.on[2].imag])
         found = np.empty((len(self.sides), values.shape[1], 2))
         bound = allowed(self.mechanism, self.tolerance)
         with np.errstate(all="ignore"):
@@ -228,5 +215,5 @@ def _followed(job: Scatterer, start: Assembly, inputs: FloatArray) -> ComplexArr
         grid, own = dense(place, np.linspace(place, leg.goal, rows)[1:], leg.turn)
         path = follower.run_to(grid)
         z[:, 1:] = np.where(path.codes[own] == Status.OK, path.z[:, own], complex(math.nan, math.nan))
-    error = residual(mechanism, z, inputs).total
-    return np.where(error <= allowed(mechanism, job.tolerance), job.on.place(z), complex(math.nan, math.nan))
+    good, (u, v, factor) = holds(mechanism, z, inputs, job.tolerance), job.on
+    return np.where(good, z[u] + factor * (z[v] - z[u]), complex(math.nan, math.nan))

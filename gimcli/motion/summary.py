@@ -47,18 +47,16 @@ def reachable(motion: Motion) -> dict[str, list[list[float]]]:
     if motion.turned_back:
         there = np.array([inputs for _, inputs in motion.turned_back]).T
         passed = np.concatenate([motion.inputs[:, motion.good], there], axis=1)
-        ranges = np.stack([passed.min(axis=1), passed.max(axis=1)], axis=1)
-        return {
-            a.name: [[float(v) for v in mechanism.value_to_file(k, ranges[k])]]
-            for k, a in enumerate(mechanism.actuators)
-        }
-    end = float(motion.time[motion.good][-1]) if motion.limit is None else motion.limit
-    ends = law_inputs(mechanism)(np.array([motion.time[0], end]))
-    rows = law_inputs(mechanism)(motion.time[motion.time <= end])
-    spans = [_span(*pair) for pair in zip(ends, rows, strict=True)]
-    return {
-        a.name: [[float(v) for v in mechanism.value_to_file(k, spans[k])]] for k, a in enumerate(mechanism.actuators)
-    }
+        ends = np.array([passed.min(axis=1), passed.max(axis=1)])
+    else:
+        end = float(motion.time[motion.good][-1]) if motion.limit is None else motion.limit
+        laws = (
+            law_inputs(mechanism)(np.array([motion.time[0], end])),
+            law_inputs(mechanism)(motion.time[motion.time <= end]),
+        )
+        ends = np.array([_span(*pair) for pair in zip(*laws, strict=True)]).T
+    first, last = map(mechanism.inputs_to_file, ends)
+    return {name: [[first[name], last[name]]] for name in first}
 
 
 def _span(ends: FloatArray, rows: FloatArray) -> FloatArray:

@@ -328,18 +328,14 @@ def zeros(curve: Critical, here: CriticalPoint, there: CriticalPoint, tests: Tes
 
 def _sampled(curve: Critical, here: CriticalPoint, there: CriticalPoint) -> tuple[FloatArray, list[CriticalPoint]]:
     """Return parameters in -1..1 and corrected points between two knots, in planes normal to the first tangent."""
-    span = float((there.p - here.p) @ here.tangent)
     grid = -np.cos(np.pi * np.arange(LOCATING.degree + 1) / LOCATING.degree)
-    found, at = [here], [-1.0]
-    for t in grid[1:-1]:
-        guess = point_between(here, there, 0.5 * (1.0 + t))
-        p = arclength.correct(curve, guess + ((here.p - guess) @ here.tangent + 0.5 * (1.0 + t) * span) * here.tangent,
-                              WALK, here.tangent)  # fmt: skip
-        if p is not None:
-            tangent = hermite_slope(*_ends(here, there), 0.5 * (1.0 + t))
-            found.append(CriticalPoint(p, tangent / np.linalg.norm(tangent)))
-            at.append(float(t))
-    return np.array([*at, 1.0]), [*found, there]
+    t, ends, normal = 0.5 * (1.0 + grid[1:-1, None]), _ends(here, there), here.tangent
+    guess, slope = hermite(*ends, t), hermite_slope(*ends, t)
+    guess += ((here.p - guess) @ normal[:, None] + t * ((there.p - here.p) @ normal)) * normal
+    p, good = arclength.corrected(curve, guess, WALK, np.tile(normal, (len(t), 1)))
+    slope /= np.linalg.norm(slope, axis=1, keepdims=True)
+    found = map(CriticalPoint, p[good], slope[good])
+    return np.array([-1.0, *grid[1:-1][good], 1.0]), [here, *found, there]
 
 
 def point_between(here: CriticalPoint, there: CriticalPoint, t: float) -> FloatArray:
