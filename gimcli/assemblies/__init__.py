@@ -35,11 +35,7 @@ def all_configurations(
     Raises StructureError if the mechanism is not fully driven or over-driven.
     """
     require_driven(mechanism)
-    if mechanism.complete is not None:
-        return in_order(_row_finder(mechanism, tolerance)(inputs))
-    assembler = ConfigurationFinder(mechanism, tolerance)
-    assembler.progress = progress
-    return in_order(assembler.at(inputs))
+    return in_order(_row_finder(mechanism, tolerance, progress)(inputs))
 
 
 def configurations_over(
@@ -59,10 +55,12 @@ def configurations_over(
     return found
 
 
-def _row_finder(mechanism: Mechanism, tolerance: float) -> Callable[[FloatArray], Configurations]:
+def _row_finder(
+    mechanism: Mechanism, tolerance: float, progress: Progress = no_progress
+) -> Callable[[FloatArray], Configurations]:
     """Return a function of inputs (actuators,) that finds the configurations, faster at inputs near the last ones."""
     if mechanism.complete is None:
-        return RootFollower(ConfigurationFinder(mechanism, tolerance)).row
+        return RootFollower(ConfigurationFinder(mechanism, tolerance, progress)).row
     from gimcli.assemblies.linked_configurations import LinkedFinder  # imported late: few mechanisms need it
 
     return LinkedFinder(mechanism, tolerance).row

@@ -164,9 +164,8 @@ class _Leaves:
 class ConfigurationFinder:
     """Finds configurations at any inputs; keeps the groups of the mechanism in the order of solution."""
 
-    def __init__(self, mechanism: Mechanism, tolerance: float = FITS) -> None:
-        self.mechanism, self.tolerance = mechanism, tolerance
-        self.progress: Progress = no_progress
+    def __init__(self, mechanism: Mechanism, tolerance: float = FITS, progress: Progress = no_progress) -> None:
+        self.mechanism, self.tolerance, self.progress = mechanism, tolerance, progress
         whole = linkage(mechanism)
         self.linkage = independent(whole)
         self.surplus = _left_out(whole, self.linkage)

@@ -36,13 +36,11 @@ CHUNK = 200_000
 """Pairs of cones that are intersected in one call."""
 
 
-def root_count(family: LoopFamily) -> int | None:
-    """Return the number of complex roots of a generic member, None if the count takes too long."""
-    if not family.square:
+def root_count(family: LoopFamily) -> int:
+    """Return the number of complex roots of a generic member; 0 if there is none, or the count takes too long."""
+    if not family.square or family.loops > (SEARCH.count_slides if family.slides else SEARCH.count_loops):
         return 0
-    if family.slides:
-        return _with_slides(family) if family.loops <= SEARCH.count_slides else None
-    return _recursion(Matroid(family)) if family.loops <= SEARCH.count_loops else None
+    return _with_slides(family) if family.slides else _recursion(Matroid(family))
 
 
 class Matroid:
@@ -184,45 +182,37 @@ def _flags(matroid: Matroid) -> Iterator[list[list[float]]]:
 FOLDER = "starts-1"
 """Version of the file format."""
 
-UNKNOWN = -1
-"""Value in a file for an unknown count."""
-
 KEPT = 64
 """Number of topologies kept in memory."""
 
 
+@lru_cache(KEPT)
 def known_count(family: LoopFamily) -> int | None:
     """Return the exact number of complex roots, from the cache if it is there; None if it is unknown.
 
     The count 0 also gives None: such a structure has no generic configuration, but special dimensions may allow some.
     """
-    return _count(family) or None
+    cheap = not family.slides or family.loops < SEARCH.count_slides
+    path = None if cheap else _path(f"{family.key}-count")
+    stored = (_read(path) or {}).get("count")
+    if stored is None or stored.shape != ():
+        stored = np.array(root_count(family))
+        _write(path, count=stored)
+    count = int(stored)
+    return count if count > 0 else None
 
 
 def known_start(family: LoopFamily, seed: int, progress: Progress = no_progress) -> Generic:
     """Return a generic linkage with its roots, from the cache if it is there."""
     key = (family.key, seed)
-    if key in _STARTS:
-        return _STARTS[key]
-    found = _start(family, seed, progress)
-    if len(_STARTS) >= KEPT:
-        _STARTS.clear()
-    if not spend():  # otherwise roots are missing
+    if key not in _STARTS:
+        found = _start(family, seed, progress)
+        if spend():  # roots are missing
+            return found
+        if len(_STARTS) >= KEPT:
+            _STARTS.clear()
         _STARTS[key] = found
-    return found
-
-
-@lru_cache(KEPT)
-def _count(family: LoopFamily) -> int | None:
-    cheap = not family.slides or family.loops < SEARCH.count_slides
-    path = None if cheap else _path(f"{family.key}-count")
-    stored = _read(path)
-    if stored is not None and "count" in stored and stored["count"].shape == ():
-        value = int(stored["count"])
-        return None if value == UNKNOWN else value
-    count = root_count(family)
-    _write(path, count=np.array(UNKNOWN if count is None else count))
-    return count
+    return _STARTS[key]
 
 
 _STARTS: dict[tuple[str, int], Generic] = {}

@@ -131,14 +131,6 @@ class Strand:
     visits: Visits = field(repr=False)
 
 
-@dataclass
-class _Unmatched:
-    """A parameter and the configurations x (rows, n) there that are on no known curve."""
-
-    q: float
-    x: FloatArray
-
-
 @dataclass(frozen=True)
 class Circuits:
     """The circuits that were found, and how complete they are."""
@@ -234,14 +226,14 @@ class CircuitSearch:
         every = configurations_over(self.mechanism, inputs, progress=lambda done, of: self._report(done, of, 0, 1))
         self.sampled += q.tolist()[: len(every)]
         self.complete &= all(found.complete for found in every)
-        left = [_Unmatched(value, self._sure(found)) for value, found in zip(q.tolist(), every, strict=False)]
+        left = {value: self._sure(found) for value, found in zip(q.tolist(), every, strict=False)}
         for strand in self.strands:
             _remove_known(strand, left)
-        known = sum(len(unmatched.x) for unmatched in left)
-        for unmatched in left:
-            while len(unmatched.x) and not spend():
-                self._report(1, 1, known - sum(len(other.x) for other in left), known)
-                self._follow(unmatched, left)
+        known = sum(map(len, left.values()))
+        for value in left:
+            while len(left[value]) and not spend():
+                self._report(1, 1, known - sum(map(len, left.values())), known)
+                self._follow(value, left)
         self._report(1, 1, 1, 1)
         self.spacing, self.complete = self.spacing or float(q[1] - q[0]), self.complete and not spend()
 
@@ -254,16 +246,16 @@ class CircuitSearch:
         rows = [self.curve.system.coordinates(z) for z in found.z[np.isfinite(found.radius)]]
         return np.array(rows).reshape(len(rows), self.curve.system.n)
 
-    def _follow(self, unmatched: _Unmatched, left: list[_Unmatched]) -> None:
+    def _follow(self, q: float, left: dict[float, FloatArray]) -> None:
         """Follow the first configuration at a parameter, and remove all configurations that are on its circuit."""
-        first, known = unmatched.x[0], len(self.strands)
+        first, known = left[q][0], len(self.strands)
         with suppress(GimError):
-            self._take(first_circuit(self.curve, self.curve.system.nodes(first), unmatched.q))
+            self._take(first_circuit(self.curve, self.curve.system.nodes(first), q))
         for strand in self.strands[known:]:
             _remove_known(strand, left)
-        if len(unmatched.x) and np.array_equal(unmatched.x[0], first):
+        if len(left[q]) and np.array_equal(left[q][0], first):
             self.lost += 1
-            unmatched.x = unmatched.x[1:]
+            left[q] = left[q][1:]
 
     def _take(self, first: Circuit) -> None:
         """Add a circuit with all curves that intersect it."""
@@ -283,27 +275,24 @@ class CircuitSearch:
                 yield number, _branch_at(strand, fraction)
 
 
-def _remove_known(strand: Strand, left: list[_Unmatched]) -> None:
-    """Remove the configurations that are on a curve."""
-    for unmatched in left:
-        if len(unmatched.x):
-            unmatched.x = unmatched.x[np.isnan(strand.visits.locations(unmatched.x, unmatched.q))]
+def _remove_known(strand: Strand, left: dict[float, FloatArray]) -> None:
+    """Remove the configurations that are on a curve from those (rows, n) at each parameter."""
+    for q, x in left.items():
+        if len(x):
+            left[q] = x[np.isnan(strand.visits.locations(x, q))]
 
 
 def _branches(circuit: Circuit, found: list[Singularity]) -> Iterator[CircuitBranch]:
     """Yield the branches of a circuit."""
     folds = [(s.fraction, s.p) for s in found if s.kind == LIMIT]
     first, last = circuit.places[0].p, circuit.places[-1].p
-    if not folds:
-        yield CircuitBranch(first, last, (0.0, 1.0))
-    elif circuit.closed:
-        shift = last - first  # full turns of the inputs
-        for (a, pa), (b, pb) in pairwise([*folds, (folds[0][0] + 1.0, folds[0][1] + shift)]):
-            yield CircuitBranch(pa, pb, (a, b))
+    if circuit.closed and folds:  # last - first: full turns of the inputs
+        marks = [*folds, (folds[0][0] + 1.0, folds[0][1] + last - first)]
     else:
-        for (a, pa), (b, pb) in pairwise([(0.0, first), *folds, (1.0, last)]):
-            if b > a:
-                yield CircuitBranch(pa, pb, (a, b))
+        marks = [(0.0, first), *folds, (1.0, last)]
+    for (a, pa), (b, pb) in pairwise(marks):
+        if b > a:
+            yield CircuitBranch(pa, pb, (a, b))
 
 
 def _branch_at(strand: Strand, fraction: float) -> int:

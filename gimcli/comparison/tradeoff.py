@@ -184,8 +184,8 @@ def _entries(
 
 
 def _empty(method: MotionMethod, tolerance: float, rows: int, reason: str) -> Entry:
-    nan = math.nan
-    return Entry(method, tolerance, (), (), nan, nan, nan, nan, Measured(), Measured(), 0, nan, 0, rows, reason)
+    none = (math.nan,) * 4
+    return Entry(method, tolerance, (), (), *none, Measured(), Measured(), 0, math.nan, 0, rows, reason)
 
 
 def _entry(method: MotionMethod, tolerance: float, found: Outcome, truth: Truth) -> Entry:

@@ -54,7 +54,7 @@ def reachable(motion: Motion) -> dict[str, list[list[float]]]:
             law_inputs(mechanism)(np.array([motion.time[0], end])),
             law_inputs(mechanism)(motion.time[motion.time <= end]),
         )
-        ends = np.array([_span(*pair) for pair in zip(*laws, strict=True)]).T
+        ends = np.reshape([_span(*pair) for pair in zip(*laws, strict=True)], (-1, 2)).T
     first, last = map(mechanism.inputs_to_file, ends)
     return {name: [[first[name], last[name]]] for name in first}
 

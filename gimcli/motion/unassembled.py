@@ -143,7 +143,7 @@ class Unassembled:
         centres = self._centre(first), self._centre(second)
         a, b = (abs(float(one.value.at(self.inputs))) for one in (first, second))
         apart = abs(centres[0] - centres[1])
-        base = f"{self._node(first.q)}-{self._node(second.q)}"
+        base = f"{self.mechanism.nodes[first.q]}-{self.mechanism.nodes[second.q]}"
         own = [(first.name, a), (second.name, b)]
         if apart > a + b:
             return self._at_every_input(first, second, a + b) or (
@@ -163,7 +163,7 @@ class Unassembled:
         apart = self._centre(circle) - self._centre(line)
         distance = (apart * normal.conjugate()).real - float(line.value.at(self.inputs))
         away = abs(distance) / (abs(normal) or 1.0)
-        where = f"which is {self._length(away)} from {self._node(circle.q)}"
+        where = f"which is {self._length(away)} from {self.mechanism.nodes[circle.q]}"
         return (
             f"{self._sized((circle.name, radius))} does not reach the line of {line.name}, {where}:"
             f" {self._length(away - radius)} too short{self._at()}"
@@ -183,7 +183,7 @@ class Unassembled:
                 names = [self._between(place.anchor, place.node), moved.name, fixed.name]
                 sizes = [crank, *(abs(float(one.value.at(self.inputs))) for one in (moved, fixed))]
                 parts = " + ".join(self._sized(one) for one in zip(names, sizes, strict=True))
-                ends = f"{self._node(place.anchor)}-{self._node(fixed.q)} ({self._length(base)})"
+                ends = f"{self.mechanism.nodes[place.anchor]}-{self.mechanism.nodes[fixed.q]} ({self._length(base)})"
                 return f"{parts} cannot span {ends}: {self._length(base - crank - reach)} too short at every input"
         return ""
 
@@ -289,13 +289,12 @@ class Unassembled:
         angle = vector.turn * self.inputs[vector.actuator] if vector.actuator != NONE else 0.0
         return complex(vector.z * base * np.exp(1j * angle))
 
-    def _node(self, node: int) -> str:
-        return self.mechanism.nodes[node]
-
     def _between(self, a: int, b: int) -> str:
         """Return the name of the moving member that has two nodes, else the names of the nodes."""
         members = self.mechanism.members[FRAME + 1 :]
-        return next((m.name for m in members if {a, b} <= set(m.nodes)), f"{self._node(a)}-{self._node(b)}")
+        return next(
+            (m.name for m in members if {a, b} <= set(m.nodes)), f"{self.mechanism.nodes[a]}-{self.mechanism.nodes[b]}"
+        )
 
     def _sized(self, one: tuple[str, float]) -> str:
         return f"{one[0]} ({self._length(one[1])})"

@@ -234,18 +234,13 @@ class WorkspaceTask:
         first, *others = [self.drive(k, 0.0) for k in range(len(self.mechanism.actuators))]
         return first.joined(*others, *(self.drive(int(k), math.pi / 2) for k in np.flatnonzero(self._kinds[0])))
 
-    def _ends(self, name: str) -> tuple[int, int]:
-        found = next((m for m in self.mechanism.members[FRAME + 1 :] if m.name == name), None)
-        if found is None:
-            names = [m.name for m in self.mechanism.members[FRAME + 1 :]]
-            raise UsageError(f"orientation: no moving member '{name}'; {guess(name, names)}")
-        return found.nodes[0], found.nodes[1]
-
     def _arm(self, name: str, x: FloatArray) -> ComplexArray:
         """Return the vector (...) from a member's first to its second node at moving nodes x (..., system.n)."""
-        first, second = self._ends(name)
+        nodes = {m.name: m.nodes for m in self.mechanism.members[FRAME + 1 :]}
+        if name not in nodes:
+            raise UsageError(f"orientation: no moving member '{name}'; {guess(name, list(nodes))}")
         z = self.system.nodes(x.reshape(-1, self.system.n).T)
-        return np.asarray((z[second] - z[first]).reshape(x.shape[:-1]))
+        return np.asarray((z[nodes[name][1]] - z[nodes[name][0]]).reshape(x.shape[:-1]))
 
     def _held(self, name: str) -> Quadric:
         """Return the equation of a member's given direction, in the coordinates of all moving nodes."""
