@@ -14,6 +14,7 @@ import numpy as np
 from gimcli.connected import grouped
 from gimcli.exchange.draft import BARREL, GROUND, Draft, DrawnJoint, coordinates
 from gimcli.mechanism import ANGLE, FRAME, HEIGHT, SPAN, ComplexArray, Input, Mechanism
+from gimcli.structure.carried import unit_of
 
 
 @dataclass(frozen=True)
@@ -50,7 +51,8 @@ class DrawnLinkage(Draft):
         self.names = [GROUND, *(m.name for m in own.members[1:])]
         self.joints = {name: (float(z.real), float(z.imag)) for name, z in zip(own.nodes, pose.z, strict=True)}
         self.bodies = {n: [own.nodes[k] for k in m.nodes] for n, m in zip(self.names, own.members, strict=True)}
-        self.turned = [self._rotation(k) for k in range(len(own.members))]
+        turned = (complex(unit_of(own, pose.z, k)) for k in range(len(own.members)))
+        self.turned = [ray / abs(ray) for ray in turned]  # e^(i phi)
         self._pairs()
         added = {SPAN: self._cylinder, ANGLE: self._turn}
         for number, actuator in enumerate(own.actuators):
@@ -95,14 +97,6 @@ class DrawnLinkage(Draft):
             self.left_out += texts[:1]
 
     # -- members and pairs ----------------------------------------------------------------------
-
-    def _rotation(self, member: int) -> complex:
-        """Return the direction of a member's own x axis."""
-        if member == FRAME and not self.mechanism.floating:
-            return 1.0 + 0.0j
-        first, far, vector = self.mechanism.members[member].ends
-        ray = complex(self.pose.z[far] - self.pose.z[first]) / vector
-        return ray / abs(ray)
 
     def at(self, member: int, local: complex) -> complex:
         """Return the place of a point of a member."""

@@ -187,9 +187,8 @@ class _Linkage:
         for connector in turns:
             bodies = [link.body for link in connector.links if self._turns(link) and link.body]
             self.draft.note(not bodies, f"input {connector.name} is left out: it turns no link")
-            name = "motor" if len(turns) == 1 else f"motor_{connector.name}"
             for body in bodies[:1]:
-                self.draft.rotary(name, connector.named, body, law=motion.add(name, motor_of(connector)))
+                motion.rotary(connector.name, len(turns) == 1, connector.named, body, motor_of(connector))
         for link in (link for link in self.parts.links if link.actuator):
             ends, motors = [c.named for c in link.pins], [c.name for c in link.pins if c.input]
             turned = f"is an actuator that the motor {', '.join(motors[:1])} turns; put it on an anchor of its own"

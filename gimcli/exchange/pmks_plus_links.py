@@ -28,10 +28,10 @@ class PlusStructure:
             link.refuse(missing or not link.joints, f"'{', '.join(missing)}' {AGAIN}")
             link.body = None
         for joint in document.joints:
-            ends = {joint.start, joint.end}
+            slot = {joint.start, joint.end}
             joint.check({
                 f"the link of its slot {AGAIN}": joint.carrier and joint.carrier not in self.links,
-                f"a joint of its slot {AGAIN}": joint.carrier and not ends <= known.keys(),
+                f"a joint of its slot {AGAIN}": joint.carrier and not slot <= known.keys(),
                 "the cylinder has no barrel": joint.slides and joint.sealed and not (joint.fixed or joint.carrier),
             })  # fmt: skip
         for link in document.links:

@@ -127,8 +127,7 @@ class _Mechanism:
                 self.draft.point(joint.name or joint.id, GROUND, self._place(joint))
             return
         first, second = (self._known(own, joint) for own in (joint.ref_joint1_id, joint.ref_joint2_id))
-        carriers = [link.body for link in first.links if link in second.links and link.body]
-        carriers += [GROUND] * (not carriers and first.fixed and second.fixed)
+        carriers = self.draft.common(first.named, second.named)
         text = f"its joints {first.id} and {second.id} are on no common link"
         joint.refuse(joint.links and not carriers, f"a tracker cannot carry a link: {text}")
         self.draft.note(not carriers, f"tracker {joint.id} is left out: {text}")
@@ -147,15 +146,14 @@ class _Mechanism:
         motion = RepeatedMotion(self.draft)
         for link in drivers:
             what = f"the driver '{link.id[:40]}'"
-            link.refuse(not link.motor_joint, f"{what} has no `motor_joint`; name a ground joint")
-            motor = self._known(link.motor_joint, link)
-            others = [joint for joint in link.joints if joint is not motor]
-            good = len(others) == 1 and motor in link.joints
-            link.refuse(not good, f"{what} needs two joints, its `motor_joint` and one more")
-            name = "motor" if len(drivers) == 1 else f"motor_{link.id}"
-            pivot, arm = motor.named, others[0].named
-            law = motion.add(name, _driver(link, self.draft.z(arm) - self.draft.z(pivot)))
-            self.draft.rotary(name, pivot, link.body, arm=arm, law=law)
+            ends = sorted((joint.id != link.motor_joint, joint.named) for joint in link.joints)
+            link.check({
+                f"{what} has no `motor_joint`; name a ground joint": not link.motor_joint,
+                f"{what} needs two joints, its `motor_joint` and one more": [end for end, _ in ends] != [False, True],
+            })  # fmt: skip
+            (_, pivot), (_, arm) = ends
+            own = _driver(link, self.draft.z(arm) - self.draft.z(pivot))
+            motion.rotary(link.id, len(drivers) == 1, pivot, link.body, own, arm)
         motion.complete()
 
 

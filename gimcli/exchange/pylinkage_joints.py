@@ -97,9 +97,8 @@ class PylinkageJoints:
         turns = "the crank turns about a moving joint; only cranks on fixed joints are converted"
         joint.refuse(pivot not in self.draft.bodies[GROUND], turns)
         self.draft.joint(name, centre + ray / abs(ray) * radius)
-        motor = "motor" if self.cranks == 1 else f"motor_{name}"
-        law = self.motion.add(motor, RepeatedInput(math.degrees(joint.angle)))
-        self.draft.rotary(motor, pivot, self.draft.body(f"{name}_crank", [pivot, name]), arm=name, law=law)
+        body, turning = self.draft.body(f"{name}_crank", [pivot, name]), RepeatedInput(math.degrees(joint.angle))
+        self.motion.rotary(name, self.cranks == 1, pivot, body, turning, arm=name)
 
     def _rigid(self, joint: FileRecord, names: list[str], places: list[complex]) -> None:
         (first, second), (origin, along) = names, places

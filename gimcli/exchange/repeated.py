@@ -70,6 +70,11 @@ class RepeatedMotion:
         self.inputs[name], self.laws[name] = own, {}
         return self.laws[name]
 
+    def rotary(self, name: str, alone: bool, pivot: str, body: str, own: RepeatedInput, arm: str = "") -> None:
+        """Add an input that turns a body about a pivot on the ground, named after it unless it is `alone`."""
+        motor = "motor" if alone else f"motor_{name}"
+        self.draft.rotary(motor, pivot, body, arm=arm, law=self.add(motor, own))
+
     def complete(self) -> None:
         """Complete the laws, and set the duration of the motion [s]; None if nothing moves."""
         draft, program = self.draft, self.draft.program
