@@ -11,7 +11,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
-from itertools import islice
 from typing import Any
 
 from gimcli.errors import ModelError
@@ -206,10 +205,9 @@ class Draft(Refusing):
         """Name an input that could be added to a mechanism without one: a link on a fixed pin."""
         ground = self.bodies[GROUND]
         pinned = ((pivot, own) for pivot in ground for own in self.bodies.values() if pivot in own)
-        arms = ((pivot, joint) for pivot, own in pinned for joint in own if joint not in ground)
-        for pivot, arm in islice(arms, 1):
-            own = f"`motor: {{type: rotary, pivot: {pivot}, arm: {arm}}}` in `actuators`"
-            self.note(True, f"the file has no inputs; add one, such as {own}")
+        arms = [f"pivot: {pivot}, arm: {joint}" for pivot, own in pinned for joint in own if joint not in ground]
+        own = f"`motor: {{type: rotary, {''.join(arms[:1])}}}` in `actuators`"
+        self.note(arms, f"the file has no inputs; add one, such as {own}")
 
     def note(self, holds: object, text: str) -> None:
         """Name something that is left out, if it holds."""

@@ -7,7 +7,6 @@ members is a block, and the travel of a node beside its line is that of a carria
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -15,19 +14,6 @@ from gimcli.connected import grouped
 from gimcli.exchange.draft import BARREL, GROUND, Draft, DrawnJoint, coordinates
 from gimcli.mechanism import ANGLE, FRAME, HEIGHT, SPAN, ComplexArray, Input, Mechanism
 from gimcli.structure.carried import unit_of
-
-
-@dataclass(frozen=True)
-class DrawnPose:
-    """A mechanism in an assembled position: other programs take all dimensions from it.
-
-    `z`: positions of the nodes (nodes,) in the file's coordinates. `left_out`: sentences about what is not written.
-    """
-
-    mechanism: Mechanism
-    z: ComplexArray
-    left_out: list[str] = field(default_factory=list)
-
 
 PIECE = 0.1
 """Size of added bodies relative to the size of the mechanism."""
@@ -38,20 +24,20 @@ STRAIGHT = 1e-9
 
 
 class DrawnLinkage(Draft):
-    """The members, the pairs, the inputs and the points of a mechanism, in the file's coordinates.
+    """The members, the pairs, the inputs and the points of a mechanism in an assembled position.
 
-    Points are joints of one body.
+    Other programs take all dimensions from it. `places`: positions of the nodes (nodes,) in the file's coordinates.
+    Points are joints of one body. `left_out`: sentences about what is not written.
     """
 
-    def __init__(self, pose: DrawnPose, program: str) -> None:
-        own = pose.mechanism
-        super().__init__(program, own.name, left_out=pose.left_out)
-        self.pose, self.mechanism = pose, own
+    def __init__(self, own: Mechanism, places: ComplexArray, program: str) -> None:
+        super().__init__(program, own.name)
+        self.places, self.mechanism = places, own
         self.span = own.size * own.scale
         self.names = [GROUND, *(m.name for m in own.members[1:])]
-        self.joints = {name: (float(z.real), float(z.imag)) for name, z in zip(own.nodes, pose.z, strict=True)}
+        self.joints = {name: (float(z.real), float(z.imag)) for name, z in zip(own.nodes, places, strict=True)}
         self.bodies = {n: [own.nodes[k] for k in m.nodes] for n, m in zip(self.names, own.members, strict=True)}
-        turned = (complex(unit_of(own, pose.z, k)) for k in range(len(own.members)))
+        turned = (complex(unit_of(own, places, k)) for k in range(len(own.members)))
         self.turned = [ray / abs(ray) for ray in turned]  # e^(i phi)
         self._pairs()
         added = {SPAN: self._cylinder, ANGLE: self._turn}
@@ -101,7 +87,7 @@ class DrawnLinkage(Draft):
     def at(self, member: int, local: complex) -> complex:
         """Return the place of a point of a member."""
         own = self.mechanism.members[member]
-        first = complex(self.pose.z[own.nodes[0]])
+        first = complex(self.places[own.nodes[0]])
         return first + (local - complex(own.shape[0])) * self.turned[member] * self.mechanism.scale
 
     def _pairs(self) -> None:

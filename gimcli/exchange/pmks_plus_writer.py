@@ -10,7 +10,7 @@ from urllib.parse import quote
 from gimcli.connected import grouped
 from gimcli.dynamic_data import NO_NODE, AppliedLoad
 from gimcli.exchange.draft import GROUND, DrawnJoint
-from gimcli.exchange.drawn_linkage import PIECE, DrawnLinkage, DrawnPose
+from gimcli.exchange.drawn_linkage import PIECE, DrawnLinkage
 from gimcli.exchange.pmks_joints import letter
 from gimcli.exchange.pmks_plus import CLOCKWISE, GRAVITY, INERTIAS, NO_GRAVITY, POUND, POUND_FORCE, PROGRAM
 from gimcli.exchange.pmks_plus_codec import FORCE, JOINT, LINK, THOUSANDTHS, PlusDocument, text_of
@@ -33,14 +33,14 @@ FURTHEST = 1e9
 """Largest coordinate; numbers of PMKS+ are exact up to 2^53 thousandths."""
 
 
-def write(pose: DrawnPose) -> str:
-    """Return the content of a file; `pose.left_out` gets sentences about what PMKS+ has not."""
-    return text_of(PlusDrawing(DrawnLinkage(pose, PROGRAM)).document) + "\n"
+def write(drawn: DrawnLinkage) -> str:
+    """Return the content of a file; `left_out` gets sentences about what PMKS+ has not."""
+    return text_of(PlusDrawing(drawn).document) + "\n"
 
 
-def address(pose: DrawnPose) -> str:
+def address(drawn: DrawnLinkage) -> str:
     """Return the address of a mechanism, with the content of its file behind the question mark."""
-    return SITE + quote(write(pose).strip(), safe=SAFE)
+    return SITE + quote(write(drawn).strip(), safe=SAFE)
 
 
 class PlusDrawing:

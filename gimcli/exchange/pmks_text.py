@@ -16,7 +16,7 @@ from dataclasses import replace
 from urllib.parse import unquote
 
 from gimcli.exchange.draft import GROUND, MOST, Draft, DrawnJoint, free_name
-from gimcli.exchange.drawn_linkage import DrawnLinkage, DrawnPose
+from gimcli.exchange.drawn_linkage import DrawnLinkage
 from gimcli.exchange.pmks_joints import PROGRAM, TYPES, draft_of_joints, drawn_joint, is_ground
 from gimcli.exchange.pmks_plus_codec import HEAD
 from gimcli.exchange.records import FilePart, all_of, number_of
@@ -126,12 +126,12 @@ def _joint(row: tuple[str, str]) -> DrawnJoint:
 # -- writing --------------------------------------------------------------------------------------
 
 
-def write(pose: DrawnPose) -> str:
+def write(drawn: DrawnLinkage) -> str:
     """Return the text of a mechanism: the speed, and rows with the driver first, which PMKS counts by its number.
 
-    `pose.left_out` gets sentences about what PMKS has not. Raises ModelError for several inputs, of which PMKS has one.
+    `left_out` gets sentences about what PMKS has not. Raises ModelError for several inputs, of which PMKS has one.
     """
-    drawn, own = DrawnLinkage(pose, PROGRAM), pose.mechanism
+    own = drawn.mechanism
     names = [actuator.name for actuator in own.actuators]
     several = f"{PROGRAM} has one input, the model has {len(names)}: {', '.join(names)}"
     drawn.refuse(len(names) > MOST_INPUTS, several)

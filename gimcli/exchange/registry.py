@@ -1,30 +1,20 @@
-"""The formats of other programs, the detection of a format from the content, and its reader or writer."""
+"""The formats of other programs, the detection of a format from the content, and its reader or writer.
+
+The module of a format that can be read defines `recognises(text)`, whether a text is probably in this format, be it
+damaged or not, and `read(text, source)`, which returns the Draft of a text; `source` names the file in messages. It
+raises ModelError for a damaged text, and for a part that the motion depends on but that models of gim cannot express.
+That of a format that can be written defines `PROGRAM` and `write(drawn)`, which returns the text of a DrawnLinkage and
+appends to its `left_out` what the format cannot express.
+"""
 
 from __future__ import annotations
 
 from importlib import import_module
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from types import ModuleType
+from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
     from gimcli.exchange.draft import Draft
-    from gimcli.exchange.drawn_linkage import DrawnPose
-
-
-class FormatModule(Protocol):
-    """What the module of a format defines: the first two if it can be read, the last one if it can be written."""
-
-    def recognises(self, text: str) -> bool:
-        """Return whether a text is probably in this format, be it damaged or not."""
-
-    def read(self, text: str, source: str) -> Draft:
-        """Return the mechanism of a text; `source` names the file in messages.
-
-        Raises ModelError for a damaged text, and for a part that the mechanism's motion depends on but that models of
-        gim cannot express.
-        """
-
-    def write(self, pose: DrawnPose) -> str:
-        """Return the text of a mechanism; append to `pose.left_out` what the format cannot express."""
 
 
 class ForeignFormat(NamedTuple):
@@ -53,7 +43,7 @@ FORMATS: tuple[ForeignFormat, ...] = (
 """All formats; content is offered to them in this order."""
 
 
-def module_of(form: ForeignFormat) -> FormatModule:
+def module_of(form: ForeignFormat) -> ModuleType:
     """Import the module of a format."""
     return import_module(f"gimcli.exchange.{form.module}")
 
@@ -65,5 +55,5 @@ def draft_of(text: str, source: str) -> Draft | None:
     """
     for form in FORMATS:
         if form.reads and (module := module_of(form)).recognises(text):
-            return module.read(text, source)
+            return module.read(text, source)  # type: ignore[no-any-return]
     return None

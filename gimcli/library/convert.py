@@ -83,14 +83,15 @@ def convert(mechanism: Mechanism, to: str = MODEL_FILE) -> Conversion:
     OneOf(targets()).refuse("to", to)
     if to == MODEL_FILE:
         return _model_file(mechanism)
-    from gimcli.exchange.drawn_linkage import DrawnPose
+    from gimcli.exchange.drawn_linkage import DrawnLinkage
     from gimcli.exchange.registry import FORMATS, module_of
 
     form = next(form for form in FORMATS if form.writes == to)
-    pose = DrawnPose(mechanism, mechanism.to_file(_start(mechanism)))
-    text = getattr(module_of(form), form.writer)(pose)
+    module = module_of(form)
+    drawn = DrawnLinkage(mechanism, mechanism.to_file(_start(mechanism)), module.PROGRAM)
+    text = getattr(module, form.writer)(drawn)
     _refuse_unreadable(mechanism, form.name, text)
-    return Conversion(mechanism, text, to, (*mechanism.left_out, *pose.left_out))
+    return Conversion(mechanism, text, to, (*mechanism.left_out, *drawn.left_out))
 
 
 def _refuse_unreadable(mechanism: Mechanism, name: str, text: str) -> None:

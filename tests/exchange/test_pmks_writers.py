@@ -12,7 +12,7 @@ import gimcli
 from gimcli import ModelError
 from gimcli.exchange.assembling import model_of
 from gimcli.exchange.draft import Draft
-from gimcli.exchange.drawn_linkage import DrawnLinkage, DrawnPose
+from gimcli.exchange.drawn_linkage import DrawnLinkage
 from gimcli.exchange.pmks_plus import PROGRAM, PlusDraft, payload_of
 from gimcli.exchange.pmks_plus_writer import PlusDrawing
 from gimcli.exchange.registry import draft_of
@@ -81,9 +81,9 @@ def mechanism(name):
     return gimcli.load(OWN[name]) if name in OWN else gimcli.load(name)
 
 
-def pose_of(m):
+def drawn_linkage(m):
     found = gimcli.solve(m)
-    return DrawnPose(m, np.array([complex(*found.xy[name]) for name in m.nodes]))
+    return DrawnLinkage(m, np.array([complex(*found.xy[name]) for name in m.nodes]), PROGRAM)
 
 
 def same_motion(m, back: Draft, factor, tolerance):
@@ -132,7 +132,7 @@ def test_pmks_text_keeps_all_digits(name):
 def test_the_drawing_for_pmks_plus_is_the_same_mechanism(name):
     """Before its numbers are rounded to thousandths."""
     m = mechanism(name)
-    drawing = PlusDrawing(DrawnLinkage(pose_of(m), PROGRAM))
+    drawing = PlusDrawing(drawn_linkage(m))
     same_motion(m, PlusDraft(drawing.document, name).draft, drawing.factor, 1e-8 * m.size * m.scale)
 
 
@@ -140,8 +140,7 @@ def test_the_drawing_for_pmks_plus_is_the_same_mechanism(name):
 @pytest.mark.parametrize("name", [*OWN, *MODELS])
 def test_an_address_keeps_thousandths(name):
     m = mechanism(name)
-    pose = pose_of(m)
-    drawing = PlusDrawing(DrawnLinkage(pose, PROGRAM))
+    drawing = PlusDrawing(drawn_linkage(m))
     back = draft_of(gimcli.convert(m, "pmks+").text, name)
     size = m.size * m.scale
     for joint in drawing.document.joints:
@@ -149,7 +148,7 @@ def test_an_address_keeps_thousandths(name):
         if place is not None and [one.name for one in drawing.document.joints].count(joint.name) == 1:
             assert abs(complex(*place) - complex(joint.x, joint.y)) <= 0.00071
     if name == LOCKED:
-        assert any("lock" in sentence for sentence in pose.left_out)
+        assert any("lock" in sentence for sentence in drawing.drawn.left_out)
         return
     same_motion(m, back, drawing.factor, 2e-3 * size)
 
