@@ -235,6 +235,7 @@ def test_a_start_is_computed_once(own_cache, monkeypatch):
     assert np.array_equal(first.H, again.H)
 
 
+@pytest.mark.few(3)
 @pytest.mark.parametrize("damage", [b"", b"not a file of arrays", "roots lost", "other numbers", "no number"])
 def test_a_damaged_start_is_computed_again(own_cache, monkeypatch, damage):
     first = start_cache.known_start(RRR, 0)

@@ -477,7 +477,7 @@ PROVED += ["scissor_lift", "scotch_yoke", "slider_crank", "stephenson_1", "steph
 PROVED += ["ten_bar", "watt_1", "whitworth"]
 
 
-@pytest.mark.few(3)
+@pytest.mark.few(1)
 @pytest.mark.parametrize("name", PROVED)
 def test_lists_of_whole_mechanisms_agree_with_random_starts(name):
     """Gauss-Newton in absolute coordinates from 300 starts finds each of these lists completely."""

@@ -30,6 +30,7 @@ def same(one, other):
     np.testing.assert_allclose(one.z, other.z, atol=1e-9)
 
 
+@pytest.mark.few(8)
 @pytest.mark.parametrize("name", NAMES)
 def test_the_order_does_not_depend_on_the_initial_coordinates(name):
     mechanism = load(MODELS / f"{name}.yaml")

@@ -116,7 +116,7 @@ def test_all_grashof_change_point_linkages_have_change_points(tmp_path: Path) ->
     run_whole_lengths(tmp_path, 256)
 
 
-@pytest.mark.few(3)
+@pytest.mark.few(2)
 @pytest.mark.parametrize("excess", [1e-3, 1e-6, 1e-9, 1e-11, 1e-12, 3e-13])
 def test_the_branch_is_kept_near_a_change_point(tmp_path: Path, excess: float) -> None:
     """1-3-2-(4 - e): stretched coupler and follower are e longer than needed, so B always stays on one side.
@@ -159,7 +159,7 @@ def test_the_branch_is_kept_near_two_change_points_together(tmp_path: Path, exce
     assert (sides > 0.0).all() or (sides < 0.0).all() or not excess
 
 
-@pytest.mark.few(4)
+@pytest.mark.few(2)
 @pytest.mark.parametrize("excess", [1e-3, 1e-6, 1e-9, 1e-12])
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_a_near_parallelogram_stays_on_its_circuit(tmp_path: Path, excess: float, sign: float) -> None:

@@ -19,6 +19,7 @@ RANGE = "10.412 to 398.469 deg"
 """Range of the motor of this assembly, wider than a turn: its closed curve has two limits and makes no turn."""
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("command", ["trace", "check", "singularities", "circuits"])
 def test_a_range_between_limits_wider_than_a_turn(
     command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -134,6 +135,7 @@ def check_random(kind: str, count: int, seed: int, folder: Path) -> None:
     assert named > count // 5
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("kind", MECHANISMS)
 def test_ranges_of_random_mechanisms(kind: str, tmp_path: Path) -> None:
     check_random(kind, 6, 1, tmp_path)

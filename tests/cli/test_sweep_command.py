@@ -83,7 +83,7 @@ def test_types_of_random_lengths(model, tmp_path):
 
     The input turns fully in 1/4 of all. The tolerance is four standard deviations of the shares.
     """
-    count, lengths = 20_000, [f"--vary={name}=uniform(0,6)" for name in ("G.x", "crank", "coupler", "rocker")]
+    count, lengths = 4_000, [f"--vary={name}=uniform(0,6)" for name in ("G.x", "crank", "coupler", "rocker")]
     options = ("--samples", count, "--steps", 24, "--keep", "type", "-o", tmp_path / "a.csv", "--json")
     done = gim("sweep", model, *lengths, *options).json
     types = Counter(row["type"] for row in rows_of(tmp_path / "a.csv"))

@@ -182,6 +182,7 @@ def test_iterations_of_table_1(case):
     assert found.iterations[0] in case.iterations
 
 
+@pytest.mark.few(6)
 @pytest.mark.parametrize("name", COORDINATES)
 @pytest.mark.parametrize("model_name", ["gim_fig13c", "whitworth", "platform_3rpr", "dixon_k33"])
 def test_convergence_is_quadratic(name, model_name):
@@ -221,6 +222,7 @@ def tables(system, name, q, values, z):
     return f, j
 
 
+@pytest.mark.few
 @pytest.mark.parametrize("name", COORDINATES)
 def test_jacobian_agrees_with_central_differences(name, model):
     mechanism = load(model)

@@ -313,6 +313,7 @@ class Priced:
         )  # fmt: skip
 
 
+@pytest.mark.few(3)
 @pytest.mark.parametrize("lie", [exact, noisy, jumping, stalling, standing])
 def test_the_advice_is_the_same_whatever_the_clock_shows(lie):
     """`auto` needs the least time of a dyadic mechanism; without a time it is recommended too, and the text says so."""

@@ -115,6 +115,7 @@ def test_a_singular_position_has_no_true_position(trace_model):
     assert np.isnan(truth.errors(motion.z)[flat]).all()
 
 
+@pytest.mark.few
 def test_jacobian_of_the_constraints_is_exact(model):
     """For equations of second degree, a difference equals the mean of the two Jacobians times the change."""
     mechanism = load(model)

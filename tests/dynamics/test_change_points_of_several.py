@@ -95,7 +95,7 @@ FALLS = (
 )
 
 
-@pytest.mark.few(7)
+@pytest.mark.few(4)
 @pytest.mark.parametrize("rtol", ERRORS)
 @pytest.mark.parametrize("start", FALLS)
 def test_a_parallelogram_on_a_slider_remains_a_parallelogram(start, rtol, tmp_path):

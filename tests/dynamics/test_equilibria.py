@@ -191,6 +191,7 @@ BISTABLE = [
 ]  # fmt: skip
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize(("shift", "turn", "size"), [(0, 0, 1), (30, 1.0, 1), (0, -2.5, 100), (-5, 0.3, 0.01)])
 def test_a_bistable_four_bar(shift, turn, size):
     found = equilibrium(load(bistable(shift, turn, size)))
@@ -255,6 +256,7 @@ def test_a_slider_crank_has_four_equilibria():
     assert found.complete
 
 
+@pytest.mark.few(3)
 @pytest.mark.parametrize("kind", ["torque", "effort", "follower", "table", "follower table"])
 def test_a_constant_torque_on_a_bar_has_two_equilibria_one_or_none(kind, tmp_path):
     """T = m g r cos q, with the torque as a load, a driving effort, and forces that have no potential."""
@@ -530,6 +532,7 @@ def test_each_equilibrium_is_one_of_the_linearised_equations(name):
         assert there.stiffness[0, 0] == pytest.approx(one.stiffness[0, 0], rel=1e-9)
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("name", ["watt_1", "watt_durango", "suspension", "swing"])
 def test_the_holding_effort_is_that_of_the_inverse_dynamics_of_a_slow_motion(name):
     mechanism = load(MODELS / f"{name}.yaml").with_({"duration": 1e7})
@@ -543,6 +546,7 @@ def _starts(mechanism):
         yield actuator, float(mechanism.value_to_file(k, mechanism.start_inputs[k : k + 1])[0])
 
 
+@pytest.mark.few(3)
 @pytest.mark.parametrize("name", ["snap_hinge", "suspension", "toggle_clamp", "garage_door", "watt_1"])
 def test_stable_and_unstable_alternate_on_a_closed_circuit(name):
     found = equilibrium(load(MODELS / f"{name}.yaml"))

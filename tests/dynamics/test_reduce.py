@@ -116,7 +116,7 @@ springs: {spring: {nodes: [O, P], stiffness: 50, free: 300}}
     assert np.abs(found.columns["dtau_dq"] + 50.0).max() < 1e-12
 
 
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 @pytest.mark.parametrize("stem", ["whitworth", "klann", "crank_shaper", "watt_2", "double_butterfly"])
 def test_slopes_agree_with_differences_of_the_values(stem):
     """Differences of fourth order, for models with every kind of pair, a load and a spring."""
@@ -351,6 +351,7 @@ def test_a_table_over_time_is_evaluated_at_the_times_of_the_law(tmp_path):
     assert flywheel(found, 30.0, 0.1).torque == pytest.approx(-work / (2.0 * math.pi), abs=1e-5)
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize(("end", "steps", "singular"), [(170, 24, 0), (370, 360, 2)])
 def test_other_redundant_equations_are_chosen_where_they_lose_rank(end, steps, singular, tmp_path):
     """Three parallel cranks of 1 m carry a bar: J = m/4 + m/4 + M, tau = -g cos q (m/2 + m/2 + M)."""

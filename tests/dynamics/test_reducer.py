@@ -72,6 +72,7 @@ def test_results_do_not_depend_on_the_independent_variables(stem):
     assert np.abs(reducer.out.energy - energy).max() < 1e-10 * np.abs(energy).max()
 
 
+@pytest.mark.few(3)
 @pytest.mark.parametrize("stem", ["watt_durango", "crank_rocker", "whitworth", "slider_crank", "jansen", "klann"])
 def test_a_full_turn_in_large_steps_returns_to_the_start(stem):
     """For every step size no dyad changes its configuration."""

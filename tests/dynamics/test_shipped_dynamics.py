@@ -163,6 +163,7 @@ def moved(machine, u):
     return (ends[0] + span * s[0]) * machine.file, span * s[1] * si / seconds, span * s[2] * si / seconds**2
 
 
+@pytest.mark.few(6)
 @pytest.mark.parametrize("name", PLACES)
 def test_the_effort_is_that_of_lagranges_equation(name):
     """Virtual work of all masses, loads, springs, dampers and friction; every eleventh row of the motion."""

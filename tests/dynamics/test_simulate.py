@@ -408,6 +408,7 @@ def span_of(mechanism):
     return math.sqrt(0.4 * mechanism.size * mechanism.scale / 9.81)
 
 
+@pytest.mark.few
 @pytest.mark.parametrize("stem", FREE)
 def test_a_free_motion_needs_no_effort_and_keeps_its_energy(stem):
     """Inverse dynamics of the simulated motion: independent positions, efforts 0, powers in balance."""

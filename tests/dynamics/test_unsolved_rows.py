@@ -23,6 +23,7 @@ def test_no_warning(command, tmp_path):
     assert "Warning" not in gim(command, tmp_path / "m.yaml", "-o", tmp_path / "m.xlsx").error  # warnings are errors
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("name", ["excavator", "garage_door", "lift_table", "suspension", "toggle_clamp"])
 def test_no_warning_of_shipped_models(name):
     """Laws of three times the length end beyond a limit."""

@@ -5,7 +5,7 @@ import runpy
 import pytest
 from bundled import ROOT
 
-LONG = ("table1_operations",)
+LONG = ("nine_points", "table1_operations")
 EXAMPLES = [
     pytest.param(path, id=path.stem, marks=[pytest.mark.soak] if path.stem in LONG else [])
     for path in sorted((ROOT / "examples").glob("*.py"))

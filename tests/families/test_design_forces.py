@@ -44,6 +44,7 @@ def names_of(m):
     return [c.name for c in table.columns if c.values.dtype.kind == "f" and c.name not in known]
 
 
+@pytest.mark.few(12)
 @pytest.mark.parametrize("name", TOGETHER + SINGLY)
 def test_forces_of_designs_are_those_of_each_changed_model(name):
     m, (*chosen, _) = designs(name, 1)
@@ -67,6 +68,7 @@ def test_friction_acts_along_the_guide_of_each_design():
         assert own == pytest.approx(alone, rel=1e-10)
 
 
+@pytest.mark.few
 @pytest.mark.parametrize("name", TOGETHER)
 def test_power_of_all_forces_of_designs_is_the_rate_of_the_kinetic_energy(name):
     m, chosen = designs(name, 2)
@@ -188,13 +190,14 @@ def compare(m, chosen, names, limit=1e-7):
 
 
 @pytest.mark.parametrize("name", TOGETHER)
-@pytest.mark.few("engine", "balanced_lamp", "pump_jack", "pick_and_place")
+@pytest.mark.few("engine", "pump_jack")
 def test_derivatives_of_forces_are_those_of_differences(name):
     m, chosen = designs(name, 3)
     names = [text for text in names_of(m) if not text.endswith(".error")]
     assert compare(m, list(chosen[0])[:5], names)
 
 
+@pytest.mark.few(3)
 @pytest.mark.parametrize(("kind", "drive", "seed"), [
     ("rrr", "crank", 8), ("rrp", "distance", 6), ("rpr", "travel", 3), ("prp", "crank", 2), ("triad", "crank", 4),
     ("true_pair", "distance", 1), ("nary", "elsewhere", 3),

@@ -159,7 +159,7 @@ CASES = [
 ]
 
 
-@pytest.mark.few(16)
+@pytest.mark.few(8)
 @pytest.mark.parametrize("steps", [1, 5, 18, 43, 71, 72])
 @pytest.mark.parametrize("name", CASES)
 def test_each_design_as_its_own_trace(name: str, steps: int) -> None:
@@ -200,6 +200,7 @@ def test_ten_thousand_jansen_designs_as_their_own_traces() -> None:
         assert np.nanmax(np.abs(motion.z - found.z[d]), initial=0.0) < 1e-10, design
 
 
+@pytest.mark.few
 @pytest.mark.parametrize("name", sorted(path.stem for path in MODELS.glob("*.yaml")))
 def test_the_numbers_of_the_plan_are_those_of_the_changed_model(name: str) -> None:
     m = _model(name)

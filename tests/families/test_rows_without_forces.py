@@ -96,7 +96,7 @@ def test_conditions_goals_and_optimisers_do_not_choose_such_a_design(press):
 
 def test_a_fit_varies_friction_up_to_a_greatest_torque(press):
     """The torque at 270 degrees is 100 N m / (1 - mu / sqrt(8)); that of 360 rows is less than 0.1 % above it."""
-    found = gimcli.fit(press, {"mu": (0.5, 2.8)}, goal="-mu", where="max(motor.effort) < 1000", starts=40)
+    found = gimcli.fit(press, {"mu": (0.5, 2.8)}, goal="-mu", where="max(motor.effort) < 1000", starts=10)
     fine = np.linspace(182.0, 358.0, 361)
     low, high = 0.0, LEAST - 1e-9
     for _ in range(60):
@@ -116,7 +116,7 @@ actuators: {motor: {pivot: O, arm: A, law: {from: 0, to: 90}}}
 masses: {A: {mass: 1}, B: {mass: 1.5}}
 gravity: [0, -9.81]
 """)
-    found = gimcli.fit(lever, {"B.mass": (1, 5)}, goal="max(|motor.effort|)", starts=20)
+    found = gimcli.fit(lever, {"B.mass": (1, 5)}, goal="max(|motor.effort|)", starts=8)
     assert found.dimensions["B.mass"] == pytest.approx(3.0, abs=1e-4)
     notes = []
     gimcli.sweep(lever, {"B.mass": [1, 3]}, steps=4, keep="max(motor.effort)", notify=notes.append)

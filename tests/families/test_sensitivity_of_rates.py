@@ -31,6 +31,7 @@ def differences(m, texts, name, value, inputs):
     return (4.0 * narrow - wide) / 3.0
 
 
+@pytest.mark.few(4)
 @pytest.mark.parametrize("name", CASES)
 def test_derivatives_of_rates_are_those_of_differences(name):
     m = gimcli.load(MODELS / f"{name}.yaml")

@@ -50,6 +50,7 @@ def test_a_second_planet_is_redundant():
     assert np.max(abs(t.xy["P"] @ [1, 1j] - 35.0 * np.exp(1j * np.radians(t["motor"]) * 40.0 / 140.0))) < 1e-11
 
 
+@pytest.mark.few(3)
 @pytest.mark.parametrize(("ratio", "turns"), [(2.0, 1), (0.5, 2), (-1.0 / 3.0, 3), (1.4, 5), (np.sqrt(2.0), None)])
 def test_circuits_close_after_the_turns_of_the_ratio(ratio, turns):
     m = gimcli.load(five_bar(ratio, 60.0))

@@ -32,6 +32,7 @@ def folds(ratio, phase, turns, d=3.0, a=(1.0, 1.2), b=(3.5, 3.0)):
 
 
 # After q turns of the first crank the second one, with the ratio p / q, has made p turns: both are as at the start.
+@pytest.mark.few(3)
 @pytest.mark.parametrize(
     ("ratio", "turns"), [(2.0, 1), (0.5, 2), (-1.0, 1), (1.0 / 3.0, 3), (-2.0 / 3.0, 3), (20.0 / 21.0, 21)]
 )

@@ -57,6 +57,7 @@ def test_sensitivity_of_a_sun_gear_to_the_ratio():
     assert np.allclose(found["S.x/mesh.ratio"], -40.0 * np.sin(2.0 * crank - rod) * (crank - rod), atol=1e-8)
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("name", ["b1.length", "crank.length", "mesh.ratio"])
 def test_sensitivities_with_a_gear_inside_a_loop_are_differences_of_motions(name):
     m, of = gimcli.load(driven_apex()), ["A.x", "B.x", "B.vx", "crank.alpha"]

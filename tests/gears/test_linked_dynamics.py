@@ -65,6 +65,7 @@ def energy(found):
     return 0.5 * (0.02 + 0.01 * slope(turn) ** 2) * speed**2
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("integrator", ["rk45", "radau", "lsoda", "rk4"])
 def test_every_integrator_keeps_the_energy(integrator):
     found = gimcli.simulate(gimcli.load(heavy({"start": 30, "speed": 600})), duration=0.2, integrator=integrator)

@@ -137,6 +137,7 @@ def test_after_a_distance_the_criteria_impose_a_distance(path):
 # -- weakly coupled mechanisms ------------------------------------------------------------------------------
 
 
+@pytest.mark.few
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
 def test_rules_one_and_two_alone_give_the_dyadic_decomposition(path):
     """Of every model without a coupled group; the dyads are those of the closed forms, which loci find."""
@@ -199,6 +200,7 @@ class Dyads(Growth):
         self.built[new] = frozenset((list(self.bodies)[-1], list(self.pairs)[-1]))
 
 
+@pytest.mark.few(30)
 @pytest.mark.parametrize("seed", range(60))
 def test_random_dyads_are_found_as_they_were_built(seed):
     kinds = Growth(seed, 0).random.choices(["rrr", "rrp", "rpr"], weights=(2, 1, 1), k=2 + seed % 7)
@@ -262,6 +264,7 @@ def test_an_incomplete_sequence_is_reported_with_its_nodes_and_radius(name, tmp_
             verb(mechanism, method="gim", strategy="classic")
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("name", sorted(DIVERGENT))
 def test_a_sequence_that_does_not_converge_is_reported_with_its_radius(name):
     mechanism = load(MODELS / f"{name}.yaml")

@@ -50,7 +50,7 @@ def pendulum(drawn, law=""):
     )
 
 
-@pytest.mark.few(10)
+@pytest.mark.few(5)
 @pytest.mark.parametrize("error", [0.0, 1e-13, -1e-13, 1e-11, -1e-11])
 @pytest.mark.parametrize(
     ("law", "expected"),

@@ -148,6 +148,7 @@ def test_x03_nearly_stretched(gap, method, tmp_path):
         assert abs(mpc(z["C"]) - apex) <= allowed
 
 
+@pytest.mark.few(6)
 @pytest.mark.parametrize("method", ["auto", "newton", "gim"])
 @pytest.mark.parametrize("gap", [-1e-2, -1e-6, -1e-8, -1e-9])
 def test_x03_out_of_reach(gap, method, tmp_path):
@@ -232,6 +233,7 @@ def test_x06_far_from_the_origin(given):
 # --- X07, X08, X19: sliders ------------------------------------------------------------------------------
 
 
+@pytest.mark.few(8)
 @pytest.mark.parametrize("steps", [60, 59, 7, 1])
 @pytest.mark.parametrize("delta", [1e-3, 1e-6, 1e-9, 1e-12])
 def test_x07_guide_nearly_perpendicular_to_the_rod(delta, steps):
@@ -338,6 +340,7 @@ def test_x09_scissor(n):
     assert abs(m.z[f"L{n}"][0] - 1.6j * n) <= 1.3e-11 * 1.6 * max(n, 10)
 
 
+@pytest.mark.few(4)
 @pytest.mark.parametrize(("n", "ends"), [(2, (12, 166)), (50, (12, 166)), (2, (12, 340)), (50, (12, 340))])
 @pytest.mark.parametrize("steps", [40, 7])
 def test_x09_windows(n, ends, steps):
@@ -502,6 +505,7 @@ def test_x17_angles_that_differ_by_full_turns_are_the_same_position():
 # --- X20: redundant constraints --------------------------------------------------------------------------
 
 
+@pytest.mark.few(12)
 @pytest.mark.parametrize("method", ["auto", "newton"])
 @pytest.mark.parametrize("make", [third_crank, walker])
 @pytest.mark.parametrize("error", [1e-3, -1e-3, 1e-6, -1e-6, 1e-8, 1e-9])

@@ -79,7 +79,7 @@ def table(subjects=tuple(CASES)):
     return rows
 
 
-@pytest.mark.few(24)
+@pytest.mark.few(12)
 @pytest.mark.parametrize(("case", "method"), table())
 def test_rows_are_accurate_or_have_a_reason(case, method):
     check(case, method)
@@ -182,6 +182,7 @@ def test_any_start_gives_a_position_or_a_reason(start, method, tmp_path):
     assert far <= SWEPT * TOLERANCE * big.size * big.scale
 
 
+@pytest.mark.few(12)
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("gap", [1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-14, 0.0])
 def test_nearly_stretched(gap, method, tmp_path):

@@ -76,7 +76,7 @@ def changed(lengths):
     return [length * (1 + ROUNDED * (-1) ** k) for k, length in enumerate(lengths)]
 
 
-@pytest.mark.few(20)
+@pytest.mark.few(8)
 @pytest.mark.parametrize("seed", range(400))
 def test_four_bars_have_the_positions_limits_and_torques_of_the_closed_form(seed):
     lengths, start, side = drawn_at_random(seed)

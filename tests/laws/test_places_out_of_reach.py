@@ -18,6 +18,7 @@ MISTYPED = {
 }
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize(("model", "old", "new"), [(m, *change) for m, found in MISTYPED.items() for change in found])
 def test_a_node_out_of_reach(model, old, new):
     text = shipped.path_of(model).read_text(encoding="utf-8")

@@ -11,7 +11,7 @@ def agree(seed, folder, samples):
     assert Subject(seed, folder, samples).check() == []
 
 
-@pytest.mark.few(6)
+@pytest.mark.few(4)
 @pytest.mark.parametrize("seed", SUITE)
 def test_commands_agree_about_a_random_mechanism(seed, tmp_path):
     agree(seed, tmp_path, 4)

@@ -125,6 +125,7 @@ def hold(first, second, verbs, gravity=False):
                 assert_same_columns(own, alone[k], sizes[k], f"{verb} {name}")
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize(("first", "second"), [("crank_rocker", "scotch_yoke"), ("gim_fig13b", "slider_crank")])
 def test_two_models_in_one_file_are_what_each_is_alone(first, second):
     hold(first, second, {k: verb for k, verb in KINEMATIC.items() if k != "circuits"})

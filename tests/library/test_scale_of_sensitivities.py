@@ -11,6 +11,7 @@ NAMES = [
 ]  # fmt: skip
 
 
+@pytest.mark.few(6)
 @pytest.mark.parametrize("name", NAMES)
 def test_all_lengths_and_strokes_together(name):
     mechanism = gimcli.load(MODELS / f"{name}.yaml")

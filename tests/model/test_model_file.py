@@ -200,6 +200,7 @@ BOMBS = {
 }  # fmt: skip
 
 
+@pytest.mark.few(6)
 @pytest.mark.parametrize("case", BOMBS)
 def test_files_that_would_exhaust_memory_are_rejected_at_once(case, folder):
     text, pattern = BOMBS[case]

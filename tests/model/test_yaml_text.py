@@ -29,7 +29,7 @@ def read(text: str) -> Any:
     return read_yaml(text, Path("text.yaml"))
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(st.dictionaries(NAMES, PARTS, min_size=1, max_size=4))
 @example({name: {name: {name: [name, {name: name}]}} for name in AWKWARD if name})
 def test_reading_back_gives_the_same_data(data: dict[str, Any]) -> None:
@@ -38,7 +38,7 @@ def test_reading_back_gives_the_same_data(data: dict[str, Any]) -> None:
     assert [f for f in source.faults if "control character" not in f.text] == []
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(st.dictionaries(NAMES, PARTS, min_size=1, max_size=4))
 @example({name: {name: [name, {name: name}]} for name in AWKWARD if name})
 def test_yaml_1_1_reads_the_same_data(data: dict[str, Any]) -> None:
@@ -53,7 +53,7 @@ def keyed(value: Any) -> Any:
     return [keyed(part) for part in value] if isinstance(value, list) else value
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(st.floats(allow_nan=False))
 @example(-0.0)
 @example(1e16)

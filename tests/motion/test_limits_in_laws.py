@@ -118,7 +118,7 @@ def beyond(case: Linkage, at: np.ndarray) -> np.ndarray:
     return (at - case.critical) * math.copysign(1.0, case.start - case.critical) < 0.0
 
 
-@pytest.mark.few(20)
+@pytest.mark.few(10)
 @pytest.mark.parametrize("mode", MODES)
 @pytest.mark.parametrize(("case", "course"), crossed(LINKAGES, TOUCHING))
 def test_a_law_that_does_not_exceed_the_critical_input_stays_on_its_arc(
@@ -133,7 +133,7 @@ def test_a_law_that_does_not_exceed_the_critical_input_stays_on_its_arc(
     assert [event["at"]["m"] for event in found] == pytest.approx([case.critical] * len(found), abs=1e-9)
 
 
-@pytest.mark.few(12)
+@pytest.mark.few(6)
 @pytest.mark.parametrize(("case", "course"), crossed(LIMITS, BEYOND))
 def test_rows_beyond_a_limit_are_empty_and_the_others_on_the_same_arc(
     case: Linkage, course: Course, tmp_path: Path
@@ -176,7 +176,7 @@ def test_the_input_is_mirrored_at_a_limit_and_the_other_arc_follows(
     assert motion.good.all()
 
 
-@pytest.mark.few(24)
+@pytest.mark.few(12)
 @pytest.mark.parametrize("mode", MODES)
 @pytest.mark.parametrize(("case", "course"), crossed(CHANGES, BEYOND))
 def test_a_change_point_is_passed_smoothly(case: Linkage, course: Course, mode: str, tmp_path: Path) -> None:
@@ -205,7 +205,7 @@ def test_a_branch_on_which_the_input_is_stationary_is_an_error(case: Linkage, tm
         trace(load(path), STEPS, branch=2)
 
 
-@pytest.mark.few(3)
+@pytest.mark.few(2)
 @pytest.mark.parametrize("case", [pytest.param(case, id=case.name) for case in LINKAGES])
 def test_singularities_circuits_and_trace_describe_it_alike(case: Linkage, tmp_path: Path) -> None:
     """The critical input, its kind and the interval of the input, by all three commands and by the closed form."""

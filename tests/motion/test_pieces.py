@@ -37,7 +37,7 @@ def test_compiled_and_interpreted_rows_are_identical(path, method):
     assert_equal(plain, trace(mechanism, STEPS, Options(jit="on", method=method)))
 
 
-@pytest.mark.few(12)
+@pytest.mark.few(6)
 @pytest.mark.parametrize("seed", range(200, 240))
 def test_compiled_and_interpreted_rows_of_random_mechanisms_are_identical(seed, tmp_path):
     path = tmp_path / "model.yaml"
@@ -50,6 +50,7 @@ def test_compiled_and_interpreted_rows_of_random_mechanisms_are_identical(seed, 
     assert_equal(plain, trace(mechanism, STEPS, Options(jit="on")))
 
 
+@pytest.mark.few(15)
 @pytest.mark.parametrize("name", ["crank_rocker", "stephenson_3_far", "parallelogram", "excavator", "gim_fig13b"])
 @pytest.mark.parametrize("jit", ["on", "off"])
 @pytest.mark.parametrize(("steps", "rows"), [(1024, 256), (600, 128), (24, 7)])

@@ -35,7 +35,7 @@ def room(angle: float, lengths: tuple[float, ...]) -> float:
     return abs(corner - meet(crank, k, pivot, c)) - abs(f - g)
 
 
-@pytest.mark.few(6)
+@pytest.mark.few(3)
 @pytest.mark.parametrize("lengths", LEGS)
 @pytest.mark.parametrize("steps", [30, 72, 90, 180, 360, 1000])
 def test_a_motion_ends_at_a_gap_between_two_rows(lengths: tuple[float, ...], steps: int) -> None:

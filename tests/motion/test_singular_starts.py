@@ -109,6 +109,7 @@ def on(case: Linkage, motion: Motion, place: object) -> bool:
     return bool(motion.good.all() and all(abs(a - place(float(v))) < 1e-9 for a, v in zip(found, inputs, strict=True)))
 
 
+@pytest.mark.few(9)
 @pytest.mark.parametrize("profile", ["uniform", "cycloidal"])
 @pytest.mark.parametrize("case", [pytest.param(case, id=case.name) for case in LINKAGES])
 def test_a_linkage_drawn_in_its_singular_position(case: Linkage, profile: str, tmp_path: Path) -> None:

@@ -29,6 +29,7 @@ def traced(law: str, steps: int, **options):
     return found, found.xy["B"] @ [1.0, 1.0j]
 
 
+@pytest.mark.few(40)
 @pytest.mark.parametrize("method", ["auto", "newton", "gim"])
 @pytest.mark.parametrize("steps", [1, 36, 720])
 @pytest.mark.parametrize(

@@ -155,6 +155,7 @@ def test_a_pole_of_one_curve_hides_no_peak_of_another():
     assert value_window([1.0 / DISTANCE, peak], [np.array([200.0])] * 2)[1] >= peak.max()
 
 
+@pytest.mark.few(5)
 @pytest.mark.parametrize("span", [0.11, 1.0, 7.9, 11.0, 27.0, 95.0, 359.0])
 @pytest.mark.parametrize("unit", ["deg", "N"])
 def test_an_axis_has_three_ticks_and_zero(span, unit):

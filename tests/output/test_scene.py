@@ -21,6 +21,7 @@ def strut():
     return Scene(mechanism, np.array([motion.xy[n] @ [1, 1j] for n in mechanism.nodes]).T)
 
 
+@pytest.mark.few
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
 def test_points_of_members_are_at_their_nodes(path):
     mechanism = gimcli.load(path)

@@ -80,6 +80,7 @@ def test_both_members_have_the_same_velocity_at_their_centre(model):
         assert np.max(np.abs(one - other), initial=0.0) < 1e-9 * fastest
 
 
+@pytest.mark.few
 def test_the_three_centres_of_any_three_members_are_on_a_line(model):
     """Kennedy's theorem. Source: Norton, Design of Machinery, section 6.3."""
     mechanism = load(model)

@@ -155,6 +155,7 @@ def test_elsewhere_a_result_names_the_place_that_has_it(found, circuit, text, pl
 
 
 @asked("of", "yes")
+@pytest.mark.few(15)
 def test_derivatives_are_those_of_differences(hatch, traced, text):
     """By a mass, a stiffness and a place; differences of changed files, of the second order."""
     result = gimcli.sensitivity(hatch, of=text, by=list(CHANGES), steps=STEPS, samples=0)

@@ -183,6 +183,7 @@ def pin(angle, near, gap):
         return [*parts, (one.conjugate() * other).imag / abs(one * other)]
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("run", [plain, jit.compiled])
 @pytest.mark.parametrize("stages", [3, 100])
 def test_chains_agree_with_their_closed_forms(stages, run):

@@ -61,7 +61,7 @@ def test_a_redundant_link_keeps_its_length_along_every_path() -> None:
     assert np.allclose(np.abs(z[f] - z[e]) * mechanism.scale, 1.0, atol=1e-12)
 
 
-@pytest.mark.few(3)
+@pytest.mark.few(1)
 @pytest.mark.parametrize(
     "stem",
     ["parallelogram_third_crank", "scotch_yoke", "slider_crank", "plantigrade", "hart_a_frame", "whitworth", "watt_1"],

@@ -152,6 +152,7 @@ def test_the_three_coordinates_have_the_same_apparent_mobility(model):
         assert len(found.dependent) == len(found.rows) - found.rank
 
 
+@pytest.mark.few
 def test_every_alternative_can_take_the_place_of_a_dependent_equation(model):
     """Without it, and with the dependent equation instead, the rank is the same; without any other one it is less."""
     found = jacobian_matrix(gimcli.load(model), "natural")

@@ -59,6 +59,7 @@ def test_two_rams_that_meet_in_a_pin_need_no_link(tmp_path):
     assert np.max(np.abs(p - (x + 1j * np.sqrt(left**2 - x**2)))) < 1e-14
 
 
+@pytest.mark.few(4)
 @pytest.mark.parametrize("command", COMMANDS)
 def test_every_command_accepts_two_rams_that_meet_in_a_pin(tmp_path, command):
     folder = tmp_path if command in ("workspace", "trace") else None

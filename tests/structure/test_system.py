@@ -18,6 +18,7 @@ from gimcli.mechanism import FloatArray
 from gimcli.structure.system import System
 
 
+@pytest.mark.few
 @pytest.mark.parametrize("path", FILES, ids=lambda p: p.stem)
 def test_values_and_derivatives_are_those_of_the_constraints(path: Path) -> None:
     """The quadratic form against `Constraints`, at positions far from assembled ones."""
@@ -88,6 +89,7 @@ def test_the_orientation_changes_at_a_crossing() -> None:
     assert all(np.hypot(*p) < 0.06 for p in turned)
 
 
+@pytest.mark.few
 @pytest.mark.parametrize("path", FILES, ids=lambda p: p.stem)
 def test_linear_equations_are_split_from_the_others(path: Path) -> None:
     system, rng = System(load(path)), np.random.default_rng(6)
