@@ -113,7 +113,7 @@ def sliding_forces(
         right = right_side(statics, loads)
         found, weakest = solved(statics, course.nodes[0], right, run)
         rows = _Rows(statics, course, found, right_side(statics, held) - right, unit)
-        unknowns, dry = rows.solved(right, loads.rotors)
+        unknowns, dry = rows.solved(right, {k: rotor.effort for k, rotor in loads.rotors.items()})
     rub(loads, rows.pairs, rows.senses.T * rows.moving.friction(unknowns.T).T, dry.powers)
     return loads, unknowns, weakest, dry
 

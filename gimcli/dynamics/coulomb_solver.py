@@ -93,7 +93,8 @@ def solve_friction(system: FrictionSystem, senses: FloatArray) -> tuple[FloatArr
     They are the least and the greatest over the solutions that were found (rows, unknowns), NaN without a solution;
     and the FrictionStatus (rows,).
     """
-    reduced = _Reduced.of(system, senses)
+    gain = np.einsum("gjn,rnk->rgjk", system.forms, system.reach) * senses[:, None, None, :]
+    reduced = _Reduced(np.einsum("gjn,rn->rgj", system.forms, system.known), gain)
     good = np.all(np.isfinite(system.known), axis=1) & np.all(np.isfinite(system.reach), axis=(1, 2))
     weights = _contraction_weights(reduced.gains, good)
     proved = np.all(weights > 0.0, axis=1)
@@ -120,13 +121,6 @@ class _Reduced:
 
     base: ComplexArray  # (rows, FORMS, pairs)
     gain: ComplexArray  # (rows, FORMS, pairs, pairs), with the directions of sliding
-
-    @classmethod
-    def of(cls, system: FrictionSystem, senses: FloatArray) -> _Reduced:
-        """Return the equations for directions of sliding (rows, pairs)."""
-        base = np.einsum("gjn,rn->rgj", system.forms, system.known)
-        gain = np.einsum("gjn,rnk->rgjk", system.forms, system.reach)
-        return cls(base, gain * senses[:, None, None, :])
 
     @property
     def gains(self) -> FloatArray:

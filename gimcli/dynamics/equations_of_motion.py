@@ -51,15 +51,11 @@ class Equations:
         self.reducer.continues = True
         ratios = [ratio for coupling in mechanism.couplings for _, ratio in (*coupling.terms, *coupling.reads)]
         self.fastest = float(np.max(np.abs(ratios), initial=1.0))  # of the inputs that follow others
-        self.friction = self._regularised(slip)
+        self.friction: RegularisedFriction | None = None  # with its slip speed; None without dry friction
+        if any(friction.mu > 0.0 for friction in mechanism.dynamics.frictions):
+            from gimcli.dynamics.regularised_friction import RegularisedFriction
 
-    def _regularised(self, slip: float) -> RegularisedFriction | None:
-        """Return the dry friction with its slip speed; None without dry friction."""
-        if not any(friction.mu > 0.0 for friction in self.mechanism.dynamics.frictions):
-            return None
-        from gimcli.dynamics.regularised_friction import RegularisedFriction
-
-        return RegularisedFriction(self.reducer, slip)
+            self.friction = RegularisedFriction(self.reducer, slip)
 
     # -- motion -------------------------------------------------------------------------------------
 
@@ -214,7 +210,7 @@ class StickEvents:
 
     def _standing(self) -> NDArray[np.bool_]:
         """Return which contacts stand in the last state."""
-        return np.asarray(np.abs(self.friction.speeds) < SIMULATION.standing * self.friction.slip)
+        return np.asarray(np.abs(self.friction.loop.speed) < SIMULATION.standing * self.friction.slip)
 
     def begin(self, time: float) -> None:
         """Take the initial state, to which the reducer was moved."""

@@ -22,7 +22,7 @@ from gimcli.mechanism import BoolArray, ComplexArray, FloatArray, Mechanism
 from gimcli.motion.motion import Motion
 from gimcli.numerics.along import search_together
 from gimcli.rates.derivatives import law_rates
-from gimcli.table import Table
+from gimcli.table import Column, Table
 
 EQUAL = 1e-9
 """Relative difference of values that are equal: the first row is taken."""
@@ -147,15 +147,7 @@ BOUNDS = (".least", ".greatest")
 CLOSED, SAME = 1e-9, 1e-6
 """Difference of the last position and its rates from the first ones, and of the forces, of a motion that repeats."""
 
-AMOUNTS_AT = Callable[[FloatArray], "dict[str, ForceAmount]"]
-
-
-@dataclass(frozen=True)
-class ForceAmount:
-    """A column of a force or moment; the components of a pin force are replaced by its magnitude."""
-
-    unit: str
-    values: FloatArray  # (rows,), NaN where it is not determined or not bounded
+AMOUNTS_AT = Callable[[FloatArray], dict[str, Column]]
 
 
 @dataclass(frozen=True)
@@ -295,14 +287,14 @@ class ForceStatistics:
         }
 
 
-def amounts(table: Table, bounded: BoolArray) -> dict[str, ForceAmount]:
-    """Return the forces and moments of a table by name; NaN in the rows that are not bounded."""
+def amounts(table: Table, bounded: BoolArray) -> dict[str, Column]:
+    """Return the forces and moments of a table by name, of a pin force the magnitude; NaN in rows not bounded."""
     own = (column for column in table.columns if column.unit in UNITS and not column.name.endswith(BOUNDS))
     found, columns = {}, {column.name: column for column in own}
     for name, column in columns.items():
         if name.endswith(".fx"):
             y = columns[f"{name[:-1]}y"].values
-            found[name[:-3]] = ForceAmount(column.unit, np.where(bounded, np.abs(column.values + 1j * y), np.nan))
+            found[name[:-3]] = Column(name[:-3], np.where(bounded, np.abs(column.values + 1j * y), np.nan), column.unit)
         elif not name.endswith(".fy"):
-            found[name] = ForceAmount(column.unit, np.where(bounded, column.values, np.nan))
+            found[name] = Column(name, np.where(bounded, column.values, np.nan), column.unit)
     return found

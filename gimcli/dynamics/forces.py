@@ -19,7 +19,7 @@ from gimcli.calculus.numbers import RuleNumber
 from gimcli.dynamics.equilibrium_equations import equilibrium, right_side, solved
 from gimcli.dynamics.kinematic_history import Course, Courses, Turns, reading
 from gimcli.dynamics.loading import Loading
-from gimcli.dynamics.physical import effort_shares, input_units, require_action
+from gimcli.dynamics.physical import effort_shares, input_units
 from gimcli.dynamics.statics import Pin, Statics, direction, statics
 from gimcli.kernels.equilibrium import SINGULAR
 from gimcli.mechanism import BoolArray, ComplexArray, FloatArray, Mechanism
@@ -87,8 +87,8 @@ class Forces:
     def _own_effort(self, actuator: int) -> FloatArray:
         """Return the effort that an actuator exerts on the members, and its rotor on it [N m or N] (rows,)."""
         effort = determined(self._solutions[:, self.statics.efforts[actuator]])
-        effort = effort * (self._metre if self.mechanism.actuators[actuator].rotary else 1.0)
-        return effort + self.loads.rotors[actuator] if actuator in self.loads.rotors else effort
+        effort = effort * (self.loads.metre if self.mechanism.actuators[actuator].rotary else 1.0)
+        return effort + self.loads.rotors[actuator].effort if actuator in self.loads.rotors else effort
 
     def unknown(self, number: int) -> FloatArray:
         """Return an unknown [N, or N x length of the normal frame] where it is determined, else NaN (rows,)."""
@@ -120,7 +120,7 @@ class Forces:
         for k in others:
             arm = nodes[slides[k].node] - nodes[slides[first].node]
             turns.append((arm.conjugate() * self.direction(normals[k])).imag * self._solutions[:, normals[k]])
-        return determined(sum(turns)) * self._metre
+        return determined(sum(turns)) * self.loads.metre
 
     @property
     def shaking_force(self) -> ComplexArray:
@@ -130,7 +130,7 @@ class Forces:
     @property
     def shaking_moment(self) -> FloatArray:
         """The moment [N m] on the frame (rows,) about the first ground node."""
-        return self.only(self.loads.support_moment * self._metre)
+        return self.only(self.loads.support_moment * self.loads.metre)
 
     def only(self, values: Any) -> NDArray[Any]:
         """Return values (rows,), NaN in rows without determined forces."""
@@ -152,10 +152,6 @@ class Forces:
         """Power of all forces minus the rate of the kinetic energy [W] (rows,): 0 except for rounding."""
         found: FloatArray = self.drive_power + sum(self.loads.power.values()) - self.loads.kinetic_rate
         return found
-
-    @property
-    def _metre(self) -> float:
-        return require_action(self.mechanism)
 
     @cached_property
     def _solutions(self) -> Any:

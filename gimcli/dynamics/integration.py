@@ -330,7 +330,7 @@ class Integration:
         jet = np.array([reducer.at.v, reducer.room.velocity, reducer.acceleration])
         self.rows.append((jet, np.append(out.energy[[KINETIC, POTENTIAL]], y[-2:]), out.q[len(self.free) :].copy()))
         if self.equations.friction is not None:
-            self.friction.append(self.equations.friction.forces.copy())
+            self.friction.append(self.equations.friction.loop.f.copy())
         self.contradiction = max(self.contradiction, reducer.error(reducer.at.v))
         return True
 

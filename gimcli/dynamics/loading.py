@@ -32,20 +32,7 @@ POWERS = ("load", "gravity", "spring", "damping")
 quiet = np.errstate(all="ignore")
 
 
-class Working:
-    """A force or torque, and the rate of the place, angle or reading on which it acts."""
-
-    kind: str  # of POWERS
-    work: Any  # (rows,) J per unit of the place, angle or reading; complex for a place
-    rate: Any  # (rows,) 1/s
-
-    @property
-    def power(self) -> Any:
-        """Its power [W] (rows,), of a mass that of the weight."""
-        return (self.rate.conjugate() * self.work).real
-
-
-class LoadedPart(Working):
+class LoadedPart:
     """A mass or a load on a moving member, or on the pin of a node: the force at its point and the couple.
 
     Of a mass these are the weight less the inertia force, and less the inertia couple.
@@ -139,7 +126,7 @@ class LoadPart(LoadedPart):
 
 
 @dataclass(frozen=True)
-class KnownEffort(Working):
+class KnownEffort:
     """The effort of a spring, a damper or viscous friction, in the place of an unknown of the equations."""
 
     kind: str  # of POWERS
@@ -266,22 +253,23 @@ class Loading:
     @quiet
     def power(self) -> dict[str, Any]:
         """The power (rows,) [W] of every kind in POWERS."""
-        acting: list[Working] = [*self.parts, *self.efforts]
-        return {kind: self._total(own.power for own in acting if own.kind == kind) for kind in POWERS}
+        acting: list[Any] = [*self.parts, *self.efforts]
+        return {
+            kind: self._total((own.rate.conjugate() * own.work).real for own in acting if own.kind == kind)
+            for kind in POWERS
+        }
 
     @cached_property
     @quiet
     def kinetic(self) -> Any:
         """The kinetic energy (rows,) [J]."""
-        return self._total([*(one.kinetic for one in self.masses), *(one.kinetic for one in self._turning_rotors)])
+        return self._total(one.kinetic for one in (*self.masses, *self.rotors.values()))
 
     @cached_property
     @quiet
     def kinetic_rate(self) -> Any:
         """The rate of the kinetic energy, from the accelerations (rows,) [W]."""
-        return self._total(
-            [*(one.kinetic_rate for one in self.masses), *(one.kinetic_rate for one in self._turning_rotors)]
-        )
+        return self._total(one.kinetic_rate for one in (*self.masses, *self.rotors.values()))
 
     @cached_property
     @quiet
@@ -295,23 +283,19 @@ class Loading:
         return sum(numbers, 0.0 * self.course.time)
 
     @cached_property
-    def rotors(self) -> dict[int, Any]:
-        """The effort that the rotor of each actuator needs (rows,) [N m or N], which the members do not bear."""
-        return {rotor.actuator: rotor.effort for rotor in self._turning_rotors}
-
-    @cached_property
     @quiet
-    def _turning_rotors(self) -> list[TurningRotor]:
-        return [TurningRotor(self, rotor) for rotor in self.dynamics.rotors]
+    def rotors(self) -> dict[int, Any]:
+        """The rotors (`TurningRotor`) by the numbers of their actuators."""
+        return {rotor.actuator: TurningRotor(self, rotor) for rotor in self.dynamics.rotors}
 
 
 class TurningRotor:
-    """The rotor of the motor of an actuator."""
+    """The rotor of the motor of an actuator; its effort (rows,) [N m or N] is one that the members do not bear."""
 
     def __init__(self, loading: Loading, rotor: RotorInertia) -> None:
         actuator = loading.mechanism.actuators[rotor.actuator]
         _, rate, half = measured(loading.mechanism, actuator, loading.course.series).c
-        self.actuator, torque = rotor.actuator, rotor.reflected * 2.0 * half
+        torque = rotor.reflected * 2.0 * half
         self.effort = torque if actuator.rotary else torque / loading.metre
         self.kinetic = 0.5 * rotor.reflected * rate**2
         self.kinetic_rate = torque * rate

@@ -175,16 +175,6 @@ class RegularisedFriction:
         """The names of the contacts: of a node, or a sliding pair."""
         return [pair.friction.name for pair in self.balance.pairs]
 
-    @property
-    def forces(self) -> FloatArray:
-        """Friction of the last state (contacts,): N x length of the normal frame in pins, N in guides."""
-        return self.loop.f
-
-    @property
-    def speeds(self) -> FloatArray:
-        """Sliding speeds of the last state (contacts,): rad/s in pins, lengths of the normal frame per s in guides."""
-        return self.loop.speed
-
     def __call__(self, given: FloatArray) -> bool:
         """Add the friction to the state of the reducer's last move; return whether the friction is determined.
 

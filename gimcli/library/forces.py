@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from gimcli import output
 from gimcli.dynamics.force_motion import ForceMotion, force_table
-from gimcli.dynamics.force_statistics import Extremum, ForceAmount, ForceStatistics, ForceSummary, Statistic, amounts
+from gimcli.dynamics.force_statistics import Extremum, ForceStatistics, ForceSummary, Statistic, amounts
 from gimcli.dynamics.physical import require_action
 from gimcli.graphs.extras import Extras, texts
 from gimcli.graphs.plots import PlannedGraph, drawn, usual_graphs, varying, with_marks
@@ -32,7 +32,7 @@ from gimcli.quantities.state import MotionState, State
 from gimcli.rates.member_angles import LawAngles
 from gimcli.rounding import greatest, input_value, number
 from gimcli.structure.drive_check import require_consistent
-from gimcli.table import Table, labelled
+from gimcli.table import Column, Table, labelled
 
 if TYPE_CHECKING:
     from gimcli.dynamics.force_motion import BearingLoad, Work
@@ -197,7 +197,7 @@ class ForcesResult(RowsResult):
         """Mean load [N] and speed [rev/min] of every pin, by the name of its reaction."""
         return self._summary.bearings
 
-    def _amounts_at(self, times: FloatArray) -> dict[str, ForceAmount]:
+    def _amounts_at(self, times: FloatArray) -> dict[str, Column]:
         """Return efforts and reactions at increasing normalised times."""
         mechanism, wanted = self.mechanism, times
         if any(mechanism.gauges[spring.gauge].rotary for spring in mechanism.dynamics.springs):
@@ -208,7 +208,7 @@ class ForcesResult(RowsResult):
         forces = ForceMotion(mechanism, len(apart), "off").take(piece)
         found = amounts(force_table(piece, forces), forces.bounded)
         rows = np.searchsorted(apart, times + CLOSE) - 1
-        return {name: ForceAmount(amount.unit, amount.values[rows]) for name, amount in found.items()}
+        return {name: replace(amount, values=amount.values[rows]) for name, amount in found.items()}
 
     def _inputs_at(self, times: FloatArray) -> FloatArray:
         """Return the inputs (actuators, times) at normalised times, in the file's units."""
