@@ -15,9 +15,10 @@ import numpy as np
 
 from gimcli import load
 from gimcli.dynamic_data import Inertia
-from gimcli.dynamics.forces import Forces, motion_forces
+from gimcli.dynamics.forces import Forces
 from gimcli.mechanism import Dynamics, Mechanism
 from gimcli.motion.motion import trace
+from gimcli.quantities.state import MotionState
 
 MODEL = Path(__file__).parents[1] / "models" / "crank_rocker.yaml"
 G = 9.81
@@ -28,7 +29,7 @@ def forces(mechanism: Mechanism, centres: tuple[complex, complex, complex]) -> F
     numbers = [[m.name for m in mechanism.members].index(name) for name in ("crank", "coupler", "rocker")]
     inertias = tuple(Inertia(k, 2.0 + n, 1e-3, c) for n, (k, c) in enumerate(zip(numbers, centres, strict=True)))
     weighted = replace(mechanism, dynamics=Dynamics(mechanism.scale * 1e-3, inertias, gravity=-1j * G))
-    return motion_forces(trace(weighted, 360))
+    return MotionState(trace(weighted, 360)).forces
 
 
 def main() -> None:

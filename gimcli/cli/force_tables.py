@@ -114,14 +114,14 @@ def print_open(names: list[str]) -> None:
 def _print_part(result: ForcesResult) -> None:
     """Print the part of the time over which means are taken, if any is missing, and why rows are left out."""
     part = min((one.part for one in result.statistics.values()), default=1.0)
-    balance, mechanism = result._found.balance, result.mechanism
-    places = [at_inputs(mechanism, mechanism.inputs_to_file(at)) for at in balance.left_out_at]
-    more = ["..."] * (balance.left_out > len(places))
+    found, mechanism = result._found, result.mechanism
+    places = [at_inputs(mechanism, mechanism.inputs_to_file(at)) for at in found.left_out_at]
+    more = ["..."] * (found.left_out > len(places))
     print_remarks(
         (part < 1.0, f"means over the determined rows, {100.0 * part:.3g} % of the time of the motion"),
         (
-            balance.left_out,
-            f"{balance.left_out} row{'s are' if balance.left_out > 1 else ' is'} in the table but not in these values"
+            found.left_out,
+            f"{found.left_out} row{'s are' if found.left_out > 1 else ' is'} in the table but not in these values"
             f" and the picture: near a singular position the estimated relative error of the forces exceeds"
             f" {100.0 * MOST:.0f} % (at {'; '.join([*places, *more])})",
         ),

@@ -39,10 +39,10 @@ def _run(run: Run) -> Any:
 
 
 def _print(result: ForcesResult, full: bool) -> None:
-    found, check, balance = result._found, result._found.balance, ""
+    found, balance = result._found, ""
     if found.determined:
         print_statistics(result, full)
-        balance = f"; power-balance error at most {check.error:.1e} W (relative: {check.drift:.0e})"
+        balance = f"; power-balance error at most {found.error:.1e} W (relative: {found.drift:.0e})"
     typer.echo(f"forces at {found.determined} of {result.steps + 1} positions{balance}")
     print_ranges(result.mechanism, result.measured)
     print_open(found.open)

@@ -63,19 +63,11 @@ class Span(NamedTuple):
         return max(abs(a.slope), abs(b.slope)) * distance(a, b) > BALANCE.touching * max(a.size, b.size)
 
 
-class RawRoot(NamedTuple):
-    """A root that was isolated."""
-
-    at: BalancePoint
-    sense: int  # whether the force rises (1), falls (-1) or only touches 0 there (0)
-    scale: float  # greatest sum of contributions near it
-
-
-def _isolated(curve: BalanceCurve, spans: list[Span], depth: int = DIVISIONS) -> list[RawRoot]:
-    """Return the roots in some spans."""
+def _isolated(curve: BalanceCurve, spans: list[Span], depth: int = DIVISIONS) -> list[CurveRoot]:
+    """Return the roots in some spans: simple ones, and double ones where the force only touches 0."""
     if not spans or curve.ended(BALANCE.more):
         return []
-    found: list[RawRoot] = []
+    found: list[CurveRoot] = []
     crossed, divided, bent = list[Span](), list[tuple[Span, float]](), list[Span]()
     for span in spans:
         if span.steep and _sign(span.a.slope) != _sign(span.b.slope):
@@ -86,14 +78,14 @@ def _isolated(curve: BalanceCurve, spans: list[Span], depth: int = DIVISIONS) ->
             crossed.append(span)
     for span, extreme in zip(bent, curve.between([(s.a, s.b) for s in bent], "slope"), strict=True):
         if abs(extreme.force) <= BALANCE.touching * max(span.a.size, span.b.size, extreme.size):
-            found.append(RawRoot(extreme, 0, max(span.size, extreme.size)))
+            found.append(CurveRoot(extreme, 2, False, max(span.size, extreme.size)))
         else:
             crossed += [span._replace(b=extreme), span._replace(a=extreme)]
     middles = curve.middles((span.a, span.b, part) for span, part in divided)
     halves = [half for (s, _), m in zip(divided, middles, strict=True) for half in (s._replace(b=m), s._replace(a=m))]
     crossed = [span for span in crossed if _sign(span.a.force) != _sign(span.b.force)]
     for span, root in zip(crossed, curve.between([(s.a, s.b) for s in crossed], "force"), strict=True):
-        found.append(RawRoot(root, -_sign(span.a.force), max(span.size, root.size)))
+        found.append(CurveRoot(root, 1, _sign(span.a.force) < 0, max(span.size, root.size)))
     return found + _isolated(curve, halves, depth - 1)
 
 
@@ -114,24 +106,23 @@ def _vertex(a: BalancePoint, b: BalancePoint) -> float | None:
     return min(max(t, 0.1), 0.9) if inside else None
 
 
-def _examined(curve: BalanceCurve, raw: list[RawRoot]) -> Iterator[CurveRoot]:
-    """Yield roots to full accuracy, with their multiplicity, in the order of `raw`."""
-    multiple = [_multiple(curve, one.at, one.scale) if _flat(one) else None for one in raw]
-    simple = iter(
-        _polished(curve, [one.at for one, own in zip(raw, multiple, strict=True) if own is None and one.sense])
-    )
-    for one, own in zip(raw, multiple, strict=True):
-        if own is not None and not (one.sense == 0 and own.multiplicity == 2):
+def _examined(curve: BalanceCurve, raw: list[CurveRoot]) -> Iterator[CurveRoot]:
+    """Yield isolated roots to full accuracy, with their multiplicity."""
+    multiple = [
+        _multiple(curve, one.at, one.scale)
+        if one.multiplicity == 2 or abs(one.at.slope) <= BALANCE.flat * one.scale
+        else None
+        for one in raw
+    ]
+    both = list(zip(raw, multiple, strict=True))
+    simple = iter(_polished(curve, [one.at for one, own in both if own is None and one.multiplicity == 1]))
+    for one, own in both:
+        if own is not None and not one.multiplicity == own.multiplicity == 2:
             yield own
-        elif one.sense == 0:  # the root of the slope is more accurate
-            yield CurveRoot(one.at, 2, False, one.scale)
+        elif one.multiplicity == 2:  # the root of the slope is more accurate
+            yield one
         else:
-            yield CurveRoot(next(simple), 1, one.sense > 0, one.scale)
-
-
-def _flat(root: RawRoot) -> bool:
-    """Return whether a root may be a multiple one."""
-    return root.sense == 0 or abs(root.at.slope) <= BALANCE.flat * root.scale
+            yield CurveRoot(next(simple), 1, one.rises, one.scale)
 
 
 def _polished(curve: BalanceCurve, found: list[BalancePoint]) -> list[BalancePoint]:

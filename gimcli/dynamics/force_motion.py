@@ -67,7 +67,10 @@ class ForceMotion:
         work = EACH * rows * sum(map(len, self.statics.columns))
         self.run = plain if self.statics.surplus else choose(jit, work, notify, ("play",))
         self.courses, self.turns = Courses(mechanism, rows, jit, notify), Turns()
-        self.summary, self.balance = Summary(rows), PowerBalance()
+        self.summary = Summary(rows)
+        self.power = self.error = 0.0  # greatest absolute power of any kind, and error of the power balance, W
+        self.left_out = 0  # rows whose forces have too great an estimated error
+        self.left_out_at: list[FloatArray] = []  # inputs (actuators,) of the first `SHOWN` of these rows
         self.determined = 0  # rows with determined forces
         self.friction: FrictionSummary | None = None  # of a mechanism with dry friction
         self.open: list[str] = []  # names of reactions that are indeterminate because of redundant constraints
@@ -79,7 +82,12 @@ class ForceMotion:
         self.rows = self.summary.add(piece)
         if forces.dry is not None:
             self._rub(piece, forces, forces.dry)
-        self.balance.add(forces)
+        left_out = np.flatnonzero(forces.good & ~forces.bounded)
+        self.left_out += len(left_out)
+        self.left_out_at += list(forces.course.inputs[:, left_out[: SHOWN - len(self.left_out_at)]].T)
+        kinds = [forces.drive_power, forces.loads.kinetic_rate, *forces.loads.power.values()]
+        self.power = max([self.power, *(float(np.nanmax(np.abs(p[forces.good]), initial=0.0)) for p in kinds)])
+        self.error = max(self.error, float(np.nanmax(np.abs(forces.power_error[forces.good]), initial=0.0)))
         self.determined += int(determined_rows(piece, forces).sum())
         self.open = self.open or open_reactions(forces)
         return forces
@@ -92,34 +100,15 @@ class ForceMotion:
         self.friction.add(piece, forces, dry)
 
     @property
+    def drift(self) -> float:
+        """The greatest error of the power balance relative to the greatest power."""
+        return self.error / self.power if self.power else 0.0
+
+    @property
     def failure(self) -> tuple[str, str]:
         """The word and the message for rows of a solved motion that have no forces."""
         worst = None if self.friction is None else self.friction.failure
         return ("singular", UNDETERMINED) if worst is None else (worst.word, f"{worst.word}: {worst.text}")
-
-
-class PowerBalance:
-    """The greatest power-balance error, and the number of rows next to singular positions."""
-
-    def __init__(self) -> None:
-        self.power = 0.0  # greatest absolute power of any kind, W
-        self.error = 0.0  # greatest absolute error of the power balance, W
-        self.left_out = 0  # rows whose forces have too great an estimated error
-        self.left_out_at: list[FloatArray] = []  # inputs (actuators,) of the first `SHOWN` of these rows
-
-    def add(self, forces: Forces) -> None:
-        """Add the next rows."""
-        rows = np.flatnonzero(forces.good & ~forces.bounded)
-        self.left_out += len(rows)
-        self.left_out_at += list(forces.course.inputs[:, rows[: SHOWN - len(self.left_out_at)]].T)
-        kinds = [forces.drive_power, forces.loads.kinetic_rate, *forces.loads.power.values()]
-        self.power = max([self.power, *(float(np.nanmax(np.abs(p[forces.good]), initial=0.0)) for p in kinds)])
-        self.error = max(self.error, float(np.nanmax(np.abs(forces.power_error[forces.good]), initial=0.0)))
-
-    @property
-    def drift(self) -> float:
-        """The greatest error relative to the greatest power."""
-        return self.error / self.power if self.power else 0.0
 
 
 def force_table(motion: Motion, forces: Forces, first: int = 0) -> Table:

@@ -20,7 +20,7 @@ from gimcli.dynamics.equilibrium_equations import equilibrium, right_side, solve
 from gimcli.dynamics.kinematic_history import Course, Courses, Turns, reading
 from gimcli.dynamics.loading import Loading
 from gimcli.dynamics.physical import effort_shares, input_units
-from gimcli.dynamics.statics import Pin, Statics, direction, statics
+from gimcli.dynamics.statics import Pin, Statics, direction
 from gimcli.kernels.equilibrium import SINGULAR
 from gimcli.mechanism import BoolArray, ComplexArray, FloatArray, Mechanism
 from gimcli.motion.motion import Motion
@@ -211,11 +211,6 @@ def _with_gears(
 
         add_across(statics, z, found, free)
     return found, free
-
-
-def motion_forces(motion: Motion, run: Run = plain) -> Forces:
-    """Return the efforts and reactions of a motion along its laws."""
-    return piece_forces(statics(motion.mechanism), Courses(motion.mechanism), motion, run)
 
 
 def piece_forces(

@@ -10,7 +10,7 @@ import numpy as np
 
 from gimcli.dynamics.dop853 import StrideSolver
 from gimcli.dynamics.equations_of_motion import Equations, EventSearch, Projection, StickEvents
-from gimcli.dynamics.integrators import CAREFUL, INTEGRATORS, USUAL, WITH_DRY_FRICTION, StepControl
+from gimcli.dynamics.integrators import CAREFUL, INTEGRATORS, USUAL, WITH_DRY_FRICTION
 from gimcli.dynamics.reducer import release_of
 from gimcli.dynamics.simulation_types import (
     DEAD_POINT,
@@ -215,8 +215,10 @@ class Integration:
 
     def _solver(self, time: float, y: FloatArray, end: float) -> Any:
         settings, least = self.settings, SIMULATION.beginning * self._shortest
-        control = StepControl(settings.rtol, self.tolerances, settings.step, least, self.equations.jacobian)
-        return self.integrator.begin(self.equations.slopes, time, y, end, control)
+        return self.integrator.begin(
+            self.equations.slopes, time, y, end, rtol=settings.rtol, atol=self.tolerances, step=settings.step,
+            least=least, jacobian=self.equations.jacobian,
+        )  # fmt: skip
 
     @property
     def tolerances(self) -> FloatArray:

@@ -17,19 +17,12 @@ Slopes = Callable[[float, "FloatArray"], "FloatArray"]
 """Function of time [s] and state that returns the derivatives of the state."""
 
 
-@dataclass(frozen=True)
-class StepControl:
-    """Tolerances and steps of an integrator."""
+Begin = Callable[..., Any]
+"""Function of derivatives, initial time, initial state, end time and control; returns a solver like those of scipy.
 
-    rtol: float
-    atol: FloatArray  # (state,)
-    step: float  # s, of methods with equal steps
-    least: float  # s, least first step of methods with adaptive steps
-    jacobian: Callable[[float, FloatArray], FloatArray]  # for implicit methods
-
-
-Begin = Callable[[Slopes, float, "FloatArray", float, StepControl], Any]
-"""Function of derivatives, initial time, initial state, end time and control; returns a solver like those of scipy."""
+The control, by name: `rtol` and `atol` (state,); `step` [s] of methods with equal steps; `least` [s], the least first
+step of methods with adaptive steps; `jacobian`, a function of time and state, for implicit methods.
+"""
 
 
 @dataclass(frozen=True)
@@ -49,13 +42,16 @@ class Integrator:
 def of_scipy(name: str) -> Begin:
     """Return the function that creates a solver of scipy."""
 
-    def begin(slopes: Slopes, start: float, y: FloatArray, end: float, control: StepControl) -> Any:
+    def begin(
+        slopes: Slopes, start: float, y: FloatArray, end: float, *, rtol: float, atol: FloatArray, least: float,
+        jacobian: Any, **_: Any,
+    ) -> Any:  # fmt: skip
         from scipy import integrate
 
-        known = {"jac": control.jacobian} if name == "Radau" else {}
-        solver = getattr(integrate, name)(slopes, start, y, end, rtol=control.rtol, atol=control.atol, **known)
+        known = {"jac": jacobian} if name == "Radau" else {}
+        solver = getattr(integrate, name)(slopes, start, y, end, rtol=rtol, atol=atol, **known)
         if hasattr(solver, "h_abs"):  # LSODA has its own first step
-            solver.h_abs = min(max(solver.h_abs, control.least), end - start)
+            solver.h_abs = min(max(solver.h_abs, least), end - start)
         else:
             solver._step_impl = _quiet(solver._step_impl)
         return solver
@@ -75,11 +71,11 @@ def _quiet(step: Callable[[], Any]) -> Callable[[], Any]:
     return quiet
 
 
-def in_equal_steps(slopes: Slopes, start: float, y: FloatArray, end: float, control: StepControl) -> Any:
+def in_equal_steps(slopes: Slopes, start: float, y: FloatArray, end: float, *, step: float, **_: Any) -> Any:
     """Return a solver of the classic Runge-Kutta method."""
     from gimcli.dynamics.classic_runge_kutta import ClassicRungeKutta
 
-    return ClassicRungeKutta(slopes, start, y, end, control.step)
+    return ClassicRungeKutta(slopes, start, y, end, step)
 
 
 USUAL, WITH_DRY_FRICTION, CAREFUL = "dop853", "lsoda", "radau"

@@ -170,10 +170,8 @@ def _damped(found: Linearised, root: FloatArray) -> tuple[Mode, ...]:
 def _rigid_shapes(found: Linearised, root: FloatArray) -> list[FloatArray]:
     """Return the shapes without stiffness."""
     stiffness = root @ found.stiffness @ root.T
-    shapes = (root.T @ np.linalg.svd(stiffness)[2].T).T
-    if found.symmetric:
-        shapes = (root.T @ np.linalg.eigh(0.5 * (stiffness + stiffness.T))[1]).T
-    return [shape for shape in shapes if _is_rigid(found, shape)]
+    own = np.linalg.eigh(0.5 * (stiffness + stiffness.T))[1] if found.symmetric else np.linalg.svd(stiffness)[2].T
+    return [shape for shape in (root.T @ own).T if _is_rigid(found, shape)]
 
 
 def _undamped(found: Linearised, rigid: list[FloatArray]) -> int:

@@ -245,18 +245,14 @@ class Reducer(ReducedEquations):
         first = self.terms.first_reading
         for k, load in enumerate(self.loads):
             if load.curve is not None:
-                value = self._reading(load.over, target)
+                moves = load.over != TIME
+                value = self._moving(first + load.over, target, np.zeros(len(target)))[0] if moves else 0.0
                 self.factors[k] = load.factor(np.array([time]), {load.over: np.array([value])})[0]
         for k, actuator in enumerate(self.free):
             effort = self.releases[actuator].effort
             if effort.curve is not None:
                 value, speed = self._moving(first + actuator, target, speeds)
                 self.acting.motor[k, 0] = effort.at([time], [value], [speed])[0]
-
-    def _reading(self, actuator: int, target: FloatArray) -> float:
-        if actuator == TIME:
-            return 0.0
-        return self._moving(self.terms.first_reading + actuator, target, np.zeros(len(target)))[0]
 
     def _moving(self, variable: int, target: FloatArray, speeds: FloatArray) -> tuple[float, float]:
         """Return value and speed of a variable at a state."""

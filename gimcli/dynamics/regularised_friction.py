@@ -22,7 +22,7 @@ import numpy as np
 from gimcli.dynamic_data import AppliedLoad, Inertia
 from gimcli.dynamics.coulomb import form_table, rub
 from gimcli.dynamics.equilibrium_equations import equilibrium
-from gimcli.dynamics.forces import Forces
+from gimcli.dynamics.forces import UNIQUE, Forces
 from gimcli.dynamics.kinematic_history import Course
 from gimcli.dynamics.load_arrays import FrictionPair, friction_pairs, ints, moving_loads, with_force_gauges
 from gimcli.dynamics.physical import require_action
@@ -139,9 +139,6 @@ class BodyBalance:
 
 SOFT = 1e-12
 """Singular values below this fraction of the greatest belong to redundant constraints."""
-
-UNIQUE = 1e-8
-"""Greatest part of a reaction in a unit self-stress for which it counts as determined."""
 
 
 class RegularisedFriction:

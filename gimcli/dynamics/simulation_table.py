@@ -45,7 +45,11 @@ def simulation_table(found: Simulation, times: FloatArray, forces: Forces | None
     energies = zip((*ENERGIES, "drift"), (*found.energy, found.drift), strict=True)
     columns += [Column(f"energy.{name}", values, "J") for name, values in energies]
     if forces is None:
-        columns += _efforts(found)
+        units = input_units(mechanism)
+        columns += [
+            Column(f"{mechanism.actuators[k].name}.effort", own / units[k], effort_unit(mechanism, k))
+            for k, own in enumerate(found.efforts) if not np.all(np.isnan(own))
+        ]  # fmt: skip
     else:
         columns += columns_of(forces, force_reactions(forces.statics))
         if found.friction is not None:
@@ -58,16 +62,6 @@ def simulation_table(found: Simulation, times: FloatArray, forces: Forces | None
     missing = np.full(len(times) - rows, np.nan)
     columns = [Column(c.name, np.concatenate([c.values, missing]), c.unit) for c in columns]
     return Table((*head, *columns, Column("status", words)))
-
-
-def _efforts(found: Simulation) -> list[Column]:
-    """Return the efforts of the inputs that follow laws."""
-    mechanism = found.mechanism
-    units = input_units(mechanism)
-    return [
-        Column(f"{mechanism.actuators[k].name}.effort", own / units[k], effort_unit(mechanism, k))
-        for k, own in enumerate(found.efforts) if not np.all(np.isnan(own))
-    ]  # fmt: skip
 
 
 def event_report(mechanism: Mechanism, event: Event) -> dict[str, Any]:

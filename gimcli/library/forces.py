@@ -241,15 +241,15 @@ class ForcesResult(RowsResult):
 
     def report(self) -> dict[str, Any]:
         """Return the report that --json prints."""
-        found, motion, balance, mechanism = self._found, self._found.summary.motion, self._found.balance, self.mechanism
+        found, motion, mechanism = self._found, self._found.summary.motion, self.mechanism
         whole = found.summary.solved < self.steps + 1 or self.complete
         return {
             "steps": self.steps, "solved": found.determined, "residual": found.summary.residual,
             "reachable": reachable(motion), "events": self.events,
             "status": motion.overall.word if whole else found.failure[0],
-            "energy_drift": balance.drift, "power_error": balance.error, **summary_report(mechanism, self._summary),
-            "left_out": balance.left_out, "open": found.open,
-            "left_out_at": [mechanism.inputs_to_file(inputs) for inputs in balance.left_out_at],
+            "energy_drift": found.drift, "power_error": found.error, **summary_report(mechanism, self._summary),
+            "left_out": found.left_out, "open": found.open,
+            "left_out_at": [mechanism.inputs_to_file(inputs) for inputs in found.left_out_at],
             **({} if found.friction is None else {"friction": found.friction.report()}), **self.measured,
         }  # fmt: skip
 

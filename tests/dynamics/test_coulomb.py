@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from body_coordinates import Block, Bodies, Pin, Slot
 from bundled import MODELS
-from heavy_models import on, weighted
+from heavy_models import motion_forces, on, weighted
 from in_process import gim
 
 import gimcli
@@ -18,7 +18,6 @@ from gimcli import ModelError
 from gimcli.dynamics.coulomb_solver import FrictionStatus, FrictionSystem, solve_friction
 from gimcli.dynamics.efficiency import row_efficiency, self_locking
 from gimcli.dynamics.force_motion import ForceMotion
-from gimcli.dynamics.forces import motion_forces
 from gimcli.dynamics.statics import statics
 from gimcli.motion.motion import stream, trace
 

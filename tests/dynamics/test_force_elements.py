@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 from bundled import MODELS, written
-from heavy_models import moved, on, total_on_frame, weighted
+from heavy_models import motion_forces, moved, on, total_on_frame, weighted
 from in_process import gim
 from typer.testing import CliRunner
 
@@ -16,7 +16,6 @@ import gimcli
 from gimcli.cli import app
 from gimcli.dynamics.force_columns import columns_of, reactions
 from gimcli.dynamics.force_motion import ForceMotion
-from gimcli.dynamics.forces import motion_forces
 from gimcli.motion.motion import stream, trace
 from gimcli.output.graph import graph_of
 from gimcli.output.panels import panel
@@ -366,7 +365,7 @@ def test_pieces_give_the_same_results_as_the_whole_motion():
     for piece in stream(mechanism, 60, rows=13):
         pieces.take(piece)
     assert pieces.determined == whole.determined == 61
-    assert pieces.balance.power == pytest.approx(whole.balance.power)
+    assert pieces.power == pytest.approx(whole.power)
 
 
 def test_the_command_writes_columns_picture_and_report(tmp_path, monkeypatch):
@@ -538,7 +537,7 @@ def test_doubtful_forces_are_left_out_of_peaks_and_plots(tmp_path):
     flat, steep = np.abs(np.sin(motion.inputs[0])), ~forces.bounded
     assert np.flatnonzero(steep).tolist() == [100]
     assert flat[-2] < 0.02
-    assert found.balance.left_out == 1
+    assert found.left_out == 1
     result = gimcli.forces(mechanism, 100, plot="|O|")
     assert result.report()["left_out_at"] == [{"q": pytest.approx(179.99997)}]
     assert result.statistics["O"].greatest.value == pytest.approx(np.max(pull[:-1]))

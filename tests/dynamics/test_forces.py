@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 import yaml
 from bundled import MODELS, reference, written
-from heavy_models import moved, on, total_on_frame, weighted
+from heavy_models import motion_forces, moved, on, total_on_frame, weighted
 from influence_coefficients import Influence
 
 from gimcli import load
 from gimcli.dynamics.equilibrium_equations import right_side
 from gimcli.dynamics.force_columns import columns_of, reactions
-from gimcli.dynamics.forces import equilibrium, inverse_dynamics, motion_forces
+from gimcli.dynamics.forces import equilibrium, inverse_dynamics
 from gimcli.dynamics.gear_reactions import add_across
 from gimcli.dynamics.kinematic_history import Course, turning
 from gimcli.dynamics.statics import statics

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from heavy_models import motion_forces
 
 import gimcli
 from gimcli import ModelError
-from gimcli.dynamics.forces import motion_forces
 from gimcli.model.source import read_source
 from gimcli.motion.motion import trace
 from gimcli.positions.options import Options

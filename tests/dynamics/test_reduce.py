@@ -9,11 +9,10 @@ import math
 import numpy as np
 import pytest
 from bundled import MODELS, reference, written
-from heavy_models import released
+from heavy_models import motion_forces, released
 from modular_reduction import STILL, LinkVelocity, modular_reduction, prp, rotating_driver, rpp, rpr, rrp, rrr
 
 from gimcli import StructureError, UsageError, load
-from gimcli.dynamics.forces import motion_forces
 from gimcli.dynamics.reduction import chosen_input, flywheel, reduce_to_input
 from gimcli.motion.motion import trace
 from gimcli.positions.options import Options

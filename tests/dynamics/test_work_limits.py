@@ -14,7 +14,7 @@ import gimcli
 from gimcli import ModelError, UsageError
 from gimcli.dynamics import equilibria_curve
 from gimcli.dynamics.integration import Integration
-from gimcli.dynamics.integrators import INTEGRATORS, StepControl
+from gimcli.dynamics.integrators import INTEGRATORS
 from gimcli.dynamics.simulation import simulate
 from gimcli.dynamics.simulation_types import SIMULATION, Settings
 from gimcli.kernels.jit import compiled
@@ -124,8 +124,8 @@ def test_the_step_after_an_infinite_slope_fails():
 
 def test_a_failed_step_is_a_status_without_a_warning():
     """A tolerance of 0 at a state of 0."""
-    control = StepControl(1e-9, np.zeros(1), 0.1, 1e-12, lambda t, y: np.zeros((1, 1)))
-    solver = INTEGRATORS["lsoda"].begin(lambda t, y: np.ones(1), 0.0, np.zeros(1), 2.0, control)
+    control = {"rtol": 1e-9, "atol": np.zeros(1), "least": 1e-12, "jacobian": lambda t, y: np.zeros((1, 1))}
+    solver = INTEGRATORS["lsoda"].begin(lambda t, y: np.ones(1), 0.0, np.zeros(1), 2.0, **control)
     solver.step()
     assert solver.status == "failed"
 

@@ -5,12 +5,14 @@ from __future__ import annotations
 import numpy as np
 from bundled import MODELS, changed
 
-from gimcli.dynamics.forces import motion_forces
+from gimcli.dynamics.forces import piece_forces
 from gimcli.dynamics.gear_reactions import across
-from gimcli.dynamics.statics import direction
+from gimcli.dynamics.kinematic_history import Courses
+from gimcli.dynamics.statics import direction, statics
 from gimcli.kernels.equilibrium import COUPLE
 from gimcli.mechanism import FRAME
 from gimcli.motion.motion import trace
+from gimcli.positions.dispatch import plain
 from gimcli.structure.steps import NONE
 
 
@@ -33,6 +35,11 @@ def released(stem, change=None):
             change(data)
 
     return changed(MODELS / f"{stem}.yaml", None, heavy)
+
+
+def motion_forces(motion, run=plain):
+    """Return the efforts and reactions of a motion along its laws."""
+    return piece_forces(statics(motion.mechanism), Courses(motion.mechanism), motion, run)
 
 
 def on(forces, node, member):

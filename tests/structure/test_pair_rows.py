@@ -7,11 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from heavy_models import motion_forces
 
 from gimcli.assemblies import all_configurations
 from gimcli.branching.enumeration import circuits
 from gimcli.comparison.bodies import Bodies
-from gimcli.dynamics.forces import motion_forces
 from gimcli.mechanism import ANGLE, PairRow
 from gimcli.model.compile import compile_model
 from gimcli.model.part import long_form
