@@ -6,7 +6,7 @@ Tables of results as texts have their first rows.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from gimcli.table import labelled
@@ -138,15 +138,13 @@ def cells(table: Table) -> list[list[str]]:
 
 def lines(table: Table) -> list[str]:
     """Return the head and the first rows of a table as aligned lines."""
-    rows = cells(table)
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    return ["  ".join(text.rjust(width) for text, width in zip(row, widths, strict=True)) for row in rows]
+    return aligned(cells(table), str.rjust)
 
 
-def aligned(rows: Sequence[Sequence[str]]) -> list[str]:
+def aligned(rows: Sequence[Sequence[str]], place: Callable[[str, int], str] = str.ljust) -> list[str]:
     """Return rows of texts as lines with aligned columns."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    return ["  ".join(text.ljust(width) for text, width in zip(row, widths, strict=True)).rstrip() for row in rows]
+    return ["  ".join(place(text, width) for text, width in zip(row, widths, strict=True)).rstrip() for row in rows]
 
 
 def _cell(value: Any, size: float) -> str:

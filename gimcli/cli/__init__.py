@@ -31,7 +31,7 @@ from typer.core import CompletionItem, TyperGroup  # type: ignore[attr-defined] 
 
 from gimcli import __version__
 from gimcli.cli.command import Command, taking_plain_values
-from gimcli.cli.console import end_bars, progress_bar
+from gimcli.cli.console import end_bars, print_json, printable, progress_bar
 from gimcli.cli.settings_folder import provide_settings_folder
 from gimcli.errors import GimError, UsageError, reason
 
@@ -188,8 +188,6 @@ def _main(
 def _print_json_error(text: str, exit_code: int) -> None:
     """Print an error as a JSON object, if --json is given."""
     if "--json" in sys.argv[1:]:
-        from gimcli.cli.console import print_json
-
         print_json({"error": text, "exit": exit_code})
 
 
@@ -218,8 +216,6 @@ def main() -> None:
     try:
         app(prog_name="gim")
     except GimError as error:
-        from gimcli.cli.console import printable
-
         text = printable(str(error))
         typer.echo(f"gim: {text}" if "\n" not in text else f"gim:\n{text}", err=True)
         _print_json_error(text, error.exit_code)

@@ -53,7 +53,7 @@ def end_bars() -> None:
             _bars.pop().stop()
 
 
-def print_above(text: str) -> None:
+def note(text: str) -> None:
     """Print a line on standard error, above the bar if there is one."""
     with _lock:
         if _bars:
@@ -210,11 +210,6 @@ def room() -> int:
     import shutil
 
     return shutil.get_terminal_size().columns if sys.stdout.isatty() else WIDE
-
-
-def note(text: str) -> None:
-    """Print a line on standard error, above the progress bar if there is one."""
-    print_above(text)
 
 
 def note_doubtful_loading(mechanism: Mechanism) -> None:

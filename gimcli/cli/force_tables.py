@@ -9,13 +9,12 @@ import typer
 
 from gimcli.cli.console import print_records, print_remarks, print_table
 from gimcli.dynamics.forces import MOST
-from gimcli.library.forces import bearing_loads, statistics, works
+from gimcli.library.forces import ForcesResult, bearing_loads, statistics, works
 from gimcli.library.record import quantity_rows
 from gimcli.rounding import at_inputs, greatest, number
 
 if TYPE_CHECKING:
     from gimcli.dynamics.efficiency import FrictionSummary
-    from gimcli.library.forces import ForcesResult
     from gimcli.library.holding_forces import HoldingResult
 
 

@@ -6,7 +6,7 @@ import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import ExitStack, nullcontext, redirect_stdout
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 import typer
 
@@ -15,14 +15,11 @@ from gimcli.cli.arguments import NO_OPTIONS, NONE, Drawing, changed
 from gimcli.cli.console import DRAWING, end_bars, note, print_json, print_written, printable, progress_bar
 from gimcli.errors import OutputError, UsageError
 from gimcli.library.load import decided, is_address, load_undecided
-from gimcli.library.result import Result, joined, write_contents
+from gimcli.library.result import Result, UnderWay, joined, write_contents
 from gimcli.mechanism import Mechanism
 from gimcli.output import FORMATS, format_of, refuse_unwritable
 from gimcli.status import Status
 from gimcli.table import Table
-
-if TYPE_CHECKING:
-    from gimcli.library.result import UnderWay
 
 CSV = FORMATS[".csv"]
 """The format of tables on standard output."""

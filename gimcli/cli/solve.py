@@ -12,13 +12,12 @@ from gimcli.cli.arguments import SHARED
 from gimcli.cli.console import end_bars, note, print_records, print_remarks, print_table
 from gimcli.cli.from_verb import Run, from_verb
 from gimcli.errors import refuse
-from gimcli.library.record import quantity_rows
+from gimcli.library.record import Records, quantity_rows
 from gimcli.library.solve import SolveResult, input_rates, solve
 from gimcli.rounding import number, titled
 from gimcli.table import per_second
 
 if TYPE_CHECKING:
-    from gimcli.library.record import Records
     from gimcli.rates.derivatives import Instant
 
 SHOWN = 25

@@ -79,7 +79,7 @@ def totals(statics: Statics) -> Iterator[ForceColumn]:
     yield ForceColumn("shaking.moment", "N m", attrgetter("shaking_moment"))
     kinds: dict[str, Any] = {
         "drive": attrgetter("drive_power"),
-        **{kind: lambda forces, kind=kind: forces.loads.power[kind] for kind in POWERS},
+        **{kind: partial(_power, kind=kind) for kind in POWERS},
     }
     for kind, find in {**kinds, "error": attrgetter("power_error")}.items():
         yield ForceColumn(f"power.{kind}", "W", partial(_only, find=find))
@@ -186,6 +186,11 @@ def _of_gear(gear: GearPair, unknown: int) -> Iterator[ForceColumn]:
     yield ForceColumn(f"{gear.name}.f", "N", force, True)
     kind = TENSION if gear.kind in (BELT, CROSSED) else TANGENTIAL
     yield ForceColumn(f"{gear.name}.{kind}", "N", partial(Forces.unknown, number=unknown))
+
+
+def _power(forces: Any, kind: str) -> Any:
+    """Return the power of a kind of force; results with such columns are pickled."""
+    return forces.loads.power[kind]
 
 
 def _only(forces: Forces, find: Callable[[Forces], FloatArray]) -> FloatArray:

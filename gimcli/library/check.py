@@ -5,13 +5,16 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from gimcli import output
+from gimcli.branching.singular_positions import drawn_circuit
+from gimcli.branching.singularities import input_ends, interval, limits
+from gimcli.continuation.circuit import Circuit
 from gimcli.errors import GimError, StructureError
-from gimcli.library.check_views import CheckSection, check_sections, check_table
+from gimcli.library.check_views import CheckSection, check_page, check_sections, check_table
 from gimcli.library.check_warnings import file_warnings, motion_warnings
 from gimcli.library.inputs import in_file_units, interval_of, leaders
 from gimcli.library.machines import joined_reports
@@ -25,17 +28,13 @@ from gimcli.positions.options import TOLERANCE, Options
 from gimcli.positions.position import Position
 from gimcli.progress import Phases, no_phases
 from gimcli.quantities.initial_coordinates import initial_coordinates
+from gimcli.quantities.motion_summary import MotionSummary, Output, Peak, motion_summary
 from gimcli.quantities.quantity import angle_to_file
 from gimcli.structure.drive_check import explained
 from gimcli.structure.loop_types import LoopType
 from gimcli.structure.mechanism_types import MechanismType, mechanism_type
 from gimcli.structure.mobility import assembled
 from gimcli.table import Table, per_second
-
-if TYPE_CHECKING:
-    from gimcli.continuation.circuit import Circuit
-    from gimcli.quantities.motion_summary import MotionSummary, Output, Peak
-
 
 DRAWN = 360
 """Steps of the motion on the page of several machines."""
@@ -117,8 +116,6 @@ class CheckResult(Result):
 
     def animation(self) -> output.animation.Animation:
         """Return the page: the report, and the motion along the laws if there is one."""
-        from gimcli.library.check_views import check_page
-
         motion = self._summary.motion if self._summary else None
         z = self._found.z if self._found is not None and not self.error else assembled(self.mechanism)
         note = OTHER_INPUTS if self.error and z is not None else ""
@@ -151,8 +148,6 @@ class CheckResult(Result):
 
     def _followed(self) -> Circuit | None:
         """Return the circuit of the start of the laws; None if it is not known."""
-        from gimcli.branching.singular_positions import drawn_circuit
-
         if self.error or not self.mechanism.actuators:
             return None
         try:
@@ -162,13 +157,9 @@ class CheckResult(Result):
 
     @cached_property
     def _limits(self) -> list[Any]:
-        from gimcli.branching.singularities import limits
-
         return limits(self._circuit) if self._circuit is not None else []
 
     def _extremes(self) -> MotionSummary | None:
-        from gimcli.quantities.motion_summary import motion_summary
-
         if self.error or not self.mechanism.actuators:
             return None
         curve = self._circuit.curve if self._circuit is not None else None
@@ -254,8 +245,6 @@ class CheckResult(Result):
 
     def _reach(self) -> dict[str, list[float]]:
         """Return the interval of every input on the circuit; empty if the circuit is not known."""
-        from gimcli.branching.singularities import input_ends, interval
-
         circuit = self._circuit
         if circuit is None:
             return {}
@@ -347,8 +336,6 @@ class MachinesCheck(CheckResult):
 
     def animation(self) -> output.animation.Animation:
         """Return the page: the reports, and the motion along the laws if all machines have one."""
-        from gimcli.library.check_views import check_page
-
         motion = None if self.error else trace(self.mechanism, DRAWN, Options(tolerance=TOLERANCE))
         return check_page(self.mechanism, motion, assembled(self.mechanism), self._sections(), self.warnings)
 

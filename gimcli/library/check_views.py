@@ -8,17 +8,15 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from gimcli import graphs, output
 from gimcli.mechanism import ComplexArray, Mechanism
+from gimcli.motion.motion import Motion
 from gimcli.rounding import ZERO, aligned, at_inputs, input_value, interval, length, number
 from gimcli.table import Column, Table
-
-if TYPE_CHECKING:
-    from gimcli.motion.motion import Motion
 
 MOST = 12
 """Greatest number of rows of a section."""

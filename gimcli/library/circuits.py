@@ -13,17 +13,14 @@ from gimcli.branching.enumeration import CircuitBranch, Circuits, EnumerationCon
 from gimcli.branching.singularities import input_ends
 from gimcli.continuation.curve import LONGEST
 from gimcli.library.by_name import coordinates
-from gimcli.library.inputs import Range, in_file_units, interval_of
+from gimcli.library.inputs import ROUND, Range, in_file_units, interval_of
 from gimcli.library.machines import driven_machines, for_each_machine
 from gimcli.library.record import InputsField, Records, RowField
 from gimcli.library.result import Result
-from gimcli.mechanism import FloatArray, Mechanism
+from gimcli.mechanism import Mechanism
 from gimcli.progress import WORK, Phases, limited, no_phases
 from gimcli.rounding import at_inputs, how_it_ends, intervals
 from gimcli.table import Table
-
-ROUND = 1e-12
-"""A smaller input, in the file's unit, is shown as 0."""
 
 LEAST, USUAL, MOST = 4, 72, 100_000
 """Smallest, usual and largest number of samples of the input."""
@@ -97,7 +94,7 @@ class CircuitsResult(Result):
         """The curves of the circuits, one row each."""
         found, strands, labels = self._found, self._found.strands, self._labels
         ways, spans = [s.circuit for s in strands], [span(found, s) for s in strands]
-        at = at_inputs(self.mechanism, inputs_at(found, found.start.inputs))
+        at = at_inputs(self.mechanism, in_file_units(self.mechanism, found.start.inputs, ROUND))
         return Records(
             RowField("curve", labels),
             RowField("circuit", [s.number + 1 for s in strands]),
@@ -117,7 +114,7 @@ class CircuitsResult(Result):
 
     def _ends(self, branch: CircuitBranch) -> dict[str, dict[str, float]]:
         start, end = self._found.curve.inputs(branch.start), self._found.curve.inputs(branch.end)
-        return {"from": inputs_at(self._found, start), "to": inputs_at(self._found, end)}
+        return {"from": in_file_units(self.mechanism, start, ROUND), "to": in_file_units(self.mechanism, end, ROUND)}
 
     def _there(self, curve: int) -> str:
         """Return the configurations on a curve, as text."""
@@ -143,7 +140,8 @@ class CircuitsResult(Result):
         return {
             "circuits": found.count, "status": self.outcome, "complete": found.complete, "samples": len(found.sampled),
             "spacing": spacing(found)[0], "lost": found.lost,
-            "curves": self._curves.report(), "at": inputs_at(found, found.start.inputs), "configurations": listed,
+            "curves": self._curves.report(), "at": in_file_units(mechanism, found.start.inputs, ROUND),
+            "configurations": listed,
         }  # fmt: skip
 
     def table(self) -> Table:
@@ -176,7 +174,10 @@ class CircuitsResult(Result):
         for k, strand in enumerate(found.strands):
             branches = f"; {len(strand.branches)} branches" * (len(strand.branches) > 1)
             note = intervals(mechanism, span(found, strand), strand.circuit.turns) + branches
-            at = [at_inputs(mechanism, inputs_at(found, found.curve.inputs(one.p))) for one in strand.limits]
+            at = [
+                at_inputs(mechanism, in_file_units(mechanism, found.curve.inputs(one.p), ROUND))
+                for one in strand.limits
+            ]
             places = tuple(
                 graphs.circuit_animation.SingularPlace(one.fraction, one.kind, f"{one.kind} at {text}", one.p)
                 for one, text in zip(strand.limits, at, strict=True)
@@ -185,12 +186,6 @@ class CircuitsResult(Result):
                 graphs.circuit_animation.ShownCircuit(f"circuit {curve_label(found, k)}", strand.circuit, note, places)
             )
         return graphs.circuit_animation.circuits_animation(mechanism, self.headline(), shown, "Circuit")
-
-
-def inputs_at(found: Circuits, inputs: FloatArray) -> dict[str, float]:
-    """Return inputs (actuators,) in the file's units."""
-    values = in_file_units(found.curve.mechanism, inputs)
-    return {name: value if abs(value) > ROUND else 0.0 for name, value in values.items()}
 
 
 def curve_label(found: Circuits, index: int) -> str:
@@ -202,7 +197,9 @@ def curve_label(found: Circuits, index: int) -> str:
 
 def span(found: Circuits, strand: Strand) -> dict[str, list[float]]:
     """Return the smallest and the largest value of every input along a strand."""
-    return interval_of(*(inputs_at(found, end) for end in input_ends(strand.circuit, strand.interval)))
+    return interval_of(
+        *(in_file_units(found.curve.mechanism, end, ROUND) for end in input_ends(strand.circuit, strand.interval))
+    )
 
 
 def spacing(found: Circuits) -> tuple[float, str]:

@@ -9,6 +9,7 @@ import numpy as np
 
 from gimcli import output
 from gimcli.errors import ModelError, StructureError, UnassembledError, UsageError
+from gimcli.exchange.registry import FORMATS, module_of
 from gimcli.library.inputs import OneOf
 from gimcli.mechanism import ComplexArray, Mechanism
 from gimcli.rounding import titled
@@ -19,15 +20,11 @@ SUFFIXES = (".yaml", ".yml")
 
 def targets() -> dict[str, str]:
     """Return the words for `to`, and the name of the format of each."""
-    from gimcli.exchange.registry import FORMATS
-
     return {MODEL_FILE: "model file", **{form.writes: form.name for form in FORMATS if form.writes}}
 
 
 def target_of(path: Path) -> str:
     """Return the word for `to` that the suffix of a file stands for; raise UsageError for another suffix."""
-    from gimcli.exchange.registry import FORMATS
-
     known = {suffix: MODEL_FILE for suffix in SUFFIXES} | {form.suffix: form.writes for form in FORMATS if form.suffix}
     if path.suffix.lower() not in known:
         raise UsageError(f"{path}: expected one of the formats {', '.join(known)}, got '{path.suffix}'")
@@ -36,8 +33,6 @@ def target_of(path: Path) -> str:
 
 def filed(to: str, path: Path) -> str:
     """Return the word for the format of a file: an address, for example, is written into a `.pmks` file as its text."""
-    from gimcli.exchange.registry import FORMATS
-
     suffix = path.suffix.lower()
     found = [form.writes for form in FORMATS if form.text_of == to and form.suffix == suffix]
     return found[0] if to and found else to
@@ -84,7 +79,6 @@ def convert(mechanism: Mechanism, to: str = MODEL_FILE) -> Conversion:
     if to == MODEL_FILE:
         return _model_file(mechanism)
     from gimcli.exchange.drawn_linkage import DrawnLinkage
-    from gimcli.exchange.registry import FORMATS, module_of
 
     form = next(form for form in FORMATS if form.writes == to)
     module = module_of(form)

@@ -19,7 +19,7 @@ from gimcli.dynamics.equilibria_curve import Equilibria, Push
 from gimcli.dynamics.equilibria_search import released_search
 from gimcli.graphs.extras import Extras
 from gimcli.library.assembled import ListedPosition, listed_position
-from gimcli.library.inputs import Range, Seed, Time, Tolerance, in_file_units, inputs_of
+from gimcli.library.inputs import ROUND, Range, Seed, Time, Tolerance, in_file_units, inputs_of
 from gimcli.library.machines import for_each_machine, released_inputs, released_machines
 from gimcli.library.record import InputsField, NodesField, Records, RowField
 from gimcli.library.result import Result
@@ -30,9 +30,6 @@ from gimcli.quantities.state import SeparateState
 from gimcli.rounding import greatest
 from gimcli.status import Status
 from gimcli.table import Column, Table
-
-ROUND = 1e-12
-"""A smaller input, in the file's unit, is shown as 0."""
 
 MOST_STARTS = 100_000
 
@@ -184,11 +181,6 @@ class EquilibriumResult(Result):
         """The equilibria: inputs, potential, stability, stiffness, pushes over the next one, coordinates of nodes."""
         return self._records.report()
 
-    def _inputs(self, values: FloatArray) -> dict[str, float]:
-        """Return inputs (actuators,) in the file's units."""
-        found = in_file_units(self.mechanism, values)
-        return {name: value if abs(value) > ROUND else 0.0 for name, value in found.items()}
-
     def unit(self, number: int) -> str:
         """Return the unit of the effort of an actuator."""
         return "N m" if self.mechanism.actuators[number].rotary else "N"
@@ -209,7 +201,8 @@ class EquilibriumResult(Result):
         """Return the report that --json prints."""
         found, history = self._found, self._found.history
         return {
-            "released": list(self.released), "time": self.time, "at": self._inputs(found.start_inputs),
+            "released": list(self.released), "time": self.time,
+            "at": in_file_units(self.mechanism, found.start_inputs, ROUND),
             "holding": {name: value if math.isfinite(value) else None for name, value in self.holding.items()},
             "everywhere": found.everywhere, "conservative": found.conservative, "complete": self.complete,
             "status": self.outcome,
@@ -228,7 +221,7 @@ class EquilibriumResult(Result):
         energy, single = greatest(one.potential for one in found), len(self._found.released) == 1
         return Records(
             RowField("number", range(1, len(found) + 1), int, head=""),
-            InputsField(mechanism, "inputs", [self._inputs(one.inputs) for one in found]),
+            InputsField(mechanism, "inputs", [in_file_units(self.mechanism, one.inputs, ROUND) for one in found]),
             RowField("potential", [one.potential for one in found], float, "J", head="potential", size=energy),
             RowField("stability", [one.stability for one in found], str, head="stability",
                      text=[one.stability + MULTIPLE.get(one.multiplicity, "") for one in found]),
@@ -257,7 +250,7 @@ class EquilibriumResult(Result):
         for sense, word in SENSES.items():
             own = [next((p for p in one.pushes if p.sense == sense), None) for one in found]
             efforts = [p and (math.nan if p.effort is None else p.effort) for p in own]
-            at = [p and self._inputs(p.inputs)[actuator.name] for p in own]
+            at = [p and in_file_units(self.mechanism, p.inputs, ROUND)[actuator.name] for p in own]
             heads = (word, "barrier") if pushed else (None, None)
             yield RowField(f"{word}.effort", efforts, float, self.unit(main), head=heads[0], key=False)
             yield RowField(f"{word}.at", at, float, self.mechanism.unit_of(actuator), key=False)
@@ -266,7 +259,7 @@ class EquilibriumResult(Result):
 
     def _push(self, push: Push) -> dict[str, Any]:
         return {
-            "sense": SENSES[push.sense], "effort": push.effort, "at": self._inputs(push.inputs),
+            "sense": SENSES[push.sense], "effort": push.effort, "at": in_file_units(self.mechanism, push.inputs, ROUND),
             "barrier": push.barrier, "to": push.target + 1,
         }  # fmt: skip
 

@@ -27,6 +27,7 @@ from gimcli.library.fitted_design import FittedDesign, GoalChecker, TargetChecke
 from gimcli.library.inputs import OneOf, Range, Seed, refuse_unmoved
 from gimcli.library.machines import accepted, driven_machines, for_each_machine
 from gimcli.mechanism import BoolArray, FloatArray, Machine, Mechanism
+from gimcli.model.dimensions import written
 from gimcli.progress import Notify, Phases, Progress, WorkLimit, no_phases
 from gimcli.status import Status
 
@@ -50,8 +51,6 @@ MOST_CHECKED = 60
 
 def _machine(mechanism: Mechanism, given: dict[str, Any]) -> list[Machine]:
     """Return the machine that has all dimensions; raise UsageError if several have some of them."""
-    from gimcli.model.dimensions import written
-
     names = [written(mechanism).dimension(name).name for name in given["vary"]]
     found = [m for m in driven_machines(mechanism) if all(accepted(m.mechanism.written.dimension, n) for n in names)]
     if len(found) != 1:
@@ -102,8 +101,6 @@ def fit(
         UsageError: an unknown name or an invalid argument.
         StructureError: the mechanism is not fully driven.
     """
-    from gimcli.model.dimensions import written
-
     if mechanism.complete is not None and not goal:
         raise StructureError(f"{mechanism.name}: the linkage turns gears: `fit` takes a goal, but no targets")
     refuse_unmoved(mechanism, "add an actuator")

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from gimcli import output
 from gimcli.fitting.targets import GIVEN
 from gimcli.library.fit_targets import FittedTask
+from gimcli.library.fitted_design import FitMotion, FittedDesign, column_of
 from gimcli.library.record import Records, RowField
 from gimcli.library.result import Result
 from gimcli.mechanism import FloatArray, Mechanism
@@ -23,9 +24,6 @@ from gimcli.quantities.state import State
 from gimcli.rounding import number
 from gimcli.status import Status
 from gimcli.table import Table
-
-if TYPE_CHECKING:
-    from gimcli.library.fitted_design import FitMotion, FittedDesign
 
 
 @dataclass(frozen=True)
@@ -294,8 +292,6 @@ def fit_picture(motion: FitMotion, task: FittedTask, table: Table) -> output.pic
 
 def _graphs(motion: FitMotion, task: FittedTask, table: Table) -> list[output.graph.CurveGraph]:
     """Return the output over the input, with the targets, and its difference from the targets."""
-    from gimcli.library.fitted_design import column_of
-
     (one,), (given, target, fitted) = task.components, table.columns[1:4]
     trace = motion.trace
     found = column_of(trace, one)

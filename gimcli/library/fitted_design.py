@@ -21,7 +21,7 @@ from gimcli.fitting.conditions import DesignQuantities
 from gimcli.fitting.least_squares import FitProblem, Trials
 from gimcli.fitting.motion_quantity import MotionQuantity
 from gimcli.fitting.targets import TURN, FitRange
-from gimcli.input_laws import SummedLaw
+from gimcli.input_laws import InputLaw, SummedLaw
 from gimcli.library.fit_targets import FittedTask, input_range
 from gimcli.library.trace import MotionTraceResult, trace
 from gimcli.mechanism import FRAME, FloatArray, IntArray, Mechanism
@@ -39,7 +39,7 @@ TOGETHER = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class RowsLaw:
+class RowsLaw(InputLaw):
     """A law that gives the values of rows at equidistant times."""
 
     values: FloatArray  # (rows,)
@@ -52,10 +52,6 @@ class RowsLaw:
             return np.interp(at, np.arange(last + 1), self.values)
         slope = np.diff(self.values) * last
         return slope[np.clip(at.astype(int), 0, last - 1)] if order == 1 else np.zeros(np.shape(time))
-
-    def stops(self) -> FloatArray:
-        """Return an empty array: the input always moves on."""
-        return np.empty(0)
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,18 +6,19 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property, partial
 from itertools import chain
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gimcli import output
-from gimcli.dynamics.force_motion import ForceMotion, force_table
+from gimcli.dynamics.force_motion import BearingLoad, ForceMotion, Work, force_table
 from gimcli.dynamics.force_statistics import Extremum, ForceStatistics, ForceSummary, Statistic, amounts
 from gimcli.dynamics.physical import require_action
 from gimcli.graphs.extras import Extras, texts
 from gimcli.graphs.plots import PlannedGraph, drawn, usual_graphs, varying, with_marks
 from gimcli.library.inputs import Jit, Steps, Tolerance, checked, refuse_unmoved
+from gimcli.library.machine_forces import ForcesBeside, MachineForces
 from gimcli.library.machines import accepted, loaded_machines
 from gimcli.library.record import Records, RowField
 from gimcli.library.result import RowsResult, UnderWay, in_parts
@@ -33,11 +34,6 @@ from gimcli.rates.member_angles import LawAngles
 from gimcli.rounding import greatest, input_value, number
 from gimcli.structure.drive_check import require_consistent
 from gimcli.table import Column, Table, labelled
-
-if TYPE_CHECKING:
-    from gimcli.dynamics.force_motion import BearingLoad, Work
-    from gimcli.library.machine_forces import MachineForces
-
 
 DRAWN = 4096
 """Most rows between which angles of springs are continued where extremes are refined."""
@@ -84,8 +80,6 @@ def forces(
     refuse_unmoved(mechanism, "add an actuator")
     if len(mechanism.machines) == 1:
         return ForcesAlong(mechanism, steps, tolerance, jit, measure, plot, notify, progress)
-    from gimcli.library.machine_forces import ForcesBeside
-
     every = loaded_machines(mechanism)
     if len(every) == 1:
         return ForcesAlong(every[0].mechanism, steps, tolerance, jit, measure, plot, notify, progress)

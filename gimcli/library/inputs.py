@@ -21,6 +21,9 @@ from gimcli.structure.drive_check import explained
 
 MOST_STEPS = 10_000_000
 
+ROUND = 1e-12
+"""An input below this value, in rad or in lengths of the normal frame, is shown as 0."""
+
 P = ParamSpec("P")
 R = TypeVar("R")
 

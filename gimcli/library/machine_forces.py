@@ -87,23 +87,23 @@ class ForcesBeside(UnderWay[MachineForces]):
         """Return the columns of a machine."""
         if table is None:
             return None
-        known = {column.name: column for column in table.columns}
+        known = table.by_name
         return Table(tuple(replace(known.get(f"{machine}.{n}") or known[n], name=n) for n in one.names))
 
     def _beside(self, tables: Sequence[Table]) -> Table:
         """Return the columns of all machines; those that several have begin with the name of the machine."""
         counts = Counter(name for table in tables for name in table.names)
-        columns = {name: column for table in tables for name, column in _by_name(table).items() if counts[name] == 1}
-        ahead = {name: column for name, column in _by_name(tables[0]).items() if name in COMMON}
+        columns = {name: column for table in tables for name, column in table.by_name.items() if counts[name] == 1}
+        ahead = {name: column for name, column in tables[0].by_name.items() if name in COMMON}
         own = {
             f"{machine}.{name}": replace(column, name=f"{machine}.{name}")
             for machine, table in zip(self.begun, tables, strict=True)
-            for name, column in _by_name(table).items()
+            for name, column in table.by_name.items()
             if counts[name] > 1 and name not in COMMON
         }
         common = [name for name in tables[0].names if counts[name] > 1 and name.startswith(SUMS)]
         sums = [
-            Column(name, np.sum([t[name] for t in tables if name in t.names], axis=0), _by_name(tables[0])[name].unit)
+            Column(name, np.sum([t[name] for t in tables if name in t.names], axis=0), tables[0].by_name[name].unit)
             for name in common
         ]
         shifted = [c if c.name != SHAKING[2] else replace(c, values=c.values + self._shift(tables)) for c in sums]
@@ -119,10 +119,6 @@ class ForcesBeside(UnderWay[MachineForces]):
             arm = metre * (one.found.statics.mechanism.origin - whole.origin)
             found += arm.real * table["shaking.fy"] - arm.imag * table["shaking.fx"]
         return found
-
-
-def _by_name(table: Table) -> dict[str, Column]:
-    return {column.name: column for column in table.columns}
 
 
 def _worst(words: Sequence[NDArray[Any]]) -> NDArray[Any]:

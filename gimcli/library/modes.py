@@ -18,7 +18,7 @@ from gimcli.dynamics.physical import require_masses
 from gimcli.dynamics.reducer import release_of
 from gimcli.dynamics.small_motions import Linearisation, Linearised, Settling, linearised
 from gimcli.errors import GimError, UsageError
-from gimcli.library.inputs import Time, Tolerance, in_file_units, inputs_of
+from gimcli.library.inputs import ROUND, Time, Tolerance, in_file_units, inputs_of
 from gimcli.library.machines import for_each_machine, released_inputs, released_machines
 from gimcli.library.record import Records, RowField
 from gimcli.library.result import Result
@@ -42,9 +42,6 @@ KINDS = {
     "unstable": ("unstable mode", "unstable modes"),
 }  # fmt: skip
 """Words for one mode and for several of a kind."""
-
-ROUND = 1e-12
-"""A smaller input, in the normal frame, is shown as 0."""
 
 
 @for_each_machine(released_machines)

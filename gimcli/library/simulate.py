@@ -323,7 +323,7 @@ class SimulateResult(Placed, RowsResult):
         """Return the graphs of the picture as data."""
         if not self._extras.plans:
             return self._usual_graphs()
-        columns = {column.name: column for column in self._shown.columns}
+        columns = self._shown.by_name
         events = [(e["kind"], {"time": e["time"], **e["at"]}) for e in self.events if e["time"] <= self._found.end]
         return [drawn(plan, columns, columns["time"], events) for plan in self._extras.plans]
 

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from gimcli import graphs, output
 from gimcli.branching.singular_positions import Found, Survey, first_turn, survey
 from gimcli.branching.singularities import STATIONARY, BranchRates, input_ends, rates
-from gimcli.library.inputs import in_file_units, interval_of
+from gimcli.continuation.circuit import Circuit
+from gimcli.library.inputs import ROUND, in_file_units, interval_of
 from gimcli.library.machines import driven_machines, for_each_machine
 from gimcli.library.record import InputsField, NodesField, Records, RowField
 from gimcli.library.result import Result
@@ -19,14 +20,8 @@ from gimcli.progress import Phases, no_phases
 from gimcli.rounding import at_inputs, intervals
 from gimcli.table import Table
 
-if TYPE_CHECKING:
-    from gimcli.continuation.circuit import Circuit
-
 CURVES = 6
 """Largest number of curves in the picture."""
-
-ZERO = 1e-14
-"""An input below this value, in rad or in lengths of the normal frame, is shown as 0."""
 
 
 MEMBERS = 3
@@ -83,12 +78,12 @@ class SingularitiesResult(Result):
     def _inputs(self, one: Found) -> dict[str, float]:
         """Return the inputs at a singular position in the file's units."""
         p = np.append(one.what.p[:-1], first_turn(self._found, float(one.what.p[-1])))
-        return in_file_units(self.mechanism, self._found.curve.inputs(p), ZERO)
+        return in_file_units(self.mechanism, self._found.curve.inputs(p), ROUND)
 
     def _interval(self, number: int) -> dict[str, list[float]]:
         """Return the smallest and the largest value of every input on a branch."""
         ends = input_ends(self._found.branches.circuits[number], self._found.reach[number])
-        return interval_of(*(in_file_units(self.mechanism, end, ZERO) for end in ends))
+        return interval_of(*(in_file_units(self.mechanism, end, ROUND) for end in ends))
 
     def headline(self) -> str:
         """Return the result in one line."""

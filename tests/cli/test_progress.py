@@ -155,7 +155,7 @@ import time
 from gimcli.cli import console as progress
 show = progress.progress_bar("thinking")
 time.sleep(2.0)
-progress.print_above("a note")
+progress.note("a note")
 time.sleep(0.5)
 show(1, 4)
 time.sleep(0.5)
