@@ -176,6 +176,7 @@ class PositionSlopes:
         count = designs.shape[1]
         slopes = np.moveaxis(by[:, :count], 1, 0)
         if isinstance(inputs, Dual):
-            more = np.zeros((len(inputs.slopes) - count, *z.shape))
-            slopes = np.concatenate([slopes, more]) + np.einsum("danr,kdar->kdnr", by[:, count:], inputs.slopes)
+            slopes = np.concatenate([slopes, np.zeros((len(inputs.slopes) - count, *z.shape))])
+            along = np.flatnonzero(inputs.slopes.any(axis=(1, 2, 3)))  # the tangents along which inputs change
+            slopes[along] += np.einsum("danr,kdar->kdnr", by[:, count:], inputs.slopes[along])
         return Dual(z, slopes), good

@@ -18,7 +18,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from gimcli.fitting.motion_quantity import FittedQuantity, LawQuantity, QuantityRates
+from gimcli.fitting.motion_quantity import MotionQuantity, QuantityRates
 from gimcli.fitting.targets import FREE, GIVEN, Targets
 from gimcli.mechanism import FloatArray
 from gimcli.progress import WorkLimit
@@ -78,7 +78,7 @@ EXACT = 1e-27
 class FitProblem:
     """A quantity, its targets, and the bounds of the dimensions."""
 
-    quantity: FittedQuantity
+    quantity: MotionQuantity
     targets: Targets
     lower: FloatArray  # (dimensions,)
     upper: FloatArray  # (dimensions,)
@@ -109,10 +109,6 @@ class FitProblem:
         """
         given = np.broadcast_to(self.targets.inputs, (len(designs), len(self.targets.values)))
         return own if self.targets.timing == FREE else given if self.targets.timing == GIVEN else given + own
-
-    def actual(self, designs: FloatArray, inputs: FloatArray) -> FloatArray:
-        """Return the inputs (designs, targets) in the designs' own laws."""
-        return self.quantity.inputs(designs, inputs) if isinstance(self.quantity, LawQuantity) else inputs
 
     def errors(self, designs: FloatArray, inputs: FloatArray) -> FloatArray:
         """Return the sum of squares (designs,), without its constant; infinity where a position is missing."""

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gimcli.fitting.least_squares import FitProblem, Trials, trials
-from gimcli.fitting.motion_quantity import FittedQuantity
+from gimcli.fitting.motion_quantity import MotionQuantity
 from gimcli.fitting.targets import FREE, GIVEN, TURN
 from gimcli.mechanism import FloatArray
 
@@ -36,7 +36,7 @@ CONSTANTS = StartConstants()
 
 
 def linear_dimensions(
-    quantity: FittedQuantity, nominal: FloatArray, lower: FloatArray, upper: FloatArray, inputs: FloatArray
+    quantity: MotionQuantity, nominal: FloatArray, lower: FloatArray, upper: FloatArray, inputs: FloatArray
 ) -> NDArray[np.int64]:
     """Return the places of dimensions in which a quantity is linear together: no derivative depends on another."""
     changes = np.diag(CONSTANTS.part * (upper - lower))
@@ -53,7 +53,7 @@ def linear_dimensions(
 
 
 def periodic_dimensions(
-    quantity: FittedQuantity, nominal: FloatArray, lower: FloatArray, upper: FloatArray, inputs: FloatArray
+    quantity: MotionQuantity, nominal: FloatArray, lower: FloatArray, upper: FloatArray, inputs: FloatArray
 ) -> NDArray[np.bool_]:
     """Return which dimensions (dimensions,) have the same effect at both bounds: directions that turn fully.
 

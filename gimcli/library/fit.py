@@ -17,7 +17,7 @@ from gimcli.families.family import Family
 from gimcli.fitting.conditions import DesignQuantities
 from gimcli.fitting.constrained import under_conditions
 from gimcli.fitting.least_squares import FitProblem, Trials, undetermined
-from gimcli.fitting.motion_quantity import LawQuantity, MotionQuantity, varied_ends
+from gimcli.fitting.motion_quantity import MotionQuantity, varied_ends
 from gimcli.fitting.search import CONSTANTS, SearchResult, SearchStop, goal_search, search
 from gimcli.fitting.starts import periodic_dimensions
 from gimcli.fitting.targets import FREE, TIMINGS, TURN
@@ -247,8 +247,7 @@ def _problem(
     varied: bool,
 ) -> FitProblem:  # fmt: skip
     family = quantities.family
-    plain = MotionQuantity(family, task.components, notify)
-    quantity = LawQuantity(plain) if varied else plain
+    quantity = MotionQuantity(family, task.components, notify, along_law=varied)
     rows = task.targets.range.grid(CONSTANTS.inputs)
     periodic = periodic_dimensions(quantity, family.nominal, lower, upper, rows)
     admits = partial(quantities.hold, steps=START_STEPS) if quantities.texts else None

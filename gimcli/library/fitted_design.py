@@ -234,7 +234,7 @@ class TargetChecker(DesignChecker):
     def checked(self, trial: Trials) -> FittedDesign | None:
         """Return a fitted design; None if its motion does not pass the targets in order on one branch."""
         inputs = self.problem.inputs(trial.designs, trial.own)
-        actual = self.problem.actual(trial.designs, inputs)[0]
+        actual = self.problem.quantity.inputs(trial.designs, inputs)[0]
         reason = "violate a limit of the model file"
         expected = self.problem.quantity.values(trial.designs, inputs)[0]
         for changes, mechanism in self.models(trial.designs[0]):

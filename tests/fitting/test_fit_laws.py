@@ -9,7 +9,7 @@ import pytest
 from gimcli import fit, load, loads, trace
 from gimcli.families.design_state import position_items
 from gimcli.families.family import Family
-from gimcli.fitting.motion_quantity import LawQuantity, MotionQuantity
+from gimcli.fitting.motion_quantity import MotionQuantity
 
 MODEL = """
 units: {length: mm}
@@ -70,7 +70,7 @@ def test_start_of_the_law_is_found_and_not_determined(tmp_path):
 def test_derivatives_by_ends_of_the_law_are_those_of_two_circles():
     """The derivative by the start, at a part of the law, is that by the angle; by the width, that part of it."""
     family = Family(loads(MODEL), ["s", "w", "crank"])
-    quantity = LawQuantity(MotionQuantity(family, position_items(family.mechanism, "P.x")))
+    quantity = MotionQuantity(family, position_items(family.mechanism, "P.x"), along_law=True)
     part, h = np.array([0.0, 0.3, 1.0]), 1e-4
     rates = quantity.rates(np.array([[30.0, 150.0, 42.0]]), np.radians(200.0 + 100.0 * part)[None])
     at = 30.0 + 150.0 * part
