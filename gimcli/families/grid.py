@@ -50,14 +50,6 @@ def carried_by(mechanism: Mechanism, name: str) -> tuple[int, int, complex]:
 
 
 @dataclass(frozen=True)
-class Kept:
-    """The folder of the parts of a grid until all are done, and whether to use the parts that are already there."""
-
-    folder: Path
-    resume: bool
-
-
-@dataclass(frozen=True)
 class Grid:
     """Positions of a point at all combinations of the inputs; NaN where a configuration does not exist."""
 
@@ -87,12 +79,15 @@ class Grid:
 
 
 def solve_grid(
-    mechanism: Mechanism, name: str, count: int, jit: str, kept: Kept | None, notify: Notify | None,
-    progress: Progress,
+    mechanism: Mechanism, name: str, count: int, jit: str, folder: Path | str | None, resume: bool,
+    notify: Notify | None, progress: Progress,
 ) -> Grid:  # fmt: skip
-    """Solve the position of a node or point at all combinations of `count` values of each input."""
+    """Solve the position of a node or point at all combinations of `count` values of each input.
+
+    Its parts are kept in `folder`, if there is one, until all are done; `resume` uses those that are already there.
+    """
     job = with_kernel(Scatterer(mechanism, carried_by(mechanism, name), input_grid(mechanism, count)), jit, notify)
-    store = None if kept is None else Parts(kept.folder, _header(job, mechanism, name), kept.resume)
+    store = None if folder is None else Parts(Path(folder), _header(job, mechanism, name), resume)
     done = set[int]() if store is None else store.done
     parts: dict[int, ComplexArray] = {}
     missing = [k for k in range(job.parts) if k not in done]

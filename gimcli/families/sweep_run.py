@@ -11,7 +11,7 @@ from __future__ import annotations
 import os
 import pickle
 import signal
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from importlib import import_module
@@ -43,12 +43,6 @@ ANSWER = "10s"
 
 AHEAD = 3
 """Chunks that are handed out for each worker, so that memory is limited."""
-
-
-def run_here(job: SweepJob, numbers: Sequence[int]) -> Iterator[tuple[int, Rows]]:
-    """Yield the number and the content of each chunk, computed in this process."""
-    for number in numbers:
-        yield number, job.run(number)
 
 
 def run_on_processes(job: SweepJob, numbers: Sequence[int], workers: int) -> Iterator[tuple[int, Rows]]:
@@ -160,9 +154,6 @@ def _run_sent(sent: bytes, number: int, version: str) -> Rows:
     return _receive(sent).run(number)
 
 
-Run = Callable[[Sequence[int]], Iterator[tuple[int, Rows]]]
-
-
 class SweepRun:
     """The chunks of a job: computed by workers in any order, given in order."""
 
@@ -197,7 +188,7 @@ class SweepRun:
             return run_on_cluster(self.job, missing, self.scheduler)
         if self.workers > 1 and len(missing) > 1:
             return run_on_processes(self.job, missing, min(self.workers, len(missing)))
-        return run_here(self.job, missing)
+        return ((number, self.job.run(number)) for number in missing)
 
     def _read(self, store: Parts, number: int) -> Rows:
         """Return a chunk of the folder; a damaged one is computed again."""

@@ -59,7 +59,9 @@ class FitSearchConstants:
     polished: int = 40  # best trials that are refined at the end
     polishing: int = 500  # steps of that; minima in long flat valleys need them
     inputs: int = 12  # rows with which linear dimensions are recognised
-    alike: float = 1e-4  # relative difference of the errors of one minimum
+    alike: float = 1e-4  # relative difference of the errors, or goals, of one minimum
+    goal_steps: int = 72  # of the motions of random designs, for a goal
+    improved: int = 12  # best random designs that are improved, for a goal
 
 
 CONSTANTS = FitSearchConstants()
@@ -75,7 +77,7 @@ class SearchResult:
 
     def same(self, error: float, zero: float) -> NDArray[np.bool_]:
         """Return which trials have an error; errors below `zero` are equal."""
-        return np.asarray(np.abs(self.trials.error - error) <= zero + CONSTANTS.alike * error)
+        return np.asarray(np.abs(self.trials.error - error) <= zero + CONSTANTS.alike * abs(error))
 
     def exact(self, zero: float) -> bool:
         """Return whether there is an exact fit: more starts cannot improve it."""
@@ -127,54 +129,26 @@ def _in_stages(problem: FitProblem, at: Trials) -> Trials:
     return at
 
 
-@dataclass(frozen=True)
-class GoalSearchConstants:
-    """Constants of the search."""
-
-    batch: int = 1000  # random designs in one call
-    steps: int = 72  # of the motions of random designs
-    improved: int = 12  # best random designs that are improved
-    alike: float = 1e-4  # relative difference of the goals of one minimum
-
-
-GOAL_CONSTANTS = GoalSearchConstants()
-
-
-@dataclass(frozen=True, eq=False)
-class GoalSearchResult:
-    """The best designs of a search, sorted by their goals."""
-
-    designs: FloatArray  # (designs, dimensions) file's units
-    goals: FloatArray  # (designs,)
-    drawn: int  # random designs
-    started: int  # of these, designs that move over the whole law and satisfy the conditions
-
-    def same(self, goal: float) -> int:
-        """Return the number of designs with a goal."""
-        return int(np.sum(np.abs(self.goals - goal) <= GOAL_CONSTANTS.alike * abs(goal)))
-
-
 def goal_search(
     quantities: DesignQuantities, lower: FloatArray, upper: FloatArray, count: int, seed: int,
     progress: Callable[[int, int], None], stop: Callable[[], bool],
-) -> GoalSearchResult:  # fmt: skip
-    """Return the designs with the least goals that were found; the same seed gives the same result."""
+) -> SearchResult:  # fmt: skip
+    """Return the designs with the least goals that were found, as trials; the same seed gives the same result."""
     generator, dimensions = np.random.default_rng(seed), len(lower)
-    best, least, drawn, started = np.empty((0, dimensions)), np.empty(0), 0, 0
+    best, drawn, started = list[Trials](), 0, 0
     while drawn < count and not (drawn and stop()):
-        size = min(GOAL_CONSTANTS.batch, count - drawn)
-        designs = random_designs(lower, upper, size, generator)
-        goals = quantities.admitted_goals(designs, GOAL_CONSTANTS.steps)
-        drawn, started = drawn + size, started + int(np.isfinite(goals).sum())
-        best, least = _least(np.concatenate((best, designs)), np.concatenate((least, goals)), GOAL_CONSTANTS.improved)
+        size = min(CONSTANTS.batch, count - drawn)
+        found = _with_goals(quantities, random_designs(lower, upper, size, generator), CONSTANTS.goal_steps)
+        drawn, started = drawn + size, started + len(found)
+        best = [joined([*best, found]).best(CONSTANTS.improved)]
         progress(drawn, count)
-    improved = [constrained_goal(quantities, design, lower, upper) for design in best if not stop()]
-    every = np.concatenate((best, np.reshape(improved, (-1, dimensions))))
-    goals = quantities.admitted_goals(every, STEPS) if len(every) else least
-    return GoalSearchResult(*_least(every, goals, len(every)), drawn, started)
+    improved = [constrained_goal(quantities, design, lower, upper) for design in best[0].designs if not stop()]
+    every = np.concatenate((best[0].designs, np.reshape(improved, (-1, dimensions))))
+    last = _with_goals(quantities, every, STEPS).best(len(every)) if len(every) else best[0]
+    return SearchResult(last, drawn, started)
 
 
-def _least(designs: FloatArray, goals: FloatArray, count: int) -> tuple[FloatArray, FloatArray]:
-    """Return the designs with the least goals, and these; designs without a goal are left out."""
-    order = np.argsort(goals, kind="stable")[: min(count, int(np.isfinite(goals).sum()))]
-    return designs[order], goals[order]
+def _with_goals(quantities: DesignQuantities, designs: FloatArray, steps: int) -> Trials:
+    """Return designs with their goals as trials; those without a goal are left out."""
+    goals, none = quantities.admitted_goals(designs, steps), np.zeros(len(designs))
+    return Trials(designs, np.empty((len(designs), 0)), none, goals, none)[np.isfinite(goals)]

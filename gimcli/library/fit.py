@@ -139,9 +139,9 @@ def _least_goal(
     assert quantities.goal is not None
     search = goal_search(quantities, lower, upper, starts, seed, progress, stop.spend)
     checker, nominal = GoalChecker(quantities), quantities.family.mechanism
-    tried = zip(search.designs[:MOST_CHECKED], search.goals.tolist(), strict=False)
+    tried = zip(search.trials.designs[:MOST_CHECKED], search.trials.error.tolist(), strict=False)
     found = next((one for design, goal in tried if (one := checker.checked(design, goal)) is not None), None)
-    hits = 0 if found is None else search.same(found.error)
+    hits = 0 if found is None else int(search.same(found.error, 0.0).sum())
     counts = FitCounts(search.drawn, search.started, hits, seed, _ended(stop))
     names, goal, stand = quantities.family.names, quantities.goal.text, _stand(found, lower, upper)
     return GoalResult(nominal, names, found, counts, stand=stand, goal=goal)

@@ -10,7 +10,7 @@ from typing import Annotated, Any
 
 from gimcli import output
 from gimcli.errors import StructureError, UsageError, refuse
-from gimcli.families.grid import Grid, Kept, solve_grid
+from gimcli.families.grid import Grid, solve_grid
 from gimcli.library.inputs import MOST_STEPS, Jit, Range, checked, refuse_unmoved
 from gimcli.library.record import Records, RowField, fact
 from gimcli.library.result import Result
@@ -86,8 +86,7 @@ def workspace(
     make_plan(mechanism)
     refuse_unmoved(mechanism, "add an actuator")
     freedoms = task_of(mechanism, name, held).freedoms
-    kept = None if folder is None else Kept(Path(folder), resume)
-    solved = solve_grid(mechanism, name, grid, jit, kept, notify, progress("positions")) if grid else None
+    solved = solve_grid(mechanism, name, grid, jit, folder, resume, notify, progress("positions")) if grid else None
     found: Workspace | Reach
     with limited(WORK, seconds) as limit:
         if freedoms == 1:

@@ -232,7 +232,7 @@ class MotionState(State):
     @cached_property
     def path(self) -> PathDerivatives:
         """The derivatives along the path of the motion: by its parameter, or by the arc length of a circuit."""
-        return derivatives_of(self.motion, self.angles, self.given)
+        return derivatives_of(self.motion, self.given)
 
     @cached_property
     def forces(self) -> Forces:
@@ -401,7 +401,7 @@ class Needs(State):
         return np.ones(1)
 
 
-def derivatives_of(motion: Motion, angles: Angles = in_rows, given: FloatArray | None = None) -> PathDerivatives:
+def derivatives_of(motion: Motion, given: FloatArray | None = None) -> PathDerivatives:
     """Return the derivatives of a motion along its laws, or along the arc length of its curve if it is a circuit.
 
     `given` are derivatives of the inputs (orders, actuators, rows) that replace those of the laws.
@@ -409,5 +409,5 @@ def derivatives_of(motion: Motion, angles: Angles = in_rows, given: FloatArray |
     from gimcli.rates.path_derivatives import ArclengthDerivatives, PathDerivatives
 
     if motion.parameter is None:
-        return PathDerivatives(motion, angles, given)
-    return ArclengthDerivatives(motion, angles)
+        return PathDerivatives(motion, given)
+    return ArclengthDerivatives(motion)

@@ -28,7 +28,6 @@ from gimcli.continuation.curve import PositionCurve
 from gimcli.mechanism import FRAME, BoolArray, ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.motion.motion import Motion
 from gimcli.rates.derivatives import MotionRates, rates, rates_of_inputs
-from gimcli.rates.member_angles import Angles, in_rows
 
 
 @dataclass(frozen=True)
@@ -107,17 +106,12 @@ class PathDerivatives:
     """A motion, or a piece of one, and its derivatives, which are computed on first use."""
 
     motion: Motion
-    angles: Angles = in_rows
     given: FloatArray | None = None  # derivatives of the inputs that replace those of the laws
 
     @property
     def mechanism(self) -> Mechanism:
         """The mechanism of the motion."""
         return self.motion.mechanism
-
-    def angle(self, member: int) -> FloatArray:
-        """Return the direction of a member (rows,) in the file's angle unit, full turns counted."""
-        return self.angles(self.motion, member)
 
     @cached_property
     def path(self) -> InputPath:
@@ -192,11 +186,6 @@ class ArclengthDerivatives(PathDerivatives):
     def smooth(self) -> BoolArray:
         """Return for every row whether its second derivatives belong to a regular parameter (always true)."""
         return np.ones(len(self.motion.time), dtype=bool)
-
-    @cached_property
-    def along(self) -> MotionRates:
-        """First and second derivatives by the arc length."""
-        return self.along_to(2)
 
     @property
     def timed(self) -> MotionRates:
