@@ -40,7 +40,7 @@ def _run(run: Run) -> Any:
     try:
         found = run.outputs.stream(begun)
     except KeyboardInterrupt:
-        _print_interrupted(begun.run.done, begun.job.chunks, folder)
+        _print_interrupted(begun.done, begun.job.chunks, folder)
         raise typer.Exit(130) from None
     begun.clear()
     return found

@@ -14,7 +14,7 @@ import numpy as np
 
 from gimcli.errors import GimError, UsageError
 from gimcli.families.designs import Designs
-from gimcli.families.float_tables import FloatTables, spans
+from gimcli.families.float_tables import FloatTables
 from gimcli.families.planned_family import PlannedFamily
 from gimcli.input_laws import LaterLaw
 from gimcli.kernels import family as kernels, jit, march as marching, plan_steps
@@ -28,6 +28,7 @@ from gimcli.positions.inputs import divided, law_inputs, scales
 from gimcli.positions.newton import Accuracy, NewtonConstants
 from gimcli.positions.options import Options
 from gimcli.positions.program import plan_program
+from gimcli.quantities.state import first_row
 from gimcli.status import Status
 from gimcli.structure.plan import make_plan
 from gimcli.structure.residual import allowed, residual as constraint_errors
@@ -128,10 +129,11 @@ class Family(PlannedFamily):
 
         The equations of positions have the square of a length; a model file with such a length is refused.
         """
-        found, first = np.zeros(len(tables.shapes), dtype=bool), spans(self.mechanism)
+        found = np.zeros(len(tables.shapes), dtype=bool)
         for k, member in enumerate(self.mechanism.members):
             if k != FRAME and len(member.nodes) == 2:
-                side, nominal = tables.shapes[:, first[k] + 1] - tables.shapes[:, first[k]], np.diff(member.shape)[0]
+                first, nominal = first_row(self.mechanism, k), np.diff(member.shape)[0]
+                side = tables.shapes[:, first + 1] - tables.shapes[:, first]
                 found |= side[:, 0] * nominal.real + side[:, 1] * nominal.imag <= 0.0
         return found
 

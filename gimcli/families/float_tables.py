@@ -10,7 +10,7 @@ import numpy as np
 from gimcli.calculus.dual import Dual
 from gimcli.calculus.numbers import nominal
 from gimcli.calculus.recorded import Recorded, Recording
-from gimcli.mechanism import FRAME, FloatArray, IntArray, Mechanism
+from gimcli.mechanism import FRAME, FloatArray, Mechanism
 from gimcli.positions.program import PlanProgram
 
 
@@ -85,8 +85,3 @@ class TableMaker:
             if isinstance(designs, Dual):
                 slopes[..., column] = found[place].slopes
         return Dual(table, slopes) if isinstance(designs, Dual) else table
-
-
-def spans(mechanism: Mechanism) -> IntArray:
-    """Return the first row of each member in `FloatTables.shapes`, and their number."""
-    return np.cumsum([0, *(len(member.nodes) for member in mechanism.members)])

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from gimcli.families.float_tables import FloatTables, spans
+from gimcli.families.float_tables import FloatTables
 from gimcli.mechanism import BoolArray, ComplexArray, FloatArray, Mechanism
+from gimcli.quantities.state import first_row
 from gimcli.structure.four_bars import FourBar
 from gimcli.structure.loop_types import cross
 from gimcli.structure.mechanism_types import mechanism_type
@@ -51,7 +52,7 @@ def _kind(lengths: list[float], corners: ComplexArray) -> str:
 def _lengths(mechanism: Mechanism, tables: FloatTables, link: int, a: int, b: int, z: ComplexArray) -> FloatArray:
     """Return the distance of two nodes of a link in each design: of a member its own, otherwise at the position."""
     if link < len(mechanism.members) and {a, b} <= set(mechanism.members[link].nodes):
-        first = spans(mechanism)[link]
+        first = first_row(mechanism, link)
         nodes = mechanism.members[link].nodes
         side = tables.shapes[:, first + nodes.index(b)] - tables.shapes[:, first + nodes.index(a)]
         return np.asarray(np.hypot(side[:, 0], side[:, 1]))

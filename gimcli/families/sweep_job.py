@@ -111,9 +111,6 @@ class SweepJob:
     def __getstate__(self) -> dict[str, Any]:
         return {name: getattr(self, name) for name in self.__dataclass_fields__} | {"notify": None}
 
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__dict__.update(state)
-
     @cached_property
     def family(self) -> Family:
         """The family; it is made anew in each process."""

@@ -154,55 +154,6 @@ def _run_sent(sent: bytes, number: int, version: str) -> Rows:
     return _receive(sent).run(number)
 
 
-class SweepRun:
-    """The chunks of a job: computed by workers in any order, given in order."""
-
-    def __init__(
-        self, job: SweepJob, store: Parts | None = None, workers: int = 1, scheduler: str = "",
-        progress: Progress = no_progress,
-    ) -> None:  # fmt: skip
-        self.job, self.store, self.workers, self.scheduler, self.progress = job, store, workers, scheduler, progress
-        self.resumed = len(store.done) if store is not None else 0
-        self.done = self.resumed
-
-    def chunks(self) -> Iterator[Rows]:
-        """Yield the chunks in order."""
-        store, ready = self.store, dict[int, Rows]()
-        known = store.done if store is not None else set[int]()
-        computed = self._run([k for k in range(self.job.chunks) if k not in known])
-        self._report()
-        for number in range(self.job.chunks):
-            while number not in known and number not in ready:
-                k, rows = next(computed)
-                self.done += 1
-                self._report()
-                if store is None:
-                    ready[k] = rows
-                else:
-                    store.put(k, rows)
-                    known.add(k)
-            yield ready.pop(number) if store is None else self._read(store, number)
-
-    def _run(self, missing: Sequence[int]) -> Iterator[tuple[int, Rows]]:
-        if self.scheduler:
-            return run_on_cluster(self.job, missing, self.scheduler)
-        if self.workers > 1 and len(missing) > 1:
-            return run_on_processes(self.job, missing, min(self.workers, len(missing)))
-        return ((number, self.job.run(number)) for number in missing)
-
-    def _read(self, store: Parts, number: int) -> Rows:
-        """Return a chunk of the folder; a damaged one is computed again."""
-        with suppress(OSError, ValueError, EOFError):
-            return store.get(number)
-        rows = self.job.run(number)
-        store.put(number, rows)
-        return rows
-
-    def _report(self) -> None:
-        job = self.job
-        self.progress(min(self.done * job.size, job.table.count), job.table.count)
-
-
 def best_of(job: SweepJob, chunks: Iterator[Rows]) -> Iterator[Rows]:
     """Yield the chunks, or one chunk with the best designs of all."""
     if not job.best:
@@ -224,10 +175,15 @@ DRAWN = 1_000_000
 
 
 class SweepTables:
-    """A sweep that is being computed chunk by chunk."""
+    """A sweep that is being computed: its chunks by workers in any order, its tables in the order of the designs."""
 
-    def __init__(self, run: SweepRun, units: Mapping[str, str]) -> None:
-        self.run, self.job, self.mechanism = run, run.job, run.job.mechanism
+    def __init__(
+        self, job: SweepJob, units: Mapping[str, str], store: Parts | None = None, workers: int = 1,
+        scheduler: str = "", progress: Progress = no_progress,
+    ) -> None:  # fmt: skip
+        self.job, self.mechanism = job, job.mechanism
+        self.store, self.workers, self.scheduler, self.progress = store, workers, scheduler, progress
+        self.done = self.resumed = len(store.done) if store is not None else 0
         own = {"length": self.mechanism.length_unit, "angle": self.mechanism.angle_unit}
         self.units = {name: own.get(unit, "") for name, unit in units.items()}
         self.counts = np.zeros(len(Status), dtype=np.int64)
@@ -245,7 +201,7 @@ class SweepTables:
 
     def tables(self) -> Iterator[Table]:
         """Yield the table of each chunk, in the order of the designs; with `best` one table."""
-        for chunk in best_of(self.job, self.run.chunks()):
+        for chunk in best_of(self.job, self.chunks()):
             rows = chunk["rows"]
             self.counts += chunk["counts"]
             self.careful += int(chunk["careful"])
@@ -273,7 +229,44 @@ class SweepTables:
             flat[STEP] = np.tile(np.arange(each), len(rows))
         return Table(tuple(Column(name, np.ascontiguousarray(flat[name]), self.unit(name)) for name in self.names))
 
+    def chunks(self) -> Iterator[Rows]:
+        """Yield the chunks in order."""
+        store, ready = self.store, dict[int, Rows]()
+        known = store.done if store is not None else set[int]()
+        computed = self._computed([k for k in range(self.job.chunks) if k not in known])
+        self._report()
+        for number in range(self.job.chunks):
+            while number not in known and number not in ready:
+                k, rows = next(computed)
+                self.done += 1
+                self._report()
+                if store is None:
+                    ready[k] = rows
+                else:
+                    store.put(k, rows)
+                    known.add(k)
+            yield ready.pop(number) if store is None else self._read(store, number)
+
+    def _computed(self, missing: Sequence[int]) -> Iterator[tuple[int, Rows]]:
+        if self.scheduler:
+            return run_on_cluster(self.job, missing, self.scheduler)
+        if self.workers > 1 and len(missing) > 1:
+            return run_on_processes(self.job, missing, min(self.workers, len(missing)))
+        return ((number, self.job.run(number)) for number in missing)
+
+    def _read(self, store: Parts, number: int) -> Rows:
+        """Return a chunk of the folder; a damaged one is computed again."""
+        with suppress(OSError, ValueError, EOFError):
+            return store.get(number)
+        rows = self.job.run(number)
+        store.put(number, rows)
+        return rows
+
+    def _report(self) -> None:
+        job = self.job
+        self.progress(min(self.done * job.size, job.table.count), job.table.count)
+
     def clear(self) -> None:
         """Remove the folder of the parts, after everything was written."""
-        if self.run.store is not None:
-            self.run.store.clear()
+        if self.store is not None:
+            self.store.clear()

@@ -8,7 +8,7 @@ application of tolerance analysis to the design of mechanical assemblies, Res. E
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -73,7 +73,9 @@ def sampled_spread(
     """
     sums: FloatArray | None = None
     ends: list[FloatArray] = []
-    for done, part in _parts(family, changes, inputs.shape[1]):
+    size = max(1, PLACES // (inputs.shape[1] * len(family.mechanism.nodes)))
+    for begin in range(0, len(changes), size):
+        part = changes[begin : begin + size]
         found = family.solve(family.nominal + part, inputs=inputs, notify=notify)
         away = measure(found)
         known = np.isfinite(away)
@@ -81,17 +83,9 @@ def sampled_spread(
         own = np.stack([known.sum(axis=1), *((clean**k).sum(axis=1) for k in (1, 2, 3, 4))])
         sums = own if sums is None else sums + own
         ends += [np.fmin.reduce(away, axis=1), np.fmax.reduce(away, axis=1)]
-        progress(done, len(changes))
+        progress(begin + len(part), len(changes))
     assert sums is not None
     return _spread(len(changes), sums, np.fmin.reduce(ends[::2]), np.fmax.reduce(ends[1::2]))
-
-
-def _parts(family: Family, changes: FloatArray, rows: int) -> Iterator[tuple[int, FloatArray]]:
-    """Yield the changes in parts, with the number of designs up to their end."""
-    size = max(1, PLACES // (rows * len(family.mechanism.nodes)))
-    for begin in range(0, len(changes), size):
-        part = changes[begin : begin + size]
-        yield begin + len(part), part
 
 
 def _spread(samples: int, sums: FloatArray, least: FloatArray, greatest: FloatArray) -> SampledSpread:

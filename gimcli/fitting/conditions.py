@@ -52,19 +52,15 @@ class DesignQuantities:
     def hold(self, designs: FloatArray, steps: int = STEPS) -> NDArray[np.bool_]:
         """Return which designs (designs,) satisfy all conditions."""
         good = np.ones(len(designs), dtype=bool)
-        if self.tests and len(designs):
-            columns = self._columns(designs, steps)
-            for test in self.tests:
-                good &= np.broadcast_to(columns.of(test), len(designs))
+        for test in self.tests if len(designs) else ():
+            good &= np.broadcast_to(self._columns(designs, steps).of(test), len(designs))
         return good
 
     def admitted_goals(self, designs: FloatArray, steps: int) -> FloatArray:
         """Return the goal (designs,); NaN for designs that do not move over the whole law, or violate a condition."""
         assert self.goal is not None
         columns = self._columns(designs, steps)
-        good = columns.solved.good.all(axis=1)
-        for test in self.tests:
-            good &= np.broadcast_to(columns.of(test), len(designs))
+        good = columns.solved.good.all(axis=1) & self.hold(designs, steps)
         goals = np.broadcast_to(np.asarray(columns.of(self.goal), dtype=float), len(designs))
         return np.where(good & np.isfinite(goals), goals, np.nan)
 

@@ -19,7 +19,7 @@ from gimcli.families.family import ONE, kernel_name, mode_of
 from gimcli.families.grid import contents_hash, model_hash
 from gimcli.families.quantity_text import texts_of
 from gimcli.families.sweep_job import SweepJob, chunk_size, default_keep
-from gimcli.families.sweep_run import SweepRun, SweepTables
+from gimcli.families.sweep_run import SweepTables
 from gimcli.families.variation import MOST_VALUES, varied
 from gimcli.library.inputs import OneOf, Range, Seed, Steps, Tolerance, checked, refuse_unmoved
 from gimcli.library.machines import accepted, driven_machines
@@ -122,7 +122,7 @@ def sweep(
     job = _with_kernels(job, folder if resume else None, notify)
     units = {name: written(mechanism).dimension(name).unit for name in table.names}
     store = None if folder is None else Parts(Path(folder), _header(job), resume)
-    return SweepUnderWay(SweepRun(job, store, workers, scheduler, progress("designs")), units)
+    return SweepUnderWay(job, units, store, workers, scheduler, progress("designs"))
 
 
 def _designs(given: Any) -> dict[str, Any]:
@@ -260,7 +260,7 @@ class SweepResult(RowsResult):
         best = {} if self._found.best is None else {"best": _listed(self._found.best)}
         return {
             "designs": self.designs, "solved": self.solved, "status": self.counts, "kept": self._found.rows,
-            "solved_one_by_one": self._found.careful, "resumed_chunks": self._found.run.resumed,
+            "solved_one_by_one": self._found.careful, "resumed_chunks": self._found.resumed,
             "chunks": job.chunks, "vary": {v.name: v.text for v in job.table.varied.variations},
             "ranges": self.ranges, **best,
         }  # fmt: skip

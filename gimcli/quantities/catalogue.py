@@ -115,8 +115,14 @@ class Catalogue(KnownNames):
         """Return the value of a text that is a number of a motion; raise UsageError if it is none."""
         own = self.expression(text, "quantity")
         state.swept()
+        columns = {name: self.columns_in(state, name)[..., None, :] for name in own.names}  # those of one design
         with np.errstate(all="ignore"):
-            return float(np.ravel(own.value(_MotionRows(self, state), strict(state.lacks)))[0])
+            return float(np.ravel(own.value(columns, strict(state.lacks)))[0])
+
+    def columns_in(self, state: State, name: str) -> Any:
+        """Return the column with a name in a state (..., rows), or several (columns, ..., rows)."""
+        found = [state.value(*item) for item in self.find(name)]
+        return np.stack(found) if len(found) > 1 else found[0]
 
     def asked(self, text: str) -> tuple[Item, ...]:
         """Return the columns of a text: a name, a kind such as "centre:rod/rocker", or an expression.
@@ -230,25 +236,8 @@ class Formula(Quantity):
 
     def values(self, state: State) -> Sequence[Any]:
         """Return the value of each row."""
-        return [self.expression.value(_Values(self.known, state), ARRAYS)]
-
-
-class _Values:
-    """The values of names in a state."""
-
-    def __init__(self, known: Catalogue, state: State) -> None:
-        self.known, self.state = known, state
-
-    def __getitem__(self, name: str) -> Any:
-        found = [self.state.value(*item) for item in self.known.find(name)]
-        return np.stack(found) if len(found) > 1 else found[0]
-
-
-class _MotionRows(_Values):
-    """The values of names in one motion, as those of one design: (1, rows), of several columns (columns, 1, rows)."""
-
-    def __getitem__(self, name: str) -> Any:
-        return super().__getitem__(name)[..., None, :]
+        columns = {name: self.known.columns_in(state, name) for name in self.expression.names}
+        return [self.expression.value(columns, ARRAYS)]
 
 
 @derived

@@ -27,7 +27,7 @@ from gimcli.continuation.circuit import CIRCUIT, STEPS
 from gimcli.continuation.curve import PositionCurve
 from gimcli.mechanism import FRAME, BoolArray, ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.motion.motion import Motion
-from gimcli.rates.derivatives import MotionRates, rates, rates_of_inputs
+from gimcli.rates.derivatives import MotionRates, law_rates, rates_of_inputs
 
 
 @dataclass(frozen=True)
@@ -136,9 +136,8 @@ class PathDerivatives:
     @cached_property
     def timed(self) -> MotionRates:
         """Velocities and accelerations by the real time."""
-        if self.given is not None:
-            return rates_of_inputs(self.mechanism, self.motion.z, self.given[:3])
-        return rates(self.mechanism, self.motion.time, self.motion.z, 2)
+        given = law_rates(self.mechanism, self.motion.time, 2) if self.given is None else self.given[:3]
+        return rates_of_inputs(self.mechanism, self.motion.z, given)
 
     def along_to(self, order: int, rows: IntArray | slice = slice(None)) -> MotionRates:
         """Return derivatives of some rows by the path's parameter, up to an order of at most 3."""
