@@ -26,7 +26,7 @@ from gimcli.assemblies.assur_loops import LoopGroup, LoopState, group_of, indepe
 from gimcli.assemblies.certificate import Proven, distances, mirror_distance, real_equations, real_form, without_image
 from gimcli.assemblies.constants import FITS, SEARCH
 from gimcli.assemblies.link_joints import NONE, BodyJoint, Linkage, linkage
-from gimcli.assemblies.loops import LoopFamily, Loops, values_and_jacobian
+from gimcli.assemblies.loops import LoopFamily, values_and_jacobian
 from gimcli.assemblies.roots import OPEN, REACHED, REALS, DyadRoots, Roots, all_roots, dyad_roots
 from gimcli.assemblies.start_cache import known_count
 from gimcli.canonical import principal, ranks
@@ -82,8 +82,8 @@ def kept_apart(family: LoopFamily, proven: Proven, each: int) -> BoolArray:
 DIGITS = 7
 """Decimal places of the angles by which roots are sorted; rounding errors are smaller."""
 
-Solver = Callable[[int, tuple[int, ...], LoopGroup, Loops], Roots]
-"""Function that returns the roots of a group from its number, the branches of earlier groups, and its loops."""
+Solver = Callable[[int, tuple[int, ...], LoopGroup, ComplexArray], Roots]
+"""Function that returns the roots of a group from its number, the branches of earlier groups, and its coefficients."""
 
 
 @dataclass(frozen=True)
@@ -190,10 +190,10 @@ class ConfigurationFinder:
         return self._finished(inputs, leaves, reports)
 
     def afresh(
-        self, number: int, branch: tuple[int, ...], group: LoopGroup, loops: Loops, near: Roots | None = None
+        self, number: int, branch: tuple[int, ...], group: LoopGroup, H: ComplexArray, near: Roots | None = None
     ) -> Roots:
-        """Return the roots of a group in a reproducible order; `near` are the roots of almost the same loops."""
-        roots = all_roots(loops, self.progress, near)
+        """Return the roots of a group in a reproducible order; `near` are the roots of almost the same H."""
+        roots = all_roots(group.family, H, self.progress, near)
         return replace(roots, proven=roots.proven.take(_order(group, roots.proven)))
 
     def _ground(self, inputs: FloatArray) -> LoopState:
@@ -207,14 +207,12 @@ class ConfigurationFinder:
 
     def _branched(self, number: int, group: LoopGroup, leaves: _Leaves, solver: Solver) -> tuple[RootReport, _Leaves]:
         """Solve a group for each partial configuration."""
-        p = group.values(leaves.state)
+        H = group.family.real(group.values(leaves.state))
         report = RootReport(self._names(group), group.family.loops, known_count(group.family))
         if group.family.loops == 1:
-            H = group.family.member(p, p)
-            H[:, 1] = H[:, 0].conj()
             report, found = _dyads(report, group, H)
         else:
-            report, found = self._coupled(report, number, group, p, leaves, solver)
+            report, found = self._coupled(report, number, group, H, leaves, solver)
         parents = np.array([f[0] for f in found], dtype=int)
         most = SEARCH.positions
         if len(found) > most:
@@ -230,19 +228,18 @@ class ConfigurationFinder:
         return report, _Leaves(state, [(*leaves.branches[f[0]], f[1]) for f in found], radius)
 
     def _coupled(
-        self, report: RootReport, number: int, group: LoopGroup, p: ComplexArray, leaves: _Leaves, solver: Solver
+        self, report: RootReport, number: int, group: LoopGroup, H: ComplexArray, leaves: _Leaves, solver: Solver
     ) -> tuple[RootReport, list[_Root]]:
         found: list[_Root] = []
-        for parent, own in enumerate(p):
+        for parent, own in enumerate(H):
             if spend(1):
                 break
-            loops = Loops.of(group.family, own)
-            roots = solver(number, leaves.branches[parent], group, loops)
+            roots = solver(number, leaves.branches[parent], group, own)
             report = _counted(report, roots)
             real = np.flatnonzero(roots.proven.real).tolist()
-            placed = real_form(group.family, loops.H, roots.proven.w[real])
+            placed = real_form(group.family, own, roots.proven.w[real])
             found += [(parent, k, w, float(roots.proven.small[k])) for k, w in zip(real, placed, strict=True)]
-            maybe = doubtful_real(group.family, loops.H, roots.doubtful)
+            maybe = doubtful_real(group.family, own, roots.doubtful)
             found += [(parent, len(roots.proven.w) + k, w, np.inf) for k, w in enumerate(maybe)]
         return report, found
 

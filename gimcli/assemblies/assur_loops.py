@@ -188,19 +188,14 @@ def _refuse(linkage: Linkage) -> None:
 def parts(linkage: Linkage) -> list[GroupPart]:
     """Return the Assur groups of a linkage without redundant constraints, in the order of solution."""
     unknowns = Unknowns(linkage)
-    rows: list[list[int]] = []  # columns of every equation
-    for k in range(len(linkage.joints)):
-        columns = [(unknowns.column[u], u[0]) for u in unknowns.of(k)]
-        for part in (0, 1):
-            rows.append([c + (part if kind == "p" else 0) for c, kind in columns])
-    entered: list[list[int]] = [[] for _ in range(unknowns.count)]
-    for row, columns_of in enumerate(rows):
-        for column in columns_of:
-            entered[column].append(row)
-    whole = list(range(unknowns.count))  # x and y of a vertex belong to the same group
+    whole, rows = list(range(unknowns.count)), list[list[int]]()  # x and y of a vertex belong to the same group
     for (kind, _), at in unknowns.column.items():
         if kind == "p":
             whole[at + 1] = at
+    for k in range(len(linkage.joints)):
+        columns = [(unknowns.column[u], u[0] == "p") for u in unknowns.of(k)]
+        rows += [[at + part * of_place for at, of_place in columns] for part in (0, 1)]  # columns of every equation
+    entered = [[row for row, columns_of in enumerate(rows) if at in columns_of] for at in range(unknowns.count)]
     equation = match(len(rows), entered)
     needs: list[list[int]] = [[] for _ in whole]
     joints: dict[int, list[int]] = {at: [] for at in whole}
@@ -356,9 +351,8 @@ def _tensors(
                 total[k, term] += int(signs[index]) * factor
     kept = {key: count for key, count in total.items() if count}
     parameters = tuple(sorted({term[:2] for _, term in kept}))
-    n = len(part.classes)
-    table = np.zeros((len(loops), 1 + n + len(part.slides), len(parameters)))
+    table = np.zeros((len(loops), 1 + len(part.classes) + len(part.slides), len(parameters)))
     for (k, (kind, which, column)), count in kept.items():
         table[k, column, parameters.index((kind, which))] = count
     rail = np.array([_class(linkage, part, s) for s in part.slides], dtype=np.int64)
-    return LoopFamily(table[:, 0], table[:, 1 : 1 + n], table[:, 1 + n :], rail), parameters
+    return LoopFamily(table, rail), parameters

@@ -14,7 +14,6 @@ from gimcli.assemblies.assemblies import ConfigurationFinder, Configurations
 from gimcli.assemblies.assur_loops import LoopGroup
 from gimcli.assemblies.certificate import distances, prove
 from gimcli.assemblies.constants import SEARCH
-from gimcli.assemblies.loops import Loops
 from gimcli.assemblies.root_paths import corrected, random_member, track
 from gimcli.assemblies.roots import AGREED, REACHED, Roots
 from gimcli.mechanism import ComplexArray, FloatArray
@@ -42,15 +41,15 @@ class RootFollower:
         self.before, self.now = self.now, {}
         return self.assembler.at(inputs, self._roots)
 
-    def _roots(self, number: int, branch: tuple[int, ...], group: LoopGroup, loops: Loops) -> Roots:
+    def _roots(self, number: int, branch: tuple[int, ...], group: LoopGroup, H: ComplexArray) -> Roots:
         roots = None
         known = self.before.get((number, branch))
         if known is not None and known[1].level in (REACHED, AGREED) and not known[1].infinite:
-            roots = self._followed(group, known[0], known[1], loops.H)
+            roots = self._followed(group, *known, H)
         if roots is None:
             self.fresh += 1
-            roots = self.assembler.afresh(number, branch, group, loops, known[1] if known else None)
-        self.now[number, branch] = loops.H, roots
+            roots = self.assembler.afresh(number, branch, group, H, known[1] if known else None)
+        self.now[number, branch] = H, roots
         return roots
 
     def _followed(self, group: LoopGroup, before: ComplexArray, roots: Roots, H: ComplexArray) -> Roots | None:

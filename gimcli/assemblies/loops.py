@@ -27,27 +27,25 @@ GROUND = -1
 
 @dataclass(frozen=True, eq=False)
 class LoopFamily:
-    """The tensors of the coefficients: C0 = T0 p, C = TC p, U = TU p; families with equal tensors are equal."""
+    """The tensor of the coefficients, `table` times the parameters; families with equal tensors are equal."""
 
-    T0: FloatArray = field(repr=False)  # (L, parameters) small integers
-    TC: FloatArray = field(repr=False)  # (L, n, parameters)
-    TU: FloatArray = field(repr=False)  # (L, q, parameters)
+    table: FloatArray = field(repr=False)  # (L, 1 + n + q, parameters) small integers: constants, angles, slides
     rail: IntArray  # (q,) class, or GROUND
 
     @property
     def loops(self) -> int:
         """Number of loops L."""
-        return int(self.T0.shape[0])
+        return len(self.table)
 
     @property
     def angles(self) -> int:
         """Number of rotation classes n."""
-        return int(self.TC.shape[1])
+        return int(self.table.shape[1]) - 1 - self.slides
 
     @property
     def slides(self) -> int:
         """Number of passive slides q."""
-        return int(self.TU.shape[1])
+        return len(self.rail)
 
     @property
     def square(self) -> bool:
@@ -57,14 +55,15 @@ class LoopFamily:
     @cached_property
     def rails_shared(self) -> bool:
         """Return whether slides have a common direction: the count of roots is then only an upper bound."""
-        used = np.abs(self.TU).sum(axis=0) > 0
+        used = np.abs(self.table[:, 1 + self.angles :]).sum(axis=0) > 0
         return bool((used.sum(axis=0) > 1).any())
 
     @cached_property
     def key(self) -> str:
         """A hash of the tensors, used as the name of the topology."""
-        digest = hashlib.sha256(repr((self.TC.shape, self.TU.shape, self.rail.tolist())).encode())
-        for tensor in (self.T0, self.TC, self.TU):
+        constants, *others = np.split(self.table, [1, 1 + self.angles], axis=1)
+        digest = hashlib.sha256(repr((*(other.shape for other in others), self.rail.tolist())).encode())
+        for tensor in (constants, *others):
             digest.update(np.ascontiguousarray(tensor, dtype=np.int8).tobytes())
         return digest.hexdigest()[:32]
 
@@ -83,20 +82,19 @@ class LoopFamily:
                 table[q, m] = 1.0
         return table
 
-    @cached_property
-    def stacked(self) -> FloatArray:
-        """The three tensors as one (L (1 + n + q), parameters), with the constant of each loop first."""
-        table = np.concatenate([self.T0[:, None, :], self.TC, self.TU], axis=1)
-        return table.reshape(-1, table.shape[2])
-
     def member(self, p: ComplexArray, pb: ComplexArray) -> ComplexArray:
         """Return the coefficients H (..., 2, L, 1 + n + q) of f and g.
 
         p (..., parameters) gives f; pb (..., parameters), independent of p, gives g. The columns are the constant, the
         angles and the slides.
         """
-        both = np.stack([p, pb], axis=-2) @ self.stacked.T
-        return both.reshape(*both.shape[:-1], self.loops, 1 + self.angles + self.slides)
+        both = np.stack([p, pb], axis=-2) @ self.table.reshape(-1, self.table.shape[2]).T
+        return both.reshape(*both.shape[:-1], *self.table.shape[:2])
+
+    def real(self, p: ComplexArray) -> ComplexArray:
+        """Return the coefficients of real linkages with parameters p: those of g are conjugate to those of f."""
+        half = self.member(p, p)[..., :1, :, :]
+        return np.concatenate([half, half.conj()], axis=-3)
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,25 +105,6 @@ class Coefficients:
     C: ComplexArray  # (L, n)
     U: ComplexArray  # (L, q)
     rail: IntArray  # (q,) class of the rail, or GROUND for a rail on the frame
-
-
-@dataclass(frozen=True, eq=False)
-class Loops(Coefficients):
-    """The loop equations of one real linkage of a family."""
-
-    family: LoopFamily = field(repr=False)
-
-    @classmethod
-    def of(cls, family: LoopFamily, p: ComplexArray) -> Loops:
-        """Return the linkage of a family with parameters p."""
-        half, n = family.member(p, p)[0], family.angles
-        return cls(half[:, 0], half[:, 1 : 1 + n], half[:, 1 + n :], family.rail, family)
-
-    @cached_property
-    def H(self) -> ComplexArray:  # noqa: N802 - the equations' own letter
-        """Coefficients (2, L, 1 + n + q) of f and g; the second half is the conjugate of the first."""
-        half = np.concatenate([self.C0[:, None], self.C, self.U], axis=1)
-        return np.stack([half, half.conj()])
 
 
 def factors(family: LoopFamily, w: ComplexArray) -> tuple[ComplexArray, ComplexArray]:

@@ -145,11 +145,10 @@ def generic_member(family: LoopFamily, generator: np.random.Generator) -> tuple[
     w = np.concatenate([_normal(generator, n).real * 0.5 + 1j * generator.uniform(-np.pi, np.pi, n),
                         _normal(generator, q)])  # fmt: skip
     ab, _ = factors(family, w)
-    stacked = family.stacked.reshape(family.loops, 1 + n + q, -1)
     halves = []
     for part in (0, 1):
-        closing = np.einsum("k,lkp->lp", ab[part], stacked)  # the loops close if this times p is 0
-        p = _normal(generator, stacked.shape[2])
+        closing = np.einsum("k,lkp->lp", ab[part], family.table)  # the loops close if this times p is 0
+        p = _normal(generator, family.table.shape[2])
         p = p - np.linalg.pinv(closing) @ (closing @ p)
         halves.append(p / np.linalg.norm(p) * np.sqrt(len(p)))
     return family.member(halves[0], halves[1]), w[None, :]
@@ -157,7 +156,7 @@ def generic_member(family: LoopFamily, generator: np.random.Generator) -> tuple[
 
 def random_member(family: LoopFamily, generator: np.random.Generator) -> ComplexArray:
     """Return coefficients of a random complex linkage."""
-    count = family.stacked.shape[1]
+    count = family.table.shape[2]
     return family.member(_normal(generator, count), _normal(generator, count))
 
 

@@ -20,7 +20,7 @@ import numpy as np
 
 from gimcli.assemblies.certificate import Proven, distances, distinct, mirror_distance, prove
 from gimcli.assemblies.constants import SEARCH
-from gimcli.assemblies.loops import GROUND, LoopFamily, Loops
+from gimcli.assemblies.loops import GROUND, Coefficients, LoopFamily
 from gimcli.assemblies.root_paths import Tracked, candidates, corrected, pencil_of, track
 from gimcli.assemblies.start_cache import known_count, known_start
 from gimcli.connected import unlike
@@ -47,23 +47,24 @@ class Roots:
         return max(0, (self.count or len(self.proven.w)) - len(self.proven.w) - self.infinite)
 
 
-def all_roots(loops: Loops, progress: Progress = no_progress, near: Roots | None = None) -> Roots:
-    """Return the roots of a group's loops.
+def all_roots(
+    family: LoopFamily, H: ComplexArray, progress: Progress = no_progress, near: Roots | None = None
+) -> Roots:
+    """Return the roots of a group's loops, those of real coefficients H (2, L, 1 + n + q).
 
     `progress` is called with the numbers of known and of all roots while a generic linkage is searched. `near` are the
     roots of almost the same loops: if only intervals proved those, intervals are tried before the paths.
     """
-    family, H = loops.family, loops.H
     count = known_count(family)
     proven = _by_pencil(family, H)
     if count is not None and _whole(proven, count):
         return Roots(proven, count, REACHED, proven.w[:0])
     if count is None or (near is not None and near.level == REALS):  # paths take longest and prove nothing here
-        real = _by_intervals(loops, Roots(proven, count, OPEN, proven.w[:0]))
+        real = _by_intervals(family, H, Roots(proven, count, OPEN, proven.w[:0]))
         if real.level == REALS:
             return real
     found = _by_paths(family, H, count, proven, progress)
-    return found if found.level == REACHED else _by_intervals(loops, found)
+    return found if found.level == REACHED else _by_intervals(family, H, found)
 
 
 def _whole(proven: Proven, count: int) -> bool:
@@ -110,19 +111,20 @@ def _by_paths(family: LoopFamily, H: ComplexArray, count: int | None, proven: Pr
     return Roots(proven, count, AGREED if settled else OPEN, last.doubtful, last.infinite)
 
 
-def _by_intervals(loops: Loops, found: Roots) -> Roots:
+def _by_intervals(family: LoopFamily, H: ComplexArray, found: Roots) -> Roots:
     """Return the roots, the real ones proved complete if intervals succeed; they cannot decide multiple roots."""
     from gimcli.assemblies.intervals import IntervalConstants, real_roots
 
-    family, n = loops.family, loops.family.angles
+    half, n = H[0], family.angles
     if (mirror_distance(family, found.doubtful) < SEARCH.real).any():
         return found
+    loops = Coefficients(half[:, 0], half[:, 1 : 1 + n], half[:, 1 + n :], family.rail)
     boxes = real_roots(loops, constants=IntervalConstants(boxes=SEARCH.boxes))
     proved = boxes.complete and boxes.everywhere
     if len(boxes.roots) == 0:
         return replace(found, level=REALS) if proved and not found.proven.real.any() else found
     w = np.concatenate([1j * boxes.roots[:, :n], boxes.roots[:, n:].astype(complex)], axis=1)
-    proven = distinct(family, found.proven.joined(_sound(family, loops.H, w)))
+    proven = distinct(family, found.proven.joined(_sound(family, H, w)))
     whole = proved and int(proven.real.sum()) == len(boxes.roots)
     return replace(found, proven=proven, level=REALS if whole else found.level)
 

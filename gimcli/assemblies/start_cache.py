@@ -48,9 +48,9 @@ class Matroid:
 
     def __init__(self, family: LoopFamily) -> None:
         generator = np.random.default_rng(SEED)
-        p = [int(v) for v in np.asarray(generator.integers(1, PRIME, family.stacked.shape[1]))]
+        p = [int(v) for v in np.asarray(generator.integers(1, PRIME, family.table.shape[2]))]
         rows = [[sum(int(t) * v for t, v in zip(row, p, strict=True) if t) % PRIME for row in loop] for loop in
-                family.stacked.reshape(family.loops, -1, len(p))]  # fmt: skip
+                family.table]  # fmt: skip
         self.columns = list(zip(*rows, strict=True))
         self.size = len(self.columns)
         self.everything = (1 << self.size) - 1

@@ -24,7 +24,7 @@ from gimcli.positions.position import Position
 from gimcli.status import Status
 from gimcli.structure.drive_check import require_driven_if_doubtful
 from gimcli.structure.plan import make_plan
-from gimcli.structure.residual import Residual, holds, residual
+from gimcli.structure.residual import holds, residual
 from gimcli.structure.steps import Plan
 
 if TYPE_CHECKING:
@@ -189,7 +189,7 @@ def _checked(mechanism: Mechanism, inputs: FloatArray, found: Assembly, options:
     z = found.row.x + 1j * found.row.y
     check = residual(mechanism, z[:, None], inputs[:, None], names=True)
     status = found.status
-    if status is Status.OK and not _holds(mechanism, z, inputs, options, check):
+    if status is Status.OK and not holds(mechanism, z[:, None], inputs[:, None], options.tolerance, error=check.total):
         status = Status.CONTRADICTORY if found.surplus else Status.NOT_CONVERGED
     return Position(mechanism, inputs, z, status, check, int(found.work), None, options)
 
@@ -205,11 +205,6 @@ def _by_sweeps(
     require_driven_if_doubtful(mechanism, sweeper.plan, done.good)
     check = residual(mechanism, done.z[:, None], inputs[:, None], names=True)
     status = done.status
-    if done.good and not _holds(mechanism, done.z, inputs, options, check):
+    if done.good and not holds(mechanism, done.z[:, None], inputs[:, None], options.tolerance, True, check.total):
         status = Status.CONTRADICTORY if sweeper.plan.surplus > 0 else Status.JUMPED
     return Position(mechanism, inputs, done.z, status, check, done.sweeps, done.history if history else None, options)
-
-
-def _holds(mechanism: Mechanism, z: ComplexArray, inputs: FloatArray, options: Options, check: Residual) -> bool:
-    swept = options.method == "gim"
-    return bool(holds(mechanism, z[:, None], inputs[:, None], options.tolerance, swept, check.total)[0])

@@ -8,7 +8,7 @@ from link_graphs import bars, loaded
 
 from gimcli.assemblies import certificate, constants, root_paths, roots, start_cache
 from gimcli.assemblies.assemblies import ConfigurationFinder
-from gimcli.assemblies.loops import LoopFamily, Loops, values, values_and_jacobian
+from gimcli.assemblies.loops import LoopFamily, values, values_and_jacobian
 from gimcli.assemblies.root_paths import corrected, generic_member, generic_start, random_member, track
 from gimcli.assemblies.roots import dyad_roots
 from gimcli.assemblies.start_cache import Matroid, rank_modulo, root_count
@@ -24,8 +24,7 @@ def family_of(rows, rail=()):
     places = [(k, c) for k, row in enumerate(rows) for c, sign in enumerate(row) if sign == "x"]
     for number, place in enumerate(places):
         table[(*place, number)] = 1.0
-    n = table.shape[1] - 1 - len(rail)
-    return LoopFamily(table[:, 0], table[:, 1 : 1 + n], table[:, 1 + n :], np.array(rail, dtype=np.int64))
+    return LoopFamily(table, np.array(rail, dtype=np.int64))
 
 
 RRR = family_of(["xxx"])
@@ -82,8 +81,8 @@ def test_rank_modulo_a_prime_agrees_with_the_rank_of_integers():
 
 def real_member(family, seed):
     generator = np.random.default_rng(seed)
-    count = family.stacked.shape[1]
-    return Loops.of(family, generator.standard_normal(count) + 1j * generator.standard_normal(count))
+    count = family.table.shape[2]
+    return family.real(generator.standard_normal(count) + 1j * generator.standard_normal(count))
 
 
 def same(family, a, b):
@@ -97,8 +96,8 @@ def same(family, a, b):
 def test_pencil_and_paths_agree(name, seed):
     family = FAMILIES[name]
     loops, count, start = real_member(family, seed), root_count(family), generic_with_roots(name)
-    found = roots._by_pencil(family, loops.H)
-    followed = roots._tracked(family, start.H, loops.H, start.w)
+    found = roots._by_pencil(family, loops)
+    followed = roots._tracked(family, start.H, loops, start.w)
     assert root_paths.pencil_of(family) is not None
     assert len(found.w) == count
     assert (followed.infinite, followed.lost) == (0, 0)
@@ -192,23 +191,23 @@ def test_a_point_that_is_no_root_is_not_proved(off):
 
 def test_a_double_root_is_not_proved():
     """The two roots of a flat triangle coincide."""
-    flat = Loops.of(RRR, np.array([3.0, 1.0, 2.0], dtype=complex))
-    proven = certificate.prove(RRR, flat.H, np.array([[1j * np.pi, 1j * np.pi]]))
+    flat = RRR.real(np.array([3.0, 1.0, 2.0], dtype=complex))
+    proven = certificate.prove(RRR, flat, np.array([[1j * np.pi, 1j * np.pi]]))
     assert not proven.sure.any()
 
 
 @pytest.mark.parametrize(("gap", "proved"), [(1e-5, True), (1e-9, False)])
 def test_two_roots_are_distinguished_down_to_a_distance_of_1e_5(gap, proved):
-    near = Loops.of(RRR, np.array([2.0 * np.cos(gap), 1.0, 1.0], dtype=complex))  # theta = -e^(+-i gap)
+    near = RRR.real(np.array([2.0 * np.cos(gap), 1.0, 1.0], dtype=complex))  # theta = -e^(+-i gap)
     w = np.array([[1j * (np.pi + gap), 1j * (np.pi - gap)], [1j * (np.pi - gap), 1j * (np.pi + gap)]])
-    assert len(certificate.distinct(RRR, certificate.prove(RRR, near.H, w)).w) == (2 if proved else 0)
+    assert len(certificate.distinct(RRR, certificate.prove(RRR, near, w)).w) == (2 if proved else 0)
 
 
 def test_a_root_near_the_real_ones_is_not_proved_real():
     """A triangle with a gap of 1e-6 has roots at a distance of 1e-3 from the unit circle."""
-    open_ = Loops.of(RRR, np.array([2.0 * np.cosh(1e-3), 1.0, 1.0], dtype=complex))
+    open_ = RRR.real(np.array([2.0 * np.cosh(1e-3), 1.0, 1.0], dtype=complex))
     w = np.array([[1j * np.pi + 1e-3, 1j * np.pi - 1e-3]])
-    proven = certificate.prove(RRR, open_.H, w)
+    proven = certificate.prove(RRR, open_, w)
     assert proven.sure.all()
     assert proven.complex.all()
     assert not proven.real.any()
