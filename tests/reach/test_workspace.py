@@ -297,7 +297,7 @@ def reached_angles(k: int, radius: float) -> list[float]:
     return sorted(low.tolist())
 
 
-@pytest.mark.few(1)
+@pytest.mark.soak
 @pytest.mark.parametrize("k", range(3))
 def test_a_corner_on_a_ram_is_bounded_by_arcs_within_the_ranges_of_the_other_rams(k: int) -> None:
     """With its ram at an end the corner is on a circle, with two degrees of freedom: all positions are critical."""
@@ -442,7 +442,7 @@ def legs_reach(data: dict[str, Any], mechanism: Mechanism, z: np.ndarray, angle:
     return fits
 
 
-@pytest.mark.few(1)
+@pytest.mark.soak
 @pytest.mark.parametrize(
     ("scale", "turn", "shift"),
     [(2.5e5, 73.0, 3e6 - 1e6j), (1e-6, 0.0, 0.0j), (2.5e5, 0.0, 3e6 - 1e6j), (1.0, 73.0, 12.0 + 5.0j)],
