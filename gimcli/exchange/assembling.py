@@ -106,7 +106,8 @@ class Assembling:
         if body and (len(self.bodies[body]) > 1 or self._needed(body)):
             nodes.append(self._second(node, body, slot.along))
         if nodes:
-            offset = self._offset(node, guide)
+            a, b = (self.places[n] for n in guide)
+            offset = float(((self.places[node] - a) * ((b - a) / abs(b - a)).conjugate()).imag)
             shifted = {"offset": offset} if abs(offset) > self.near else {}
             place = {"nodes": nodes} if len(nodes) > 1 else {"node": nodes[0]}
             self.prismatic[free_name(slot.name, self.prismatic)] = {**place, "guide": guide, **shifted}
@@ -141,10 +142,6 @@ class Assembling:
         others = [n for n in self._along(node, body, direction) if self._gap(n, node) > SHORTEST * self.size]
         place = self.places[node] + self.reach * direction
         return others[0] if others else self._add(body, f"{node}_block", place)
-
-    def _offset(self, node: str, guide: list[str]) -> float:
-        a, b = (self.places[n] for n in guide)
-        return float(((self.places[node] - a) * ((b - a) / abs(b - a)).conjugate()).imag)
 
     # -- inputs ---------------------------------------------------------------------------------
 

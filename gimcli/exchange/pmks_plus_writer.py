@@ -29,6 +29,8 @@ EXACT = 1e-9
 """Largest error of a number that counts as exact, relative to the size of the mechanism."""
 SCALE, LINEAR = 0.7, 5.0
 """Settings of PMKS+: the size of its symbols, and the speed of sliding inputs [length/s]."""
+SHOWN = {3: True, 4: True, 7: True}
+"""Flags of the settings: the grid and the forces are shown."""
 FURTHEST = 1e9
 """Largest coordinate; numbers of PMKS+ are exact up to 2^53 thousandths."""
 
@@ -225,7 +227,14 @@ class PlusDrawing:
             else:
                 self.drawn.note(True, f"the mass at {self.mechanism.nodes[inertia.node]} is left out: no link has it")
         for body, own in grouped(parts).items():
-            self._joined(self.links[body], own)
+            mass = sum(part[0] for part in own)
+            if not mass:
+                continue
+            centre = sum(part[0] * part[2] for part in own) / mass
+            moment = sum(turning + m * abs((place - centre) * self.metre) ** 2 for m, turning, place in own)  # Steiner
+            link, z = self.links[body], centre * self.factor
+            link.mass, link.inertia = mass / KILOGRAMS[self.unit], moment / INERTIAS[self.unit]
+            link.x, link.y = z.real, z.imag
 
     def _on(self, node: int, member: int, local: complex) -> tuple[str, complex]:
         """Return the body and the place of a mass or a force on a node, else on a member; "" if no link has it."""
@@ -233,15 +242,6 @@ class PlusDrawing:
             return self.drawn.names[member], self.drawn.at(member, local)
         name = self.mechanism.nodes[node]
         return next((body for body in self.drawn.common(name) if body in self.links), ""), self.drawn.z(name)
-
-    def _joined(self, link: FileRecord, parts: list[tuple[float, float, complex]]) -> None:
-        """Set the mass of a link, its centre and its moment of inertia, from those of its parts (Steiner)."""
-        mass = sum(part[0] for part in parts)
-        if mass:
-            centre = sum(part[0] * part[2] for part in parts) / mass
-            moment = sum(own + m * abs((place - centre) * self.metre) ** 2 for m, own, place in parts)
-            link.mass, link.inertia = mass / KILOGRAMS[self.unit], moment / INERTIAS[self.unit]
-            link.x, link.y = centre.real * self.factor, centre.imag * self.factor
 
     def _load(self, load: AppliedLoad) -> None:
         body, place = self._on(load.node, load.member, load.point)
@@ -265,10 +265,9 @@ class PlusDrawing:
         self.drawn.note_laws(cylinders=True)
         speeds = [joint.speed for joint in self.joints.values() if joint.driven and not joint.slides]
         first = speeds[0] if speeds else 10.0
-        flags = self.document.flags
-        flags[CLOCKWISE] = first < 0.0
-        flags[3] = flags[4] = flags[7] = True  # the grid and the forces are shown
-        flags[NO_GRAVITY] = bool(self.mechanism.dynamics.inertias) and not self.mechanism.dynamics.gravity
+        weightless = bool(self.mechanism.dynamics.inertias) and not self.mechanism.dynamics.gravity
+        flags = {CLOCKWISE: first < 0.0, NO_GRAVITY: weightless, **SHOWN}
+        self.document.flags = [flags.get(k, False) for k in range(9)]
         force, system = (0, 0) if self.unit == 0 else (1, self.unit)
         self.document.decimals = [SCALE, LINEAR]
         self.document.integers = [float(round(abs(first))), 0.0]

@@ -62,25 +62,22 @@ def read(text: str, source: str) -> Draft:
 class _Mechanism:
     """The conversion of a mechanism of joints and links.
 
-    It sets for joints their links (`links`), whether they are fixed, and their names in the draft (`named`, "" for
-    none), for links the names of their bodies (`body`, "" for none).
+    It sets for joints their links (`links`), whether they are fixed, whether they are trackers of other joints
+    (`carried`), and their names in the draft (`named`, "" for none), for links the names of their bodies (`body`, ""
+    for none).
     """
 
     def __init__(self, file: FileRecord, draft: Draft) -> None:
-        self.draft, self.links = draft, file.links
-        self.joints = by_key("id", file.joints, "joint")
-        by_key("id", self.links, "link")
-        for joint in file.joints:
-            joint.links, joint.named = [], ""
+        self.draft, self.joints = draft, by_key("id", file.joints, "joint")
+        self.links = list(by_key("id", file.links, "link").values())
         for link in self.links:
-            link.body, link.joints = "", [self._known(joint, link) for joint in link.joints]
-            for joint in link.joints:
-                joint.links.append(link)
+            link.joints = [self._known(joint, link) for joint in link.joints]
         motors = [link.motor_joint for link in self.links]
-        for joint in file.joints:  # a tracker of nothing is fixed, too
+        for joint in file.joints:
+            joint.links, joint.named = [link for link in self.links if joint in link.joints], ""
             grounded = joint.type == GROUND or any(link.type == GROUND for link in joint.links) or joint.id in motors
-            tracker = joint.type == "tracker"
-            joint.fixed = not (joint.ref_joint1_id and joint.ref_joint2_id) if tracker else grounded
+            joint.carried = joint.type == "tracker" and bool(joint.ref_joint1_id and joint.ref_joint2_id)
+            joint.fixed = not joint.carried if joint.type == "tracker" else grounded
 
     def convert(self) -> None:
         """Fill the draft."""
@@ -90,15 +87,15 @@ class _Mechanism:
                 joint.named = self.draft.joint(joint.name or joint.id, self._place(joint), *fixed)
         for link in self.links:
             own = [joint.named for joint in link.joints]
-            if link.type == GROUND:
-                link.body = GROUND
-            elif len(set(own)) > 1:
-                link.body = self.draft.body(link.name or link.id, own)
+            rigid = GROUND if link.type == GROUND else ""
+            link.body = rigid or (self.draft.body(link.name or link.id, own) if len(set(own)) > 1 else "")
         for joint in self.joints.values():
             if joint.type == "prismatic" and not joint.fixed:
                 self._add_slide(joint)
-            elif joint.type == "tracker":
+            elif joint.carried:
                 self._add_tracker(joint)
+            elif not joint.named:
+                self.draft.point(joint.name or joint.id, GROUND, self._place(joint))
         self._add_inputs()
 
     # -- joints ---------------------------------------------------------------------------------
@@ -122,10 +119,6 @@ class _Mechanism:
 
     def _add_tracker(self, joint: FileRecord) -> None:
         """Add a point; one that joins links is a joint of the link that carries it, too."""
-        if joint.fixed:
-            if not joint.links:
-                self.draft.point(joint.name or joint.id, GROUND, self._place(joint))
-            return
         first, second = (self._known(own, joint) for own in (joint.ref_joint1_id, joint.ref_joint2_id))
         carriers = self.draft.common(first.named, second.named)
         text = f"its joints {first.id} and {second.id} are on no common link"

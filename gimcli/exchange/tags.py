@@ -11,6 +11,7 @@ from bisect import bisect_left
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
+from xml.sax.saxutils import unescape
 
 from gimcli.exchange.records import FilePart
 
@@ -33,8 +34,7 @@ _ATTRIBUTE = re.compile(
 
 The value of an attribute may have quotes, if it ends where the tag or another attribute follows.
 """
-_ESCAPES = {"&lt;": "<", "&gt;": ">", "&quot;": '"', "&apos;": "'", "&amp;": "&"}
-_ESCAPE = re.compile("|".join(_ESCAPES))
+_QUOTES = {"&quot;": '"', "&apos;": "'"}
 _ENDS = {"!--": "-->", "?": "?>", "/": ">"}
 """What ends comments, instructions, and the ends of tags, by the signs after '<'."""
 
@@ -95,6 +95,6 @@ def _tag(name: str, text: str, at: int, place: FilePart) -> tuple[Tag, int]:
             return Tag(f"{place.place}: {name} {own.get('id', '')}".strip(), own, texts=True, name=name), at
         if match["key"]:
             value = next((v for v in match.groups()[1:5] if v is not None), "")
-            own.setdefault(match["key"], _ESCAPE.sub(lambda m: _ESCAPES[m[0]], value).strip())
+            own.setdefault(match["key"], unescape(value, _QUOTES).strip())
     cure = f"has no end ('>') within {LONGEST_TAG} characters: the file is damaged or not complete"
     raise place.refused(f"<{name} {cure}")
