@@ -12,7 +12,7 @@ from urllib.parse import unquote
 
 from gimcli.errors import ModelError
 from gimcli.exchange.draft import BARREL, GROUND, MOST, STROKE, Draft, free_name
-from gimcli.exchange.pmks_joints import NO_SPEED
+from gimcli.exchange.pmks import NO_SPEED
 from gimcli.exchange.pmks_plus_codec import HEAD, PlusDocument, document_of, restored
 from gimcli.exchange.records import FilePart, FileRecord, by_key
 
@@ -67,7 +67,15 @@ def payload_of(text: str) -> str:
 
 
 class PlusDraft:
-    """The mechanism of a document; `named` of joints and links are their names in the draft."""
+    """The mechanism of a document: its joints and bodies, and all links by their ids; welded bars are one body.
+
+    Older versions of PMKS+ write a slider as three objects: a slider, a pin at the same place, and a block that joins
+    them. They become the slider, with the name of the pin, as newer versions write it.
+
+    Further values of a joint: its name in the draft (`named`), its `place`, its bodies (`riders`), and the body and the
+    two joints of its slot (`slotted`, None on the ground). Those of a link: its `named`, and its `body`, the link that
+    it is welded into, which may be itself; None for blocks.
+    """
 
     def __init__(self, document: PlusDocument, source: str) -> None:
         self.document = document
@@ -76,16 +84,55 @@ class PlusDraft:
         many = f"more than {MOST} joints, links or forces are too many for one mechanism"
         self.draft.refuse(max(map(len, lists)) > MOST, many)
         apply_entries(document, self.draft)
-        self.structure = PlusStructure(document)
+        self._structure()
         self.sense = -1.0 if document.flags[CLOCKWISE] else 1.0
         self._units()
         self._joints()
-        for joint in self.structure.joints:
+        for joint in self.joints:
             joint.slot = self._slot(joint) if joint.slides and joint.riders else ""
         self._masses()
         for force in document.forces:
             self._force(force)
         self._inputs()
+
+    def _structure(self) -> None:
+        """Find the joints and the bodies."""
+        known, self.links = by_key("id", self.document.joints, "joint"), by_key("id", self.document.links, "link")
+        for link in self.document.links:
+            missing = [*(name for name in link.joints if name not in known),
+                       *(name for name in link.parts if name not in self.links)]  # fmt: skip
+            link.refuse(missing or not link.joints, f"'{', '.join(missing)}' {AGAIN}")
+            link.body = None
+        for joint in self.document.joints:
+            slot = {joint.start, joint.end}
+            joint.check({
+                f"the link of its slot {AGAIN}": joint.carrier and joint.carrier not in self.links,
+                f"a joint of its slot {AGAIN}": joint.carrier and not slot <= known.keys(),
+                "the cylinder has no barrel": joint.slides and joint.sealed and not (joint.fixed or joint.carrier),
+            })  # fmt: skip
+        for link in self.document.links:
+            if link.block:
+                slider, pin = _folded(link, [known[name] for name in link.joints])
+                known.update({slider.id: pin, pin.id: pin})
+        self.bodies = [link for link in self.document.links if link.root and not link.block]
+        for link in self.bodies:
+            link.joints = list(dict.fromkeys(known[name] for name in link.joints))
+            self._claim(link)
+        self.joints = [joint for name, joint in known.items() if joint.id == name]
+        for joint in self.joints:
+            joint.place = complex(joint.x, joint.y)
+            joint.riders = [link for link in self.bodies if joint in link.joints]
+            ends = (known.get(joint.start), known.get(joint.end))
+            joint.slotted = (self.links[joint.carrier].body, *ends) if joint.carrier else None
+
+    def _claim(self, root: FileRecord) -> None:
+        """Note the body of its own link and of all bars that are welded into it."""
+        open_ends = [root]
+        for link in open_ends:
+            twice = link.body or (link is not root and link.root)
+            link.refuse(twice, "it belongs to two welded links; copy the whole address or file again")
+            link.body = root
+            open_ends += [self.links[part] for part in link.parts]
 
     def _units(self) -> None:
         self.unit, _, force, *_ = *self.document.enums, 0, 0, 0
@@ -98,11 +145,11 @@ class PlusDraft:
     # -- joints, bodies and slots ---------------------------------------------------------------
 
     def _joints(self) -> None:
-        for joint in self.structure.joints:
+        for joint in self.joints:
             pinned = [GROUND] * (joint.fixed and not joint.slides)
             joint.named = self.draft.joint(joint.name or joint.id, joint.place, *pinned)
-        self.draft.traced = [joint.named for joint in self.structure.joints if joint.traced]
-        for link in self.structure.bodies:
+        self.draft.traced = [joint.named for joint in self.joints if joint.traced]
+        for link in self.bodies:
             link.named = self.draft.body(link.name or link.id, [joint.named for joint in link.joints])
 
     def _slot(self, joint: FileRecord) -> str:
@@ -126,17 +173,17 @@ class PlusDraft:
 
     def _masses(self) -> None:
         masses = self.draft.masses
-        for link in self.structure.bodies:
+        for link in self.bodies:
             mass = {"inertia": max(link.inertia, 0.0) * INERTIAS[self.unit], "centre": complex(link.x, link.y)}
             masses += [(link.named, {"mass": link.mass, **mass})] if link.mass > 0.0 else []
-        for joint in self.structure.joints:
+        for joint in self.joints:
             if joint.mass > 0.0 and joint.slot:
                 masses.append((self.draft.body(f"block_{joint.named}", [joint.named]), {"mass": joint.mass}))
         if masses and not self.document.flags[NO_GRAVITY]:
             self.draft.gravity = complex(0.0, -GRAVITY)
 
     def _force(self, force: FileRecord) -> None:
-        link = self.structure.links.get(force.link)
+        link = self.links.get(force.link)
         body = link.body if link else None
         if body is None:
             raise force.refused(f"its link {force.link} is missing")
@@ -152,7 +199,7 @@ class PlusDraft:
 
     def _inputs(self) -> None:
         """Add the inputs: all move for one time, a revolution of the fastest or the shortest stroke."""
-        driven = [joint for joint in self.structure.joints if joint.driven]
+        driven = [joint for joint in self.joints if joint.driven]
         if not driven:
             self.draft.suggest_input()
         rate = self.sense * (self.document.integers[0] if self.document.integers else 0)
@@ -215,56 +262,6 @@ def apply_entries(document: PlusDocument, draft: Draft) -> None:
     further = [joint.id for joint in document.joints if any(joint.rest)]
     fields = "friction, names and the like, which newer versions of PMKS+ write for joints"
     draft.note(further, f"{fields}, are left out: {', '.join(further[:10])}")
-
-
-class PlusStructure:
-    """The joints and the bodies of a document, and all links by their ids; welded bars are one body.
-
-    Older versions of PMKS+ write a slider as three objects: a slider, a pin at the same place, and a block that joins
-    them. They become the slider, with the name of the pin, as newer versions write it.
-
-    Further values of a joint: its `place`, its bodies (`riders`), and the body and the two joints of its slot
-    (`slotted`, None on the ground). That of a link: its `body`, the link that it is welded into, which may be itself;
-    None for blocks.
-    """
-
-    def __init__(self, document: PlusDocument) -> None:
-        known, self.links = by_key("id", document.joints, "joint"), by_key("id", document.links, "link")
-        for link in document.links:
-            missing = [*(name for name in link.joints if name not in known),
-                       *(name for name in link.parts if name not in self.links)]  # fmt: skip
-            link.refuse(missing or not link.joints, f"'{', '.join(missing)}' {AGAIN}")
-            link.body = None
-        for joint in document.joints:
-            slot = {joint.start, joint.end}
-            joint.check({
-                f"the link of its slot {AGAIN}": joint.carrier and joint.carrier not in self.links,
-                f"a joint of its slot {AGAIN}": joint.carrier and not slot <= known.keys(),
-                "the cylinder has no barrel": joint.slides and joint.sealed and not (joint.fixed or joint.carrier),
-            })  # fmt: skip
-        for link in document.links:
-            if link.block:
-                slider, pin = _folded(link, [known[name] for name in link.joints])
-                known.update({slider.id: pin, pin.id: pin})
-        self.bodies = [link for link in document.links if link.root and not link.block]
-        for link in self.bodies:
-            link.joints = list(dict.fromkeys(known[name] for name in link.joints))
-            self._claim(link)
-        self.joints = [joint for name, joint in known.items() if joint.id == name]
-        for joint in self.joints:
-            joint.place = complex(joint.x, joint.y)
-            joint.riders = [link for link in self.bodies if joint in link.joints]
-            ends = (known.get(joint.start), known.get(joint.end))
-            joint.slotted = (self.links[joint.carrier].body, *ends) if joint.carrier else None
-
-    def _claim(self, root: FileRecord) -> None:
-        """Note the body of its own link and of all bars that are welded into it."""
-        open_ends = [root]
-        for link in open_ends:
-            twice = link.body or (link is not root and link.root)
-            link.refuse(twice, "it belongs to two welded links; copy the whole address or file again")
-            link.body = root
-            open_ends += [self.links[part] for part in link.parts]
 
 
 def _folded(block: FileRecord, ends: list[FileRecord]) -> tuple[FileRecord, FileRecord]:

@@ -98,6 +98,13 @@ class Damaged(FilePart):
         """Return the error for a damaged text."""
         return super().refused(f"{text}; copy the whole address or file again")
 
+    def integer_of(self, text: str, where: str) -> int:
+        """Return an integer in base 64; a 0 before other digits is the sign of a negative one."""
+        negative = len(text) > 1 and text[0] == "0"
+        good = 0 < len(text) - negative <= LONGEST_NUMBER and set(text) <= set(DIGITS)
+        self.refuse(not good, f"{where}: '{text[:20]}' is not a number")
+        return -_value(text) if negative else _value(text)
+
 
 # -- numbers --------------------------------------------------------------------------------------
 
@@ -180,65 +187,44 @@ def checked_body(text: str, source: str) -> str:
 
 def document_of(text: str, source: str) -> PlusDocument:
     """Return the content of a text; raise ModelError if it is damaged."""
-    return _PlusText(checked_body(text, source).split("."), source).document()
+    parts, whole = checked_body(text, source).split("."), Damaged(source)
+    whole.refuse(len(parts) < 4, "the settings are incomplete")
+    flags, decimals, integers, enums = parts[0], parts[1].split(","), parts[2].split(","), parts[3]
+    settings = [[whole.integer_of(one, "settings") for one in own] for own in (decimals, integers, enums)]
+    rest, lists = parts[4:], []
+    for kind in (JOINT, LINK, FORCE):  # each list up to an empty record
+        whole.refuse("" not in rest, f"the {kind.word}s are incomplete")
+        end = rest.index("")
+        lists.append([_record(kind, one, whole) for one in rest[:end]])
+        rest = rest[end + 1 :]
+    joints, links, forces = lists
+    _, _, entries = ".".join(rest).partition(".")  # before it the selected object
+    return PlusDocument(
+        flags_of(flags, 9), [value / THOUSANDTHS for value in settings[0]], list(map(float, settings[1])), settings[2],
+        joints, links, forces, [entry for entry in entries.split(",") if entry],
+    )  # fmt: skip
 
 
-class _PlusText:
-    """A body that is read from its start to its end; `parts` is the rest of it."""
-
-    def __init__(self, parts: list[str], source: str) -> None:
-        self.parts, self.source, self.damaged = parts, source, Damaged(source)
-
-    def document(self) -> PlusDocument:
-        """Return the content."""
-        self.damaged.refuse(len(self.parts) < 4, "the settings are incomplete")
-        flags, *settings = self.parts[:4]
-        del self.parts[:4]
-        decimals, integers, enums = (
-            [self._number(text, "settings") for text in own]
-            for own in (settings[0].split(","), settings[1].split(","), settings[2])
-        )
-        joints, links, forces = (self._records(kind) for kind in (JOINT, LINK, FORCE))
-        _, _, entries = ".".join(self.parts).partition(".")  # before it the selected object
-        return PlusDocument(
-            flags_of(flags, 9), [value / THOUSANDTHS for value in decimals], list(map(float, integers)), enums, joints,
-            links, forces, [entry for entry in entries.split(",") if entry],
-        )  # fmt: skip
-
-    def _records(self, kind: RecordKind) -> list[FileRecord]:
-        """Return the records of a kind, up to an empty one."""
-        self.damaged.refuse("" not in self.parts, f"the {kind.word}s are incomplete")
-        end = self.parts.index("")
-        found, self.parts = self.parts[:end], self.parts[end + 1 :]
-        return [self._record(kind, text) for text in found]
-
-    def _number(self, text: str, where: str) -> int:
-        """Return an integer in base 64; a 0 before other digits is the sign of a negative one."""
-        negative = len(text) > 1 and text[0] == "0"
-        good = 0 < len(text) - negative <= LONGEST_NUMBER and set(text) <= set(DIGITS)
-        self.damaged.refuse(not good, f"{where}: '{text[:20]}' is not a number")
-        return -_value(text) if negative else _value(text)
-
-    def _record(self, kind: RecordKind, text: str) -> FileRecord:
-        """Return a record, whose identifier stands after one character with its flags, or two of a link."""
-        head = 2 if kind is LINK else 1
-        texts = text[head:].split(",")
-        where, least = f"{kind.word} {texts[0][:20]}", kind.least
-        self.damaged.refuse(len(texts) < least, f"{where}: expected {least} fields, got {len(texts)}")
-        values: dict[str, Any] = dict(zip(kind.fields, texts, strict=False))
-        for number, (name, own) in enumerate(values.items()):
-            if isinstance(kind.fields[name], float):
-                written = own or number < least
-                values[name] = self._number(own, where) / THOUSANDTHS if written else 0.0
-        flags = dict(zip(kind.flags, flags_of(text[:1], len(kind.flags)), strict=True))
-        record = kind.record(self.source, **values, **flags, rest=texts[len(kind.fields) :])
-        if kind is LINK:
-            unknown = f"{where}: '{text[:2]}' is unknown: a newer version of PMKS+ wrote it"
-            self.damaged.refuse(text[0] not in ROOTS + PARTS or text[1:2] not in ("R", "P"), unknown)
-            record.root, record.block = text[0] in ROOTS, text[1] == "P"
-            record.joints = list(takewhile(bool, record.rest))
-            record.parts = [part for part in record.rest[len(record.joints) + 1 :] if part]
-        return record
+def _record(kind: RecordKind, text: str, whole: Damaged) -> FileRecord:
+    """Return a record, whose identifier stands after one character with its flags, or two of a link."""
+    head = 2 if kind is LINK else 1
+    texts = text[head:].split(",")
+    where, least = f"{kind.word} {texts[0][:20]}", kind.least
+    whole.refuse(len(texts) < least, f"{where}: expected {least} fields, got {len(texts)}")
+    values: dict[str, Any] = dict(zip(kind.fields, texts, strict=False))
+    for number, (name, own) in enumerate(values.items()):
+        if isinstance(kind.fields[name], float):
+            written = own or number < least
+            values[name] = whole.integer_of(own, where) / THOUSANDTHS if written else 0.0
+    flags = dict(zip(kind.flags, flags_of(text[:1], len(kind.flags)), strict=True))
+    record = kind.record(whole.place, **values, **flags, rest=texts[len(kind.fields) :])
+    if kind is LINK:
+        unknown = f"{where}: '{text[:2]}' is unknown: a newer version of PMKS+ wrote it"
+        whole.refuse(text[0] not in ROOTS + PARTS or text[1:2] not in ("R", "P"), unknown)
+        record.root, record.block = text[0] in ROOTS, text[1] == "P"
+        record.joints = list(takewhile(bool, record.rest))
+        record.parts = [part for part in record.rest[len(record.joints) + 1 :] if part]
+    return record
 
 
 def restored(document: PlusDocument, entry: str) -> bool:

@@ -11,12 +11,11 @@ from __future__ import annotations
 
 import re
 from typing import Any
-from urllib.parse import unquote
 
 from gimcli.exchange.draft import Draft
 from gimcli.exchange.pmks_plus import CLOCKWISE, NO_GRAVITY, PlusDraft
 from gimcli.exchange.pmks_plus_codec import FORCE, JOINT, LINK, PlusDocument, RecordKind
-from gimcli.exchange.records import FilePart, FileRecord, all_of, read as read_part
+from gimcli.exchange.records import FilePart, FileRecord, all_of, query_of, read as read_part
 
 ADDRESS = re.compile(r"https?://", re.IGNORECASE)
 JOINTS, LINKS = re.compile(r"[?&]j="), re.compile(r"&l=")
@@ -43,10 +42,7 @@ def recognises(text: str) -> bool:
 
 def read(text: str, source: str) -> Draft:
     """Return the mechanism of an address; raise ModelError for a damaged one."""
-    sections = dict.fromkeys("jlfs", "")
-    for part in re.split("[?&]", text.strip())[1:]:
-        key, _, value = part.partition("=")
-        sections[key] = unquote(value)
+    sections = dict.fromkeys("jlfs", "") | dict(query_of(text.strip()))
     joints, links, forces = all_of(lambda key: _records(key, sections[key], source), LINES)
     _mark_blocks(joints, links)
     own = _line(SETTINGS, sections["s"].split(","), f"{source}: s=")

@@ -11,7 +11,7 @@ from gimcli.connected import grouped
 from gimcli.dynamic_data import NO_NODE, AppliedLoad
 from gimcli.exchange.draft import GROUND, DrawnJoint
 from gimcli.exchange.drawn_linkage import PIECE, DrawnLinkage
-from gimcli.exchange.pmks_joints import letter
+from gimcli.exchange.pmks import letter
 from gimcli.exchange.pmks_plus import CLOCKWISE, GRAVITY, INERTIAS, NO_GRAVITY, POUND, POUND_FORCE, PROGRAM
 from gimcli.exchange.pmks_plus_codec import FORCE, JOINT, LINK, THOUSANDTHS, PlusDocument, text_of
 from gimcli.exchange.records import FileRecord

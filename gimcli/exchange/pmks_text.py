@@ -13,13 +13,12 @@ import math
 import re
 from collections.abc import Iterator
 from dataclasses import replace
-from urllib.parse import unquote
 
 from gimcli.exchange.draft import GROUND, MOST, Draft, DrawnJoint, free_name
 from gimcli.exchange.drawn_linkage import DrawnLinkage
-from gimcli.exchange.pmks_joints import PROGRAM, TYPES, draft_of_joints, drawn_joint, is_ground
+from gimcli.exchange.pmks import PROGRAM, TYPES, draft_of_joints, drawn_joint, is_ground
 from gimcli.exchange.pmks_plus_codec import HEAD
-from gimcli.exchange.records import FilePart, all_of, number_of
+from gimcli.exchange.records import FilePart, all_of, number_of, query_of
 
 ADDRESS = re.compile(r"https?://", re.IGNORECASE)
 MECHANISM = re.compile(r"[?&]mech=", re.IGNORECASE)
@@ -79,9 +78,8 @@ def _is_row(line: str) -> bool:
 
 def _of_address(address: str, source: str) -> Iterator[Entry]:
     """Yield the joints behind `mech=`, and what the rest of the address sets."""
-    for part in re.split("[?&]", address)[1:]:
-        key, _, value = part.partition("=")
-        own, text = key.strip().casefold(), unquote(value)
+    for key, text in query_of(address):
+        own = key.strip().casefold()
         if own == MECH:
             rows = [row for row in re.split(r"[|\n]", text) if row.strip()]
             yield from ((MECH, f"{source}: joint {number}", row) for number, row in enumerate(rows, 1))

@@ -10,11 +10,13 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any, TypeVar
+from urllib.parse import unquote
 
 from gimcli.errors import SYNTAX, ModelError
 
@@ -186,6 +188,12 @@ def by_key(key: str, records: Iterable[FileRecord], what: str) -> dict[Any, File
         own.refuse(name in found, f"the {what} '{str(name)[:40]}' is given twice; rename one of the two")
         found[name] = own
     return found
+
+
+def query_of(address: str) -> list[tuple[str, str]]:
+    """Return the keys and the texts behind the question mark of an address, in their order."""
+    parts = (part.partition("=") for part in re.split("[?&]", address)[1:])
+    return [(key, unquote(text)) for key, _, text in parts]
 
 
 def read_json(text: str, source: str) -> FilePart:

@@ -31,7 +31,7 @@ class ForeignFormat(NamedTuple):
 
 FORMATS: tuple[ForeignFormat, ...] = (
     ForeignFormat("PMKS text", "pmks_text", writes="pmks", suffix=".txt"),
-    ForeignFormat("PMKS JSON", "pmks_json"),
+    ForeignFormat("PMKS JSON", "pmks"),
     ForeignFormat("PMKS+ of 2020-2023", "pmks_plus_v0"),
     ForeignFormat("PMKS+", "pmks_plus"),
     ForeignFormat("PMKS+ address", "pmks_plus_writer", reads=False, writes="pmks+", writer="address"),

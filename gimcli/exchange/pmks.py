@@ -1,7 +1,10 @@
-"""The joints of PMKS, as its text format and its JSON format list them, and the mechanism that they describe.
+"""PMKS: the joints that its files list, the mechanism that they describe, and its JSON files (`.pmks`, 2019).
 
 A joint is a list of links, a type, a position and, for P and RP, the direction of the slot. The slot belongs to the
 link that is named first; the second link slides in it, for P without rotation. A point of one link only is a tracer.
+
+Source: M. I. Campbell, PMKS file format version 1.0 (2019), and the reader of the PMKS library: angles of slots are in
+radians, the speed of the input is in revolutions per minute or lengths per second.
 """
 
 from __future__ import annotations
@@ -12,12 +15,14 @@ from dataclasses import replace
 from typing import Any
 
 from gimcli.exchange.draft import GROUND, STROKE, Draft, DrawnJoint, coordinates
-from gimcli.exchange.records import FilePart, all_of
+from gimcli.exchange.records import FilePart, FileRecord, all_of, number_of, read as read_part, read_json
 
 PROGRAM = "PMKS"
 GROUND_NAMES = ("0", "gnd", "grnd", "grond", "gound", "groud")
 NO_SPEED = "the speed of the input is zero in the file; the law is one revolution in 1 s"
 TYPES = ("R", "P", "RP", "G")
+JOINT = {"X": float, "Y": float, "Angle": (object,), "TypeOfJoint": str, "Links": [str], "PositionVisible": False}
+FILE = {"Joints": [JOINT], "Name": "", "DrivingIndex": (int,), "InputSpeed": (float,), "TargetShape": (object,)}
 
 
 DEFAULT_SPEED = 10.0
@@ -120,3 +125,24 @@ def _drive(draft: Draft, name: str, joint: DrawnJoint, speed: float) -> None:
     draft.travel("motor", slot=f"slide_{name}", law={"by": travel * sense})
     draft.duration = travel / abs(speed) if speed else None
     draft.note(True, f"the stroke of the input at joint {name} is not in the file; the law moves it by {travel:g}")
+
+
+# -- JSON files -----------------------------------------------------------------------------------
+
+
+def recognises(text: str) -> bool:
+    """Return whether a text is probably such a file, be it damaged or not."""
+    return text.lstrip().startswith("{") and ('"TypeOfJoint"' in text or '"Joints"' in text)
+
+
+def read(text: str, source: str) -> Draft:
+    """Return the mechanism of a JSON file; raise ModelError with all errors."""
+    own = read_part(FILE, read_json(text, source))
+    joints = all_of(_joint, own.Joints)
+    return draft_of_joints(joints, source, own.Name, number_of(str(own.InputSpeed)), own.DrivingIndex, own.TargetShape)
+
+
+def _joint(own: FileRecord) -> DrawnJoint:
+    kind, angle = own.TypeOfJoint.upper(), number_of(str(own.Angle))  # joints without a slot have NaN
+    own.at("TypeOfJoint").refuse(kind not in TYPES, f"expected R, P or RP, got '{kind[:40]}'")
+    return drawn_joint(kind, own.Links, own.X, own.Y, angle, own.own, traced=own.PositionVisible)
