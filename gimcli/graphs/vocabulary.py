@@ -58,24 +58,21 @@ class Vocabulary(KnownNames):
     def _word(self, word: str) -> Group:
         """Return the group of a word: columns of the command, else of the motion; without quantities if unknown."""
         names = {**self.columns, **self._forces} if word in (*ENDS, *BEGINS, REACTIONS) else {}
-        start, end = (f"{word}.", "") if word in BEGINS else ("", f".{word}")
-        own = [name for name in names if name.startswith(start) and name.endswith(end)]
-        if own and word != REACTIONS:
-            labels = ((name, name[len(start) : len(name) - len(end)]) for name in own)
-            return Group(word, tuple(plotted(name, names[name], label) for name, label in labels))
+        if word in MEMBER_QUANTITIES:
+            names = {own: self.unit(own) or "" for own in (f"{name}.{word}" for name in self.catalogue.members)}
         if word == REACTIONS:
             pins = [name[:-3] for name in names if name.endswith(".fx") and "@" not in name and name != "shaking.fx"]
             normal = [name for name in names if name.endswith(".normal")]
             found = [*(amount(pin, (f"{pin}.fx", f"{pin}.fy"), names[f"{pin}.fx"]) for pin in pins),
                      *(amount(name[: -len(".normal")], (name,), names[name]) for name in normal)]  # fmt: skip
             return Group("reaction", tuple(found))
-        if word in POINT_QUANTITIES:
-            every = tuple(self._magnitude(name, word) for name in self.mechanism.traced)
-            return Group(f"{word} |{POINT_QUANTITIES[word]}|", every)
-        if word in MEMBER_QUANTITIES:
-            members = {name: f"{name}.{word}" for name in self.catalogue.members}
-            return Group(word, tuple(plotted(own, self.unit(own) or "", name) for name, own in members.items()))
-        return Group(word, ())
+        start, end = (f"{word}.", "") if word in BEGINS else ("", f".{word}")
+        own = [name for name in names if name.startswith(start) and name.endswith(end)]
+        if own or word not in POINT_QUANTITIES:
+            labels = ((name, name[len(start) : len(name) - len(end)]) for name in own)
+            return Group(word, tuple(plotted(name, names[name], label) for name, label in labels))
+        every = tuple(self._magnitude(name, word) for name in self.mechanism.traced)
+        return Group(f"{word} |{POINT_QUANTITIES[word]}|", every)
 
     @property
     def _forces(self) -> dict[str, str]:

@@ -102,7 +102,7 @@ class SequenceResult(Result):
 
     def picture(self) -> output.picture.Content:
         """Return the position with numbered moves, coloured by group, and the table of the moves."""
-        mechanism, groups, first = self.mechanism, list[output.structure.MoveGroup](), 1
+        mechanism, groups, first = self.mechanism, dict[str, tuple[output.structure.DrawnMove, ...]](), 1
         for group in (group for group in self._found if group.steps):
             last = first + len(group.steps) - 1
             moves = tuple(
@@ -113,7 +113,7 @@ class SequenceResult(Result):
             )
             count = f"move {first}" if first == last else f"moves {first} to {last}"
             name = f"{group.kind} {' '.join(group.nodes)}" if group.kind == "dyad" else f"{group.kind} group"
-            groups.append(output.structure.MoveGroup(f"{name}: {count}", moves))
+            groups[f"{name}: {count}"] = moves
             first = last + 1
         return output.structure.sequence_sheet(
             mechanism, mechanism.to_file(self._z), groups, f"{mechanism.name}: sequence"

@@ -49,16 +49,13 @@ class Anchors:
         """Convert a position in a member's own frame (normal frame) to its coordinate system here."""
         if self.carriers[member].origin < 0:
             return self.mechanism.origin + self.mechanism.scale * place
-        return (place - complex(self.mechanism.members[member].shape[0])) * self.mechanism.scale * self._own(member)
-
-    def _own(self, member: int) -> complex:
-        """Return the rotation from a member's own frame to its coordinate system here."""
-        reach = 0j if self.carriers[member].origin < 0 else self.mechanism.members[member].ends[2]
-        return reach.conjugate() / abs(reach) if reach else 1.0 + 0.0j
+        away = place - complex(self.mechanism.members[member].shape[0])
+        return self.direction(member, away * self.mechanism.scale)
 
     def direction(self, member: int, direction: complex) -> complex:
         """Convert a direction in a member's own frame to its coordinate system here."""
-        return direction * self._own(member)
+        reach = 0j if self.carriers[member].origin < 0 else self.mechanism.members[member].ends[2]
+        return direction * (reach.conjugate() / abs(reach) if reach else 1.0 + 0.0j)
 
     def on(self, member: int, place: complex) -> Anchor:
         """Return the anchor of a position in a member's own frame (normal frame)."""

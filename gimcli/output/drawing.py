@@ -46,16 +46,16 @@ def motion_picture(
     return drawing.write(sorted(scene.used) if scene else (), {})
 
 
-def _within(curve: ComplexArray, shown: Sequence[ComplexArray]) -> ComplexArray:
+def _within(curve: ComplexArray, content: Sequence[ComplexArray]) -> ComplexArray:
     """Return a curve with NaN for the points that are far from everything else in the picture."""
-    z = np.concatenate([*shown, np.zeros(0, dtype=np.complex128)])
+    z = np.concatenate([*content, np.zeros(0, dtype=np.complex128)])
     z = z[np.isfinite(z)]
     if not len(z):
         return curve
     reach = REACH * max(float(np.ptp(z.real)), float(np.ptp(z.imag)))
-    outside = (curve.real < z.real.min() - reach) | (curve.real > z.real.max() + reach)
-    outside |= (curve.imag < z.imag.min() - reach) | (curve.imag > z.imag.max() + reach)
-    return np.where(outside, complex(np.nan, np.nan), curve)
+    every = ((z.real, curve.real), (z.imag, curve.imag))
+    outside = [(own < shown.min() - reach) | (own > shown.max() + reach) for shown, own in every]
+    return np.where(outside[0] | outside[1], complex(np.nan, np.nan), curve)
 
 
 def light_poses(poses: int, most: int) -> list[int]:

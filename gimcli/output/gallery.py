@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -83,14 +84,7 @@ def window_of(points: ComplexArray, columns: int, layout: PictureLayout) -> Fram
     if layout.fills:
         return Frame.around(points, layout)
     width = float(np.clip(WIDTH / columns - GAP, NARROWEST, WIDEST))
-    low, high = complex(points.real.min(), points.imag.min()), complex(points.real.max(), points.imag.max())
-    span = high - low
-    per_inch = max(span.real / (width - 2 * BORDER), span.imag / (HIGHEST - 2 * BORDER))
-    if not per_inch > 0.0:
-        return Frame.around(points, layout)
-    height = min(max(span.imag / per_inch + 2 * BORDER, 0.45 * width), HIGHEST)
-    half, centre = complex(width, height) * per_inch / 2, (low + high) / 2
-    return Frame(centre - half, centre + half, width, height, layout.font)
+    return Frame.around(points, replace(layout, width=width, height=HIGHEST), BORDER, (width, 0.45 * width))
 
 
 def panel_size(gallery: Sheet, size: tuple[float, float], font: float) -> tuple[float, float]:

@@ -12,11 +12,10 @@ import numpy as np
 
 from gimcli.dynamics.modes import DECAY, RIGID, VIBRATION, Mode, Swing, swing
 from gimcli.dynamics.small_motions import Linearised
-from gimcli.mechanism import ComplexArray, Mechanism
 from gimcli.output import style
 from gimcli.output.animation import Animation, Clip, Graph
 from gimcli.output.gallery import panels_of
-from gimcli.output.picture import LAYOUT, Content, PictureLayout, Sheet, composition
+from gimcli.output.picture import LAYOUT, PictureLayout, Sheet, composition
 from gimcli.output.pose import Drawing, part_names
 from gimcli.output.scene import Scene
 from gimcli.output.style import Mark, Pen
@@ -28,15 +27,34 @@ PANELS = 12
 """Greatest number of modes in the picture."""
 
 
-def modes_picture(found: Linearised, modes: Sequence[Mode], time: float, headline: str) -> Content:
-    """Return one panel for each mode, at most PANELS."""
+OTHER = Pen(1.5, style.PALETTE[1], (3.0, 1.5), layer=5)
+"""Members in the second extreme position."""
+
+OTHER_PIN = Mark(size=3.6, face=style.PAPER, edge=style.PALETTE[1], width=0.9, layer=6)
+
+
+@composition
+def modes_picture(
+    found: Linearised, modes: Sequence[Mode], time: float, headline: str, *, layout: PictureLayout = LAYOUT
+) -> Sheet:
+    """Return one panel for each mode, at most PANELS: the equilibrium and both extreme positions."""
     mechanism, shown = found.mechanism, modes[:PANELS]
-    swings = [swing(found, mode, time, np.array([0.0, math.pi])) for mode in shown]
-    extremes = np.array([mechanism.to_file(one.z) for one in swings])
+    rest = mechanism.to_file(found.z)
+    swings = (swing(found, mode, time, np.array([0.0, math.pi])) for mode in shown)
+    ends = (mechanism.to_file(one.z) for one in swings)
+    scenes = [Scene(mechanism, np.array([one, rest, other])) for one, other in ends]
     titles = [f"{k}: {spoken(mode)}" for k, mode in enumerate(shown, start=1)]
     more = f", the first {PANELS}" if len(modes) > PANELS else ""
     title = f"{headline}{more}; solid and dashed: both extremes, grey: equilibrium"
-    return extremes_gallery(mechanism, mechanism.to_file(found.z), extremes, titles, title)
+
+    def draw(drawing: Drawing, number: int) -> None:
+        with drawing.picture.named("at-rest"):
+            drawing.ghost(scenes[number], 1)
+        with drawing.picture.named("other-extreme"):
+            drawing.lines(scenes[number], scenes[number].poses[2], OTHER, OTHER_PIN)
+
+    colours = dict.fromkeys(part_names(Scene(mechanism, rest[None])), style.PALETTE[0])
+    return panels_of(scenes, titles, title, draw, layout, colours=colours)
 
 
 def spoken(mode: Mode) -> str:
@@ -100,36 +118,3 @@ def _clip(found: Linearised, k: int, mode: Mode, time: float) -> Clip:
         f"{k}: {spoken(mode)}", z, ROUND * shown.phases / (2.0 * math.pi), ("ok",) * len(z), table, PHASE,
         closed=True, without=NO_TIME, note=f"{amplitude_text(found, mode, shown)}{pace}",
     )  # fmt: skip
-
-
-OTHER = Pen(1.5, style.PALETTE[1], (3.0, 1.5), layer=5)
-"""Members in the second extreme position."""
-
-OTHER_PIN = Mark(size=3.6, face=style.PAPER, edge=style.PALETTE[1], width=0.9, layer=6)
-
-
-@composition
-def extremes_gallery(
-    mechanism: Mechanism, rest: ComplexArray, extremes: ComplexArray, titles: Sequence[str], title: str, *,
-    layout: PictureLayout = LAYOUT,
-) -> Sheet:  # fmt: skip
-    """Return one panel for each motion.
-
-    Args:
-        mechanism: the mechanism.
-        rest: position in the middle (nodes,), in the file's coordinates, as the extremes.
-        extremes: the two extreme positions (motions, 2, nodes).
-        titles: what stands above each panel.
-        title: what stands above all.
-        layout: size of the window.
-    """
-    scenes = [Scene(mechanism, np.array([one, rest, other])) for one, other in extremes]
-
-    def draw(drawing: Drawing, number: int) -> None:
-        with drawing.picture.named("at-rest"):
-            drawing.ghost(scenes[number], 1)
-        with drawing.picture.named("other-extreme"):
-            drawing.lines(scenes[number], scenes[number].poses[2], OTHER, OTHER_PIN)
-
-    colours = dict.fromkeys(part_names(Scene(mechanism, rest[None])), style.PALETTE[0])
-    return panels_of(scenes, titles, title, draw, layout, colours=colours)

@@ -54,20 +54,26 @@ class Frame:
     font: float = 1.0  # size of the texts, relative to the usual one
 
     @classmethod
-    def around(cls, points: ComplexArray, layout: PictureLayout = LAYOUT) -> Frame:
-        """Return the window with equal axes around some points; points that are not finite are ignored."""
+    def around(
+        cls, points: ComplexArray, layout: PictureLayout = LAYOUT, border: float = MARGIN,
+        least: tuple[float, float] = (LEAST, LEAST),
+    ) -> Frame:  # fmt: skip
+        """Return the window with equal axes around some points, those that are not finite are ignored.
+
+        `border` is free inside it, `least` its smallest width and height [in].
+        """
         finite = points[np.isfinite(points)]
         z = finite if len(finite) else np.array([0.0, 1.0 + 1.0j])
         low, high = complex(z.real.min(), z.imag.min()), complex(z.real.max(), z.imag.max())
         span = high - low
-        margin = min(MARGIN, 0.2 * min(layout.width, layout.height))
+        margin = min(border, 0.2 * min(layout.width, layout.height))
         per_inch = max(span.real / (layout.width - 2 * margin), span.imag / (layout.height - 2 * margin))
         if per_inch <= 1e-12 * max(abs(low), abs(high)) or per_inch == 0.0:
             per_inch = max(abs(low), 1.0) / layout.width
         width, height = layout.width, layout.height
         if not layout.fills:
-            width = max(span.real / per_inch + 2 * margin, LEAST)
-            height = max(span.imag / per_inch + 2 * margin, LEAST)
+            width = max(span.real / per_inch + 2 * margin, least[0])
+            height = max(span.imag / per_inch + 2 * margin, least[1])
         half = complex(width, height) * per_inch / 2
         centre = (low + high) / 2
         return cls(centre - half, centre + half, width, height, layout.font)
@@ -190,6 +196,11 @@ def composition(compose: Callable[Arguments, Composed]) -> Callable[Arguments, C
         return replace(found, again=lambda other: composed(*given, layout=other, **named))
 
     return cast(Callable[Arguments, Composed], wraps(compose)(composed))
+
+
+def rectangle(centre: complex, half: complex) -> list[complex]:
+    """Return the corners of a rectangle of half a width and a height."""
+    return [centre + complex(x * half.real, y * half.imag) for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
 
 
 def _array(path: ComplexArray | Iterable[complex]) -> ComplexArray:

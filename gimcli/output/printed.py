@@ -277,8 +277,7 @@ def fitted(content: Content, size: tuple[float, float], layout: PictureLayout) -
     """Return a content that fills a size (width, height) [in]; raise UsageError if that is too small."""
     if isinstance(content, Sheet) and content.columns:
         width, height = _enough(*panel_size(content, size, layout.font), size)
-        content = recomposed(content, replace(layout, width=width, height=height, fills=True))
-        return content
+        return cast(Content, recomposed(content, replace(layout, width=width, height=height, fills=True)))
     left, right = borders(layout.font)
     width = size[0] - left - right
     around = sum(whole_height(one, size[0]) - one.frame.height for one in content.pictures)

@@ -12,7 +12,7 @@ from gimcli.mechanism import FloatArray
 from gimcli.output.curves import pieces
 from gimcli.output.graph import Axis, Curve, CurveGraph
 from gimcli.output.panels import panel
-from gimcli.output.picture import WIDEST, Frame, Picture, Sheet, Text
+from gimcli.output.picture import WIDEST, Frame, Picture, Sheet, Text, rectangle
 from gimcli.output.style import INK, PALETTE, PAPER, Fill, Pen, tint
 from gimcli.table import Column
 
@@ -71,17 +71,15 @@ def _bars(title: str, lines: Sequence[BarLine]) -> Picture:
         picture.texts.append(Text(complex(0.0, middle), line.name, begins=True))
         end = left + (room * abs(line.value) / most if line.unit == common else 0.0)
         if end > left:
-            picture.draw(POSITIVE if line.value > 0.0 else NEGATIVE, _box(left, end, middle))
+            picture.draw(
+                POSITIVE if line.value > 0.0 else NEGATIVE,
+                rectangle(complex((left + end) / 2, middle), complex(end - left, BAR) / 2),
+            )
         picture.texts.append(Text(complex(end + 0.08, middle), line.text, begins=True))
     picture.draw(Pen(0.8, INK), [complex(left, 0.0), complex(left, height)])
     if len(lines) > len(shown):
         picture.legend.append((f"and {len(lines) - len(shown)} smaller ones", Pen(0.0)))
     return picture
-
-
-def _box(left: float, right: float, middle: float) -> list[complex]:
-    low, high = middle - BAR / 2, middle + BAR / 2
-    return [complex(left, low), complex(right, low), complex(right, high), complex(left, high)]
 
 
 def sensitivity_graphs(title: str, abscissa: Column, bands: Sequence[Band]) -> Sheet:

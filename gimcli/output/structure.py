@@ -16,7 +16,7 @@ from gimcli.connected import grouped
 from gimcli.mechanism import ComplexArray, Mechanism
 from gimcli.output import symbols
 from gimcli.output.labels import Labels, extent
-from gimcli.output.picture import LAYOUT, Frame, Picture, PictureLayout, Sheet, Text, composition
+from gimcli.output.picture import LAYOUT, Frame, Picture, PictureLayout, Sheet, Text, composition, rectangle
 from gimcli.output.pose import Drawing, part_names, solved
 from gimcli.output.scene import Scene
 from gimcli.output.style import ARROW, FONT, HEAD, INK, SOFT, Fill, Mark, Pen, group_colour, tint
@@ -114,7 +114,7 @@ def formation_picture(boxes: Sequence[Box], joints: Sequence[BoxJoint], *, layou
     centres, size = _places(boxes)
     picture = Picture("", _frame(size, layout), ("", ""), bare=True)
     for box, centre in zip(boxes, centres, strict=True):
-        picture.draw(box.fill, _corners(centre, box.size / 2))
+        picture.draw(box.fill, rectangle(centre, box.size / 2))
         top = centre.imag + LINE * (len(box.lines) - 1) / 2
         picture.texts += [Text(complex(centre.real, top - LINE * k), line) for k, line in enumerate(box.lines)]
     for together in grouped((joint.lower, joint) for joint in joints).values():
@@ -149,11 +149,6 @@ def _places(boxes: Sequence[Box]) -> tuple[list[complex], complex]:
     return centres, complex(width, height)
 
 
-def _corners(centre: complex, half: complex) -> list[complex]:
-    """Return the corners of a box of half a width and a height."""
-    return [centre + complex(x * half.real, y * half.imag) for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
-
-
 def _arrow(picture: Picture, boxes: Sequence[Box], centres: list[complex], joint: BoxJoint, share: float) -> None:
     """Draw the arrow of a joint to the upper side of the lower box, at the part `share` of its width; name the pairs.
 
@@ -164,7 +159,7 @@ def _arrow(picture: Picture, boxes: Sequence[Box], centres: list[complex], joint
     if lower.layer - upper.layer > 1:
         start = to + 0.30j
         half = complex(LETTER * FONT * len(joint.tag) / 2 + 0.08, 0.10)
-        picture.draw(upper.fill, _corners(start + 0.10j, half))
+        picture.draw(upper.fill, rectangle(start + 0.10j, half))
         picture.texts.append(Text(start + 0.10j, joint.tag))
     else:
         start = centres[joint.upper] - 0.5j * upper.size.imag
@@ -199,22 +194,18 @@ class DrawnMove:
     text: str
 
 
-@dataclass(frozen=True)
-class MoveGroup:
-    """The moves of a group, and its line in the legend."""
-
-    name: str
-    moves: tuple[DrawnMove, ...]
+MovesByGroup = Mapping[str, Sequence[DrawnMove]]
+"""The moves of each group by its name in the legend."""
 
 
-def sequence_sheet(mechanism: Mechanism, position: ComplexArray, groups: Sequence[MoveGroup], title: str) -> Sheet:
+def sequence_sheet(mechanism: Mechanism, position: ComplexArray, groups: MovesByGroup, title: str) -> Sheet:
     """Return the mechanism with its moves, above the table of all moves, if there are any."""
     return Sheet("", (sequence_picture(mechanism, position, groups, title), *([moves_table(groups)] if groups else [])))
 
 
 @composition
 def sequence_picture(
-    mechanism: Mechanism, position: ComplexArray, groups: Sequence[MoveGroup], title: str, *,
+    mechanism: Mechanism, position: ComplexArray, groups: MovesByGroup, title: str, *,
     layout: PictureLayout = LAYOUT,
 ) -> Picture:  # fmt: skip
     """Return one pose in light colours; numbered arrows go from the nodes of a constraint to the node that it moves."""
@@ -224,27 +215,28 @@ def sequence_picture(
         return drawing.picture
     drawing.poses(colours=dict.fromkeys(part_names(scene), SOFT))
     arcs, first = Counter[tuple[int, int]](), 1
-    for number, group in enumerate(groups, start=1):
-        _draw_group(drawing, scene.poses[0], group, (number, first), arcs)
-        first += len(group.moves)
+    for number, (name, moves) in enumerate(groups.items(), start=1):
+        drawing.picture.legend.append((name, Pen(KEY, group_colour(number))))
+        _draw_group(drawing, scene.poses[0], moves, (number, first), arcs)
+        first += len(moves)
     return drawing.write(range(len(mechanism.nodes)), {})
 
 
 def _draw_group(
-    drawing: Drawing, z: ComplexArray, group: MoveGroup, numbers: tuple[int, int], arcs: Counter[tuple[int, int]]
+    drawing: Drawing, z: ComplexArray, moves: Sequence[DrawnMove], numbers: tuple[int, int],
+    arcs: Counter[tuple[int, int]],
 ) -> None:  # fmt: skip
     """Draw the nodes and moves of a group; `numbers` are its own and that of its first move."""
     colour, picture, labels = group_colour(numbers[0]), drawing.picture, drawing.labels
-    moved = dict.fromkeys(move.node for move in group.moves)
+    moved = dict.fromkeys(move.node for move in moves)
     picture.draw(Mark("o", 8.0, tint(colour), colour, 1.6, layer=9), *z[list(moved)].tolist())
-    picture.legend.append((group.name, Pen(2.6, colour)))
-    if len(group.moves) > DENSE:
+    if len(moves) > DENSE:
         for node in moved:
-            own = [str(k) for k, move in enumerate(group.moves, start=numbers[1]) if move.node == node]
+            own = [str(k) for k, move in enumerate(moves, start=numbers[1]) if move.node == node]
             labels.beside(complex(z[node]), ", ".join(own), colour, NUMBER)
         return
-    for k, move in enumerate(group.moves, start=numbers[1]):
-        offers = _draw_move(picture, z, move, arcs, colour, len(group.moves) <= ARMS)
+    for k, move in enumerate(moves, start=numbers[1]):
+        offers = _draw_move(picture, z, move, arcs, colour, len(moves) <= ARMS)
         labels.at_best(offers, str(k), colour, NUMBER)
 
 
@@ -283,9 +275,9 @@ def _bow(picture: Picture, z: ComplexArray, start: int, end: int, drawn: Counter
 
 
 @composition
-def moves_table(groups: Sequence[MoveGroup], *, layout: PictureLayout = LAYOUT) -> Picture:
+def moves_table(groups: MovesByGroup, *, layout: PictureLayout = LAYOUT) -> Picture:
     """Return the numbered moves of all groups as lines of text in columns, in the colours of the groups."""
-    lines = [(move.text, group_colour(k)) for k, group in enumerate(groups, start=1) for move in group.moves]
+    lines = [(move.text, group_colour(k)) for k, moves in enumerate(groups.values(), start=1) for move in moves]
     texts = [f"{k}  {text}" for k, (text, _) in enumerate(lines, start=1)]
     wide, high = max(extent(text, LETTERS * layout.font)[0] for text in texts) + COLUMN, ROW * layout.font
     columns = max(1, min(-(-len(texts) // 3), int((TABLE - 2 * BORDER) / wide)))

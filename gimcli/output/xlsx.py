@@ -24,12 +24,13 @@ from gimcli.table import Column, Table, labelled
 FIRST = ("step", "time", "branch", "design", "configuration", "curve", "circuit", "node")
 """Columns that stand first on each sheet, besides the inputs and columns of words."""
 
-POINTS = {"x": "Positions", "y": "Positions", "vx": "Velocities", "vy": "Velocities", "ax": "Accelerations",
-          "ay": "Accelerations", "jx": "Jerks", "jy": "Jerks"}  # fmt: skip
-MEMBERS = {"angle": "Angles", "omega": "Angular velocities", "alpha": "Angular accelerations", "jerk": "Angular jerks"}
-INPUTS = {"speed": "Inputs", "acceleration": "Inputs", "effort": "Efforts", "torque": "Efforts"}
 PAIRS = {"fx": "Reactions", "fy": "Reactions", "moment": "Reactions"}
-ENDS = POINTS | MEMBERS | INPUTS
+ENDS = {
+    "x": "Positions", "y": "Positions", "vx": "Velocities", "vy": "Velocities", "ax": "Accelerations",
+    "ay": "Accelerations", "jx": "Jerks", "jy": "Jerks",
+    "angle": "Angles", "omega": "Angular velocities", "alpha": "Angular accelerations", "jerk": "Angular jerks",
+    "speed": "Inputs", "acceleration": "Inputs", "effort": "Efforts", "torque": "Efforts",
+}  # fmt: skip
 """Kinds by the part of a column's name after the last dot."""
 
 WHOLE = {"shaking": "Shaking", "power": "Power", "energy": "Energy"}

@@ -23,7 +23,7 @@ from gimcli.output.curves import drawn_runs, thinned
 from gimcli.output.drawing import history_picture, motion_picture, position_picture
 from gimcli.output.pose import MOST_KEYS
 from gimcli.output.scene import FLAT, Scene
-from gimcli.output.structure import DrawnMove, MoveGroup, sequence_picture
+from gimcli.output.structure import DrawnMove, sequence_picture
 from gimcli.output.style import HATCH, curve_pen
 from gimcli.structure.convex_hull import convex_hull
 from gimcli.table import Column, Table
@@ -78,7 +78,7 @@ def four_bar(**more):
 
 
 def moves(*steps):
-    return MoveGroup("group", tuple(DrawnMove(node, about, f"{node} about {about}") for node, about in steps))
+    return [DrawnMove(node, about, f"{node} about {about}") for node, about in steps]
 
 
 def floating_four_bar():
@@ -321,7 +321,7 @@ def test_all_parts_of_a_drawing_are_inside_the_window(kind):
     for picture in (
         motion_picture(found, poses, curves, ""),
         position_picture(found, poses[0], "", {"P": poses[0][1]}),
-        sequence_picture(found, poses[0], [moves((1, (0,)), (2, (1, 3)), (2, (0,)))], ""),
+        sequence_picture(found, poses[0], {"group": moves((1, (0,)), (2, (1, 3)), (2, (0,)))}, ""),
     ):
         paths = [p for group in (*strokes(picture).values(), *areas(picture).values()) for p in group]
         z = np.concatenate([*paths, [text.at for text in picture.texts]])
@@ -354,7 +354,7 @@ def test_a_sequence_has_every_number_and_none_overlaps():
         (1, ()),
         (1, (1,)),
     ]
-    picture = sequence_picture(found, poses[0], [moves(*steps[:4]), moves(*steps[4:])], "")
+    picture = sequence_picture(found, poses[0], {"first": moves(*steps[:4]), "second": moves(*steps[4:])}, "")
     rings = {text.text: text.at for text in picture.texts if text.ring}
     assert sorted(rings) == [str(n) for n in range(1, 10)]
     places = np.array(list(rings.values()))
