@@ -33,7 +33,7 @@ from gimcli import __version__
 from gimcli.cli.command import Command, taking_plain_values
 from gimcli.cli.console import end_bars, print_json, printable, progress_bar
 from gimcli.cli.settings_folder import provide_settings_folder
-from gimcli.errors import GimError, UsageError, reason
+from gimcli.errors import GimError, reason, refuse
 
 GROUPS: dict[str, dict[str, str]] = {
     "Position and motion": {
@@ -181,8 +181,7 @@ def _main(
         help="With --version: libraries, cache and cores too.",
     ),
 ) -> None:  # fmt: skip
-    if verbose:
-        raise UsageError("--verbose: expected `gim --version --verbose`; commands print all that they have to report")
+    refuse((verbose, "--verbose: expected `gim --version --verbose`; commands print all that they have to report"))
 
 
 def _print_json_error(text: str, exit_code: int) -> None:

@@ -8,7 +8,7 @@ import typer
 
 from gimcli.cli.console import print_more, print_remarks, print_table
 from gimcli.cli.from_verb import Run, from_verb
-from gimcli.errors import UsageError
+from gimcli.errors import refuse
 from gimcli.library.check import CheckResult, check
 
 HELP = (
@@ -25,9 +25,8 @@ EXAMPLES = (
 def _run(run: Run) -> Any:
     """Check the model, or print it in long form."""
     if run.switches.pop("long"):
-        if run.files["out"] or run.files["as_json"]:
-            option = "-o" if run.files["out"] else "--json"
-            raise UsageError(f"--long prints the model file, it cannot be used with {option}")
+        text = "--long prints the model file, it cannot be used with"
+        refuse((run.files["out"], f"{text} -o"), (run.files["as_json"], f"{text} --json"))
         from gimcli.model.long_text import long_form
 
         typer.echo(long_form(run.mechanism), nl=False)

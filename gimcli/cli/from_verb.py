@@ -38,7 +38,7 @@ from gimcli.cli.arguments import (
 from gimcli.cli.console import note, progress_bar
 from gimcli.cli.measures import MEASURES, measures_of, refuse_unseen
 from gimcli.cli.outputs import Outputs
-from gimcli.errors import UsageError
+from gimcli.errors import UsageError, refuse
 from gimcli.library.inputs import OneOf, Range, hints_of
 from gimcli.library.result import Result
 from gimcli.mechanism import Mechanism
@@ -103,17 +103,15 @@ class Run:
     def instead(self, verb: Callable[..., Any], kind: type[Result], show: Callable[..., None], what: str) -> None:
         """Run the verb that an option chooses; refuse options that it does not have: those are for `what`."""
         known, every = signature(verb).parameters, {**self.arguments, **self.switches}
-        for name, flag in self.given.items():
-            if name not in known and name != "assembly":
-                raise UsageError(f"{flag} is for {what}: remove one of them")
+        foreign = {*self.given} - {*known, "assembly"}
+        refuse(*((name in foreign, f"{flag} is for {what}: remove one of them") for name, flag in self.given.items()))
         self.verb, self.kind, self.show, self.switches, self.loaded = verb, kind, show, {}, ()
         self.arguments = {name: every[name] for name in known if every.get(name) is not None}
 
     def drop(self, what: str, *names: str) -> None:
         """Leave out options of the verb that is not chosen; refuse those that are given: they are for `what`."""
         for name in names:
-            if name in self.given:
-                raise UsageError(f"{self.given[name]} is for {what}")
+            refuse((name in self.given, f"{self.given.get(name)} is for {what}"))
             self.switches.pop(name)
 
 

@@ -8,7 +8,7 @@ import typer
 
 from gimcli.cli.arguments import OUTPUT
 from gimcli.cli.console import print_more, print_remarks, print_table
-from gimcli.errors import UsageError
+from gimcli.errors import refuse
 from gimcli.mechanism import Mechanism
 from gimcli.rounding import aligned, greatest, length, number
 
@@ -37,10 +37,12 @@ PLOTS_ONLY = typer.Option("--plot", metavar="GRAPH,...", rich_help_panel=OUTPUT,
 
 def refuse_unseen(plot: list[str] | None, draws: bool) -> None:
     """Raise UsageError for graphs if no picture is written."""
-    if plot and not draws:
-        raise UsageError(
-            "--plot adds graphs to the picture, but no picture is written: use -o FILE.png, or remove --no-png"
+    refuse(
+        (
+            plot and not draws,
+            "--plot adds graphs to the picture, but no picture is written: use -o FILE.png, or remove --no-png",
         )
+    )
 
 
 def measures_of(given: list[str]) -> list[str]:

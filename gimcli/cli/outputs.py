@@ -13,7 +13,7 @@ import typer
 from gimcli import output
 from gimcli.cli.arguments import NO_OPTIONS, NONE, Drawing, changed
 from gimcli.cli.console import DRAWING, end_bars, note, print_json, print_written, printable, progress_bar
-from gimcli.errors import OutputError, UsageError
+from gimcli.errors import OutputError, UsageError, refuse
 from gimcli.library.load import decided, is_address, load_undecided
 from gimcli.library.result import Result, UnderWay, joined, write_contents
 from gimcli.mechanism import Mechanism
@@ -74,20 +74,22 @@ class Outputs:
         self.model, self.as_json = model, as_json
         stem = "mechanism" if is_address(model) else Path(model).stem
         self.files = result.destinations(asked, stem, picture, more)
-        if as_json and self.files.stdout:
-            raise UsageError(
-                "-o - and --json both use standard output: write the table to a file, such as -o table.csv"
-            )
+        refuse(
+            (
+                as_json and self.files.stdout,
+                "-o - and --json both use standard output: write the table to a file, such as -o table.csv",
+            ),
+            (
+                drawing and not self.files.prints,
+                f"--{next(iter(drawing), '')} changes the picture, but no picture is written: use -o FILE.png",
+            ),
+        )
         if self.files.stdout and sys.__stdout__ is None:
             raise OutputError("-o -: standard output is closed; write the table to a file, such as -o table.csv")
         self.written: list[Path] = []
         self.options: output.printed.PictureOptions | None = None
         if drawing:
             self.options = output.printed.PictureOptions.checked(**drawing)
-            if not self.files.prints:
-                raise UsageError(
-                    f"--{next(iter(drawing))} changes the picture, but no picture is written: use -o FILE.png"
-                )
 
     @property
     def draws(self) -> bool:

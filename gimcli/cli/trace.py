@@ -38,10 +38,7 @@ EVENTS = 6
 
 
 def _shown(found: MotionTraceResult | CircuitTraceResult) -> None:
-    if isinstance(found, MotionTraceResult):
-        _print(found)
-    else:
-        _print_circuits(found)
+    return _print(found) if isinstance(found, MotionTraceResult) else _print_circuits(found)
 
 
 def _print(found: MotionTraceResult) -> None:

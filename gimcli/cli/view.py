@@ -15,7 +15,7 @@ from gimcli.cli.console import end_bars, note, printable, progress_bar
 from gimcli.cli.from_verb import COMMON, own_options
 from gimcli.cli.measures import measures_of
 from gimcli.cli.trace import OPTIONS
-from gimcli.errors import UsageError
+from gimcli.errors import refuse
 from gimcli.library.load import is_address
 from gimcli.library.trace import trace
 from gimcli.view.server import served
@@ -56,8 +56,7 @@ def _view(
 def _serve(
     model: str, changes: list[str], assembly: str, port: int | None, settings: dict[str, object], browser: bool
 ) -> None:
-    if is_address(model):
-        raise UsageError("an address does not change: write its model file with `gim convert` and view that")
+    refuse((is_address(model), "an address does not change: write its model file with `gim convert` and view that"))
     values, path = assignments(changes), Path(model)
     with served(path, values, assembly, port, settings, lambda text: note(printable(text)), progress_bar) as server:
         end_bars()

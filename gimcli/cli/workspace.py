@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from functools import partial
 from typing import Any
 
@@ -40,15 +39,8 @@ def _run(run: Run) -> Any:
     return found
 
 
-def _angle(text: str) -> float:
-    """Return a direction [file's angle unit]."""
-    if not math.isfinite(angle := float(text)):
-        raise ValueError(text)
-    return angle
-
-
 HELD = partial(
-    pairs, option="--orientation", form="MEMBER=ANGLE, such as platform=0", what="an angle; give it", read=_angle
+    pairs, option="--orientation", form="MEMBER=ANGLE, such as platform=0", what="an angle; give it", read=float
 )
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gimcli.errors import UsageError
+from gimcli.errors import refuse
 from gimcli.library.machines import names_of
 from gimcli.library.sweep import sweep
 from gimcli.mechanism import Mechanism
@@ -25,8 +25,8 @@ class Evaluator:
         verb: Any = sweep
         self._job = verb.begin(mechanism, nominal, steps=steps, keep=keep).job
         self.dimensions, self.quantities = self._job.table.names, tuple(one.text for one in self._job.kept)
-        if any(one.kind.what != "number" for one in self._job.kept):
-            raise UsageError("keep: expected numbers, such as range(P.y)")
+        other = any(one.kind.what != "number" for one in self._job.kept)
+        refuse((other, "keep: expected numbers, such as range(P.y)"))
 
     def __call__(self, designs: Any) -> tuple[NDArray[np.float64], NDArray[np.str_]]:
         """Return quantities (designs, quantities) and status words (designs,) of designs (designs, dimensions).
@@ -35,9 +35,9 @@ class Evaluator:
         of its solved rows, NaN without any. One design (dimensions,) gives arrays of one design.
         """
         values = np.atleast_2d(np.asarray(designs, dtype=np.float64))
-        if values.ndim != 2 or values.shape[1] != len(self.dimensions):
-            shape, names = f"(designs, {len(self.dimensions)})", ", ".join(self.dimensions)
-            raise UsageError(f"designs: expected an array {shape} of {names}, got {np.shape(designs)}")
+        wanted = f"(designs, {len(self.dimensions)}) of {', '.join(self.dimensions)}"
+        wrong = values.shape[1:] != (len(self.dimensions),)
+        refuse((wrong, f"designs: expected an array {wanted}, got {np.shape(designs)}"))
         columns = self._job.columns(values, self._job.steps, {"jit": "auto"})
         found = [np.broadcast_to(columns.of(one), len(values)) for one in self._job.kept]
         return np.stack(found, axis=1), np.array([status.word for status in Status])[columns.status]

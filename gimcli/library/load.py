@@ -97,7 +97,12 @@ def _from_file(model: Path | str, folder: Path | None) -> Mechanism:
     from gimcli.model.read import read_file
 
     if is_address(model):
-        return _from_address(str(model), folder)
+        found = read_by_others(str(model), "<address>", folder=folder)
+        if found is None:
+            raise ModelError(
+                ["<address>: holds no mechanism of a known program (`gim manual other-programs`); give a file"]
+            )
+        return found
     path = model_path(Path(model))
     ours = path.suffix.lower() in YAML
     if not ours and (found := _converted(path, folder)) is not None:
@@ -108,15 +113,6 @@ def _from_file(model: Path | str, folder: Path | None) -> Mechanism:
         if ours and (found := _converted(path, folder)) is not None:
             return found
         raise
-
-
-def _from_address(address: str, folder: Path | None) -> Mechanism:
-    found = read_by_others(address, "<address>", folder=folder)
-    if found is None:
-        raise ModelError(
-            ["<address>: holds no mechanism of a known program (`gim manual other-programs`); give a file"]
-        )
-    return found
 
 
 def _converted(path: Path, folder: Path | None) -> Mechanism | None:

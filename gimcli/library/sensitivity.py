@@ -123,7 +123,14 @@ def sensitivity(
     reduced, quantities = _quantities(mechanism, _texts(of), whole)
     chosen = _dimensions(mechanism, names_of(by))
     if whole:
-        _refuse_much(len(quantities) * (len(chosen) + 1) * (steps + 1))
+        much = len(quantities) * (len(chosen) + 1) * (steps + 1)
+        refuse(
+            (
+                much > MOST_NUMBERS,
+                f"steps: the result has {much:.2g} derivatives, at most {MOST_NUMBERS:.0e} are possible: use fewer"
+                " steps, or name quantities (of) and dimensions (by)",
+            )
+        )
         motion = _motion(mechanism, steps, jit, notify)
     else:
         motion = _position(mechanism, inputs_of(mechanism, at, inputs))
@@ -133,8 +140,7 @@ def sensitivity(
     allowed = _tolerances(mechanism, chosen)
     given = np.flatnonzero(allowed > 0.0)
     linked = mechanism.complete is not None
-    if samples and linked:
-        raise UsageError("samples: not where the linkage turns gears; `gim sweep` solves random designs of it")
+    refuse((samples and linked, "samples: not where the linkage turns gears; `gim sweep` solves random designs of it"))
     count = (SAMPLES if len(given) and not linked else 0) if samples is None else samples
     if count and not len(given):
         own = ", ".join(tolerances(mechanism))
@@ -180,15 +186,6 @@ def _law_states(motion: Motion) -> tuple[FloatArray, FloatArray]:
         return motion.time * mechanism.duration, law_rates(mechanism, motion.time, len(ORDERS), motion.inputs)
     time, given = law_state(mechanism, motion.inputs[:, 0], motion.z[:, 0])
     return np.nan_to_num(np.append(time, 0.0)[:1]) * mechanism.duration, given[..., None]
-
-
-def _refuse_much(numbers: int) -> None:
-    """Raise UsageError for a result that may not fit into memory."""
-    if numbers > MOST_NUMBERS:
-        raise UsageError(
-            f"steps: the result has {numbers:.2g} derivatives, at most {MOST_NUMBERS:.0e} are possible: use fewer"
-            " steps, or name quantities (of) and dimensions (by)"
-        )
 
 
 def _motion(mechanism: Mechanism, steps: int, jit: str, notify: Notify | None) -> Motion:

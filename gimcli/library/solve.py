@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gimcli import graphs, output
-from gimcli.errors import UsageError
+from gimcli.errors import refuse
 from gimcli.library.by_name import ByName, angles, coordinates, places
 from gimcli.library.inputs import Jit, Method, OneOf, Seed, Strategy, Tolerance, checked, in_file_units, inputs_of
 from gimcli.library.record import Records, RowField, VectorField, quantity_rows
@@ -71,15 +71,14 @@ def solve(
         UsageError: an unknown name or an invalid argument.
         StructureError: the mechanism is not fully driven, over-driven or contradictory.
     """
-    if history and method != "gim":
-        raise UsageError("history: the error after every sweep needs method gim")
+    refuse((history and method != "gim", "history: the error after every sweep needs method gim"))
     extras = None
     if measure:
         extras = graphs.extras.Extras(mechanism, measure)
     given = {**(at if isinstance(at, Mapping) else {}), **inputs}
     if any(np.ndim(value) for value in given.values()):
-        if (method, start, history, velocities, sequence) != ("auto", "drawn", False, False, ""):
-            raise UsageError("arrays of inputs are solved by method auto: remove method, start, history, velocities")
+        other = (method, start, history, velocities, sequence) != ("auto", "drawn", False, False, "")
+        refuse((other, "arrays of inputs are solved by method auto: remove method, start, history, velocities"))
         from gimcli.library.solved_positions import solved_positions
 
         return solved_positions(mechanism, given, tolerance, measure)
@@ -257,11 +256,13 @@ class SolveResult(Result):
         from gimcli.library.model_text import model_text
 
         text = model_text(self.mechanism, self._found.z)
-        if self.residual > EXACT:
-            raise UsageError(
+        refuse(
+            (
+                self.residual > EXACT,
                 f"the position has a length error of {self.residual:.1e} of the size; a model file with solved"
-                f" coordinates needs {EXACT:.0e} or less: use a smaller tolerance"
+                f" coordinates needs {EXACT:.0e} or less: use a smaller tolerance",
             )
+        )
         return text
 
     def picture(self) -> output.picture.Content | None:

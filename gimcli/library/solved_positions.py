@@ -13,7 +13,6 @@ from gimcli.families.designs import Designs
 from gimcli.families.family import Family
 from gimcli.graphs.extras import Extras
 from gimcli.library.inputs import inputs_of
-from gimcli.library.result import RowsResult
 from gimcli.library.trace_result import Placed
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.motion.motion import Motion
@@ -67,7 +66,7 @@ def separate(
     return Motion(mechanism, time, inputs, z, np.asarray(codes, dtype=int), residual, 0.0 * time, z[:, 0])
 
 
-class SolvedPositions(Placed, RowsResult):
+class SolvedPositions(Placed):
     """Positions: `status` (rows,), `xy[name]` (rows, 2), `angle[member]` (rows,), and the columns by name.
 
     A row that is not solved has a status word other than "ok", and NaN.
@@ -77,7 +76,6 @@ class SolvedPositions(Placed, RowsResult):
 
     def __init__(self, mechanism: Mechanism, found: Designs, inputs: FloatArray, extras: Extras) -> None:
         self.mechanism, self._found, self._inputs, self._extras = mechanism, found, inputs, extras
-        self._table = None
 
     @cached_property
     def _state(self) -> SeparateState:

@@ -287,9 +287,10 @@ def _listed(mechanism: Mechanism) -> str:
 
 def _held(mechanism: Mechanism, given: Mapping[str, float]) -> dict[str, float]:
     """Return the members with a fixed direction, and the directions [rad]."""
-    for name, angle in given.items():
-        if not math.isfinite(angle):
-            raise UsageError(f"orientation {name}: expected a finite angle, got {angle}")
+    finite = (
+        (not math.isfinite(one), f"orientation {n}: expected a finite angle, got {one}") for n, one in given.items()
+    )
+    refuse(*finite)
     return {name: math.radians(angle) if mechanism.angle_unit == "deg" else angle for name, angle in given.items()}
 
 
