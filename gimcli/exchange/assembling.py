@@ -164,7 +164,7 @@ class Assembling:
         far = max(self.bodies.get(body) or [pivot], key=lambda n: self._gap(n, pivot))
         if self._gap(far, pivot) > self.tiny:
             return far
-        places = [(own, complex(*place)) for own, (owner, place) in self.draft.tracers.items() if owner == body]
+        places = ((own, complex(*place)) for own, (owner, place) in self.draft.tracers.items() if owner == body)
         points = [(own, z) for own, z in places if abs(z - self.places[pivot]) > self.tiny]
         self.draft.refuse(not points, f"input {name}: the link that it turns has no second joint")
         return self._add(body, *points[0])

@@ -236,7 +236,7 @@ class PlusDraft:
         return stroke or RESOLUTION, speed
 
     def _turn(self, name: str, joint: FileRecord, by: float) -> None:
-        links = [rider.named for rider in joint.riders if moving(rider)]
+        links = [rider.named for rider in joint.riders if any(own.slides or not own.fixed for own in rider.joints)]
         sides = [GROUND, *links] if joint.fixed else links
         expected = "one link on the ground, or two moving links"
         joint.refuse(len(sides) != 2, f"the input joins {len(links)} links; expected {expected}")
@@ -276,8 +276,3 @@ def _folded(block: FileRecord, ends: list[FileRecord]) -> tuple[FileRecord, File
     pin.driven, pin.traced = slider.driven or pin.driven, slider.traced or pin.traced
     pin.speed, pin.mass = slider.speed or pin.speed, block.mass
     return slider, pin
-
-
-def moving(body: FileRecord) -> bool:
-    """Return whether a body is not fixed by pins of the ground."""
-    return not all(joint.fixed and not joint.slides for joint in body.joints)

@@ -30,9 +30,6 @@ LONGEST = 60
 
 MOST_INPUTS = 1
 
-
-Entry = tuple[str, str, str]
-"""A joint (MECH) or a setting: its key, its place for messages and its text."""
 MECH = "mech"
 
 
@@ -51,9 +48,8 @@ def read(text: str, source: str) -> Draft:
     """Return the mechanism of a text or of an address; raise ModelError with all errors."""
     found = [address for line in text.splitlines() if (address := _address(line))]
     FilePart(source).refuse(len(found) > 1, f"holds {len(found)} addresses of {PROGRAM}; give one of them")
-    parts = list(_of_address(found[0], source) if found else _of_text(text, source))
-    joints = all_of(_joint, [(where, line) for key, where, line in parts if key == MECH])
-    given = {key: value for key, _, value in parts if key != MECH}
+    rows, given = _entries(text, source, "".join(found))
+    joints = all_of(_joint, rows)
     given |= {part[:1].casefold(): part[1:] for part in given.get("set", "").split("|")}  # s5|f1
     driver = re.fullmatch(r"\s*([0-9]{1,9})\s*", given.get("d", ""))
     name, speed = given.get("name", ""), number_of(given.get("s", ""))
@@ -76,26 +72,23 @@ def _is_row(line: str) -> bool:
 # -- lines and header -----------------------------------------------------------------------------
 
 
-def _of_address(address: str, source: str) -> Iterator[Entry]:
-    """Yield the joints behind `mech=`, and what the rest of the address sets."""
-    for key, text in query_of(address):
-        own = key.strip().casefold()
-        if own == MECH:
-            rows = [row for row in re.split(r"[|\n]", text) if row.strip()]
-            yield from ((MECH, f"{source}: joint {number}", row) for number, row in enumerate(rows, 1))
-        else:
-            yield own, source, text
+def _entries(text: str, source: str, address: str) -> tuple[list[tuple[str, str]], dict[str, str]]:
+    """Return the joints of a file, or behind `mech=` of an address, each with its place, and what else is set."""
+    lines = ((f"{source}:{number}:1", *_keyed(line)) for number, line in enumerate(text.splitlines(), 1))
+    queried = ((f"{source}: joint", key.strip().casefold(), value) for key, value in query_of(address))
+    rows, given = list[tuple[str, str]](), dict[str, str]()
+    for place, key, value in queried if address else lines:
+        own = [row for row in re.split(r"[|\n]", value) if row.strip()]
+        if key != MECH:
+            given[key] = value.strip()
+        rows += [(f"{place} {n}" if address else place, row) for n, row in enumerate(own, 1) if key == MECH]
+    return rows, given
 
 
-def _of_text(text: str, source: str) -> Iterator[Entry]:
-    """Yield the joints of a file, and what its header sets."""
-    for number, line in enumerate(text.splitlines(), 1):
-        match = HEADER.match(line)
-        key, value = (match[1].casefold(), match[2]) if match else (MECH, line)
-        if key == MECH:
-            yield from ((MECH, f"{source}:{number}:1", row) for row in value.split("|") if row.strip())
-        else:
-            yield key, source, value.strip()
+def _keyed(line: str) -> tuple[str, str]:
+    """Return the key of a line and what follows it; MECH and the line if it is a joint."""
+    match = HEADER.match(line)
+    return (match[1].casefold(), match[2]) if match else (MECH, line)
 
 
 # -- joints ---------------------------------------------------------------------------------------
