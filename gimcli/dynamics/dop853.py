@@ -96,10 +96,6 @@ class StrideSolver:
             reducer.out, reducer.gain, reducer.factors, np.zeros(0),
         )  # fmt: skip
 
-    def due(self, time: float) -> None:
-        """Set the time of the next row."""
-        self.states.clock[kernels.DUE] = time
-
     def dense_output(self) -> Any:
         """Return the interpolation of the states over the last step, which scipy's DOP853 repeats."""
         from scipy.integrate import DOP853

@@ -249,14 +249,13 @@ class StickEvents:
         return self.equations.event(kind, time, pair=self.friction.names[k])
 
 
-Begin = Callable[[float, FloatArray, float], Any]
-"""Makes a solver from a time, a state and an end."""
-
-
 class EventSearch:
     """Finds standstills and dead points of the free inputs."""
 
-    def __init__(self, equations: Equations, begin: Begin, lands: bool) -> None:
+    def __init__(
+        self, equations: Equations, begin: Callable[[float, FloatArray, float], Any], lands: bool
+    ) -> None:  # fmt: skip
+        """Take the equations; `begin` makes a solver from a time, a state and an end."""
         self.equations, self.begin, self.lands = equations, begin, lands
         self.before: list[float] = []  # signals at the last accepted state
         self.last_y: FloatArray = np.zeros(0)  # the last accepted state

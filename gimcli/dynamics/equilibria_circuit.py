@@ -141,7 +141,12 @@ class CircuitEquilibria:
         at, curve = root.at, self.circuit.curve
         inputs = curve.inputs(at.p)
         potential = height + self._turns(float(inputs[self.main])) * self._gain()
-        open_one = root.multiplicity % 2 == 0 or self._meets(at)
+        open_one = (
+            root.multiplicity % 2 == 0
+            or any(  # the forces along other branches that meet there do not count
+                np.linalg.norm(at.p[:-1] - met.p[:-1]) <= MEETING for met in self.circuit.crossings.values()
+            )
+        )
         stability = UNDECIDED if open_one else UNSTABLE if root.rises else STABLE
         stiffness = None
         if abs(at.rate) > RESTING and root.smooth:
@@ -152,10 +157,6 @@ class CircuitEquilibria:
             int(stability == UNSTABLE), root.multiplicity, stiffness, root.residual,
             Status.OK if root.converged else Status.NOT_CONVERGED, self._fraction(at.stop),
         )  # fmt: skip
-
-    def _meets(self, at: BalancePoint) -> bool:
-        """Return whether other branches meet at a point: the forces along them do not count."""
-        return any(np.linalg.norm(at.p[:-1] - met.p[:-1]) <= MEETING for met in self.circuit.crossings.values())
 
     def _fraction(self, stop: CurveStop) -> float:
         low, high = self.along[stop.index], self.along[min(stop.index + 1, self.curve.count)]

@@ -42,7 +42,6 @@ from gimcli.status import Status
 from gimcli.table import Column, Table
 
 if TYPE_CHECKING:
-    from gimcli.dynamics.coulomb import DryFriction
     from gimcli.dynamics.efficiency import FrictionSummary
 
 
@@ -81,7 +80,10 @@ class ForceMotion:
         forces = piece_forces(self.statics, self.courses, piece, self.run, self.turns)
         self.rows = self.summary.add(piece)
         if forces.dry is not None:
-            self._rub(piece, forces, forces.dry)
+            from gimcli.dynamics.efficiency import FrictionSummary  # imported late: only for models with dry friction
+
+            self.friction = self.friction or FrictionSummary(self.statics.mechanism)
+            self.friction.add(piece, forces, forces.dry)
         left_out = np.flatnonzero(forces.good & ~forces.bounded)
         self.left_out += len(left_out)
         self.left_out_at += list(forces.course.inputs[:, left_out[: SHOWN - len(self.left_out_at)]].T)
@@ -91,13 +93,6 @@ class ForceMotion:
         self.determined += int(determined_rows(piece, forces).sum())
         self.open = self.open or open_reactions(forces)
         return forces
-
-    def _rub(self, piece: Motion, forces: Forces, dry: DryFriction) -> None:
-        """Add a piece to the summary of dry friction."""
-        from gimcli.dynamics.efficiency import FrictionSummary  # imported late: only for models with dry friction
-
-        self.friction = self.friction or FrictionSummary(self.statics.mechanism)
-        self.friction.add(piece, forces, dry)
 
     @property
     def drift(self) -> float:

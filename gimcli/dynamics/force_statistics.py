@@ -126,12 +126,11 @@ class ExtremeRows:
             best[:, better | earlier] = found[:, better | earlier]
 
 
-Evaluate = Callable[[FloatArray], FloatArray]
-"""Returns the quantities (quantities, times) at increasing times, in steps."""
+def refined(extremes: list[RowExtreme], evaluate: Callable[[FloatArray], FloatArray], constant: BoolArray) -> None:
+    """Move extremes to better times between rows; those of the quantities that are `constant` stay.
 
-
-def refined(extremes: list[RowExtreme], evaluate: Evaluate, constant: BoolArray) -> None:
-    """Move extremes to better times between rows; those of the quantities that are `constant` stay."""
+    evaluate: returns the quantities (quantities, times) at increasing times, in steps.
+    """
     open_ones = [one for one in extremes if np.all(np.isfinite(one.beside)) and not constant[one.quantity]]
     search_together(open_ones, lambda times: evaluate(times).__getitem__, ROUNDS)
     for one in open_ones:

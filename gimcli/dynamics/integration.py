@@ -24,7 +24,7 @@ from gimcli.dynamics.simulation_types import (
     Simulation,
 )
 from gimcli.errors import UsageError
-from gimcli.kernels.dormand_prince import DOUBLE, FREE_GROWTH
+from gimcli.kernels.dormand_prince import DOUBLE, DUE, FREE_GROWTH
 from gimcli.kernels.reduction import KINETIC, POTENTIAL
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.motion.linked_inputs import followed
@@ -201,7 +201,7 @@ class Integration:
         """Take one step, or many in one compiled call; return whether it succeeded."""
         strides = isinstance(solver, StrideSolver)
         if strides:
-            solver.due(self._due)
+            solver.states.clock[DUE] = self._due
         failed = solver.step() is not None or not np.all(np.isfinite(solver.y)) or solver.t_old is None
         if strides:
             self.projection.greatest_kinetic = max(self.projection.greatest_kinetic, solver.greatest_kinetic)

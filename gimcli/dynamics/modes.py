@@ -10,7 +10,6 @@ The shape of a mode is given in the quantities of the file, and as positions of 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -277,8 +276,10 @@ def swing(found: Linearised, mode: Mode, time: float, phases: FloatArray) -> Swi
     for _ in range(20):
         places = [equations.moved(amplitude * (mode.shape * np.exp(1j * phase)).real) for phase in phases]
         reached = [place for place in places if place is not None]
-        if len(reached) == len(places) and not _is_far(found, [place[0] for place in reached]):
-            return Swing(amplitude, phases, np.array([z for z, _, _ in reached]), np.array([u for _, u, _ in reached]))
+        z, inputs = (np.array([place[k] for place in reached]) for k in range(2))
+        far = 2.0 * SEEN * found.mechanism.size  # much farther than in proportion to the amplitude
+        if len(reached) == len(places) and np.max(np.abs(z - found.z)) <= far:
+            return Swing(amplitude, phases, z, inputs)
         amplitude *= 0.5
     rows = len(phases)
     return Swing(0.0, phases, np.tile(found.z, (rows, 1)), np.tile(found.inputs, (rows, 1)))
@@ -291,8 +292,3 @@ def _visible(found: Linearised, mode: Mode) -> float:
     limits = [SEEN * found.mechanism.size / far] if far > 0.0 else []
     limits += [TURNED / turn] if turn > 0.0 else []
     return min(limits, default=math.inf) if limits else 0.0
-
-
-def _is_far(found: Linearised, places: Sequence[ComplexArray]) -> bool:
-    """Return whether a node has moved much farther than in proportion to the amplitude."""
-    return bool(np.max(np.abs(np.array(places) - found.z)) > 2.0 * SEEN * found.mechanism.size)

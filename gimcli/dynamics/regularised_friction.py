@@ -273,13 +273,14 @@ def friction_columns(mechanism: Mechanism, course: Course, friction: FloatArray)
 
     A moment [N m] in a pin, a force [N] along a guide, positive from its first node to its second.
     """
-    balance, metre, columns = BodyBalance(mechanism, free_inputs(mechanism)), require_action(mechanism), list[Column]()
-    powers: dict[str, FloatArray] = {}
-    for k, (pair, power) in enumerate(zip(balance.pairs, _powers(balance, course, friction), strict=True)):
+    balance, metre = BodyBalance(mechanism, free_inputs(mechanism)), require_action(mechanism)
+    columns, powers = list[Column](), _powers(balance, course, friction)
+    for name, pair, own in zip(_names(balance), balance.pairs, friction, strict=True):
         unit, factor = ("N m", metre) if pair.friction.slide == NONE else ("N", 1.0)
-        columns.append(Column(f"{_names(balance)[k]}.friction", -factor * friction[k], unit))
-        powers[pair.friction.name] = powers.get(pair.friction.name, 0.0) + power
-    return [*columns, *(Column(f"friction.power.{name}", power, "W") for name, power in powers.items())]
+        columns.append(Column(f"{name}.friction", -factor * own, unit))
+    names = np.array([pair.friction.name for pair in balance.pairs])
+    each = ((name, powers[names == name].sum(axis=0)) for name in dict.fromkeys(names.tolist()))
+    return [*columns, *(Column(f"friction.power.{name}", power, "W") for name, power in each)]
 
 
 def friction_names(mechanism: Mechanism) -> list[str]:

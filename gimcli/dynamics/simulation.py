@@ -108,6 +108,8 @@ class EulerIntegration(Integration):
         begin, k = np.array([time for time, *_ in sweeps]), 0
         first = self.rows[0][0][0]
         self.reducer.set_base(first, self.reducer.choice)
+        acting = self.reducer.acting
+        effort = float(acting.motor[0, 0] * acting.units[acting.motors[0]])  # constant
         for row in range(1, len(self.times)):
             at = float(self.times[row])
             if at > begin[-1]:
@@ -118,13 +120,7 @@ class EulerIntegration(Integration):
                 self._accept(sweeps[k][0], np.array([*sweeps[k][1:3], 0.0, 0.0]))
             (_, q, speed, gain), late = sweeps[index], at - begin[index]
             q, speed = q + speed * late + 0.5 * gain * late * late, speed + gain * late
-            self._keep_row(at, np.array([q, speed, 0.0, self._work(q, first)]))
-
-    def _work(self, q: float, v: FloatArray) -> float:
-        """Return the work of a constant effort since the start [J]."""
-        variable = self.reducer.own[0]
-        acting = self.reducer.acting
-        return float(acting.motor[0, 0] * acting.units[acting.motors[0]] * (q - v[variable]))
+            self._keep_row(at, np.array([q, speed, 0.0, effort * (q - first[self.reducer.own[0]])]))
 
 
 def simulate(

@@ -216,18 +216,16 @@ class Statics:
         if row.rotary:
             return Reaction(COUPLE, body[row.members[0]], body[row.guide])
         if row.kind == HEIGHT:
-            vector, slider = carried_direction(self.mechanism, row.guide, row.normal), self._slider(row)
-            plus = self.body_of_pin[row.node] if slider == NONE else body[slider]
-            return Reaction(PUSH, plus, body[row.guide], row.node, row.node, vector, on_pin=slider == NONE)
+            vector = carried_direction(self.mechanism, row.guide, row.normal)
+            near = (p for p in sliding_pairs(self.mechanism) if row.node in p.nodes and row.guide == p.bodies[0])
+            pair = next(near, None)
+            on_pin = pair is None or pair.kind != PRISMATIC  # else on the sliding member
+            plus = self.body_of_pin[row.node] if pair is None or on_pin else body[pair.bodies[1]]
+            return Reaction(PUSH, plus, body[row.guide], row.node, row.node, vector, on_pin=on_pin)
         first, second = row.nodes
         vector = Vector(1.0 + 0.0j, first, second)
         plus, minus = self.body_of_pin[second], self.body_of_pin[first]
         return Reaction(ALONG, plus, minus, second, first, vector, on_pin=True)
-
-    def _slider(self, row: PairRow) -> int:
-        """Return the sliding member if a height or travel is that of a true prismatic pair, else NONE."""
-        near = (p for p in sliding_pairs(self.mechanism) if row.node in p.nodes and row.guide == p.bodies[0])
-        return next((pair.bodies[1] if pair.kind == PRISMATIC else NONE for pair in near), NONE)
 
     def _moment_node(self, member: int) -> int:
         """Return the node of a member at which most unknowns act; they have no moment about it."""
