@@ -65,6 +65,14 @@ class ReleasedPositions:
         n = self.system.n
         return self._along(self.system.jacobians(y[..., :n], self.given(y[..., n:])), y[..., n:])
 
+    def second(self, y: FloatArray) -> FloatArray:
+        """Return the second derivatives of the equations (..., n + k, m, n + k) at y (..., n + k), linear in q."""
+        n, k = self.system.n, self.count
+        full = np.zeros((n + k, n + len(self.along)))
+        full[:n, :n], full[n:, n:] = np.eye(n), self.along.T
+        x, u = y[..., None, :n], self.given(y[..., None, n:])
+        return np.asarray(self.system.jacobian_along(x, u, full) @ full.T)
+
     def directions(self, y: FloatArray) -> FloatArray:
         """Return orthonormal directions of motion (..., k, n + k) at y (..., n + k)."""
         return np.asarray(np.linalg.svd(self.jacobian(y), full_matrices=True)[2][..., self.system.n :, :])

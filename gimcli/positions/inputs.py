@@ -147,22 +147,23 @@ def pace(mechanism: Mechanism, values: FloatArray) -> float:
     return float(np.max(change / scales(mechanism), initial=0.0) / (2.0 * math.pi))
 
 
-def turns_until_repeated(mechanism: Mechanism) -> int | None:
-    """Return after how many turns of the only rotary driver all followers are back, modulo turns; None if never.
+def turns_until_repeated(mechanism: Mechanism, driver: int | None = None) -> int | None:
+    """Return after how many turns of a rotary driver all followers are back, modulo turns; None if never.
 
-    Without followers, or with several drivers, one turn.
+    driver: by default the only one. One turn without followers, or if there are several drivers.
     """
-    if len(mechanism.drivers) != 1 or not mechanism.actuators[mechanism.drivers[0]].rotary:
+    driver = mechanism.drivers[0] if driver is None and len(mechanism.drivers) == 1 else driver
+    if driver is None or not mechanism.actuators[driver].rotary:
         return 1
     from fractions import Fraction  # imported late: it takes as long as a short motion
 
     turns = 1
-    for k, (ratio,) in enumerate(mechanism.following.tolist()):
-        if mechanism.actuators[k].rotary:
-            found = Fraction(ratio).limit_denominator(LARGEST)
-            if abs(float(found) - ratio) > EXACT * max(1.0, abs(ratio)):
-                return None
-            turns = int(np.lcm(turns, found.denominator))
+    for k, ratio in enumerate(mechanism.following[:, mechanism.drivers.index(driver)].tolist()):
+        rotary = mechanism.actuators[k].rotary
+        found = Fraction(ratio).limit_denominator(LARGEST)
+        if (ratio and not rotary) or abs(float(found) - ratio) > EXACT * max(1.0, abs(ratio)):
+            return None
+        turns = int(np.lcm(turns, found.denominator))
     return turns
 
 

@@ -16,6 +16,7 @@ from gimcli.errors import UnassembledError, UsageError
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.progress import Progress, no_progress, spend
 from gimcli.reach.arcs import MEETING, Cut, PathArc, PathIndex, footpoints
+from gimcli.reach.coupled_task import CoupledTask
 from gimcli.reach.critical_curves import (
     Critical,
     CriticalCurve,
@@ -206,7 +207,7 @@ def survey(
 
 def task_of(mechanism: Mechanism, point: str, orientation: Mapping[str, float]) -> WorkspaceTask:
     """Return the task of a point; raise UsageError if it cannot move, or is not driven by the inputs alone."""
-    task = WorkspaceTask(mechanism, point, orientation)
+    task = (CoupledTask if mechanism.couplings else WorkspaceTask)(mechanism, point, orientation)
     require_driven(task.mechanism)
     if task.freedoms < 1:
         what = "with the orientations held and the inputs without a range" if task.orientation else "within its inputs"

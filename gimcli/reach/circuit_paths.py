@@ -24,14 +24,23 @@ from gimcli.connected import connected
 from gimcli.continuation.arclength import CurvePoint
 from gimcli.continuation.branches import SAME, all_circuits
 from gimcli.continuation.circuit import Circuit, Ended, nearby
-from gimcli.continuation.curve import PositionCurve
+from gimcli.continuation.curve import Domain, PositionCurve
 from gimcli.errors import StructureError, UnassembledError
 from gimcli.mechanism import FloatArray
 from gimcli.positions.inputs import InputLine, nearest_turns
 from gimcli.positions.options import TOLERANCE
 from gimcli.progress import Progress, no_progress
 from gimcli.reach.arcs import feet
-from gimcli.reach.critical_curves import WALK, CriticalCurve, CriticalPath, CriticalPoint, Stratum, point_between, split
+from gimcli.reach.critical_curves import (
+    WALK,
+    CriticalCurve,
+    CriticalPath,
+    CriticalPoint,
+    Stratum,
+    point_between,
+    seamless,
+    split,
+)  # fmt: skip
 from gimcli.reach.task import SETTLED, SLACK, WorkspaceTask, law_range, unreached
 
 LOOPS = 4
@@ -79,10 +88,10 @@ def every_circuit(task: WorkspaceTask, progress: Progress = no_progress) -> tupl
     (actuator,) = task.moving
     span, turning = law_range(task.mechanism, actuator), not task.limited
     rotary = task.mechanism.actuators[actuator].rotary
-    search = CircuitSearch(PositionCurve(task.mechanism, input_line(task)), rotary, EnumerationConstants(), progress)
+    search = CircuitSearch(curve_of(task), rotary, EnumerationConstants(), progress)
     if search.curve.single:
         search.begin()
-    search.sample(span.low, span.low + 2.0 * math.pi if turning else span.high)
+    search.sample(span.low, span.low + search.curve.period if turning else span.high)
     return tuple(strand.circuit for strand in search.strands), search.complete and not search.lost
 
 
@@ -93,13 +102,18 @@ def within(task: WorkspaceTask, circuit: Circuit) -> list[CriticalCurve]:
     return _within(task, whole) if task.limited else [whole]
 
 
-def input_line(task: WorkspaceTask) -> InputLine:
-    """Return the line in the inputs along which one input moves and the others are constant."""
+def curve_of(task: WorkspaceTask) -> PositionCurve:
+    """Return the curve along which one input moves and the others are constant, or follow it."""
     (actuator,) = task.moving
+    if task.mechanism.couplings:
+        curve = PositionCurve(task.mechanism)
+        for r in task.limited:
+            curve.domain = Domain(r.low, r.high)  # such a curve may close after many turns only
+        return curve
     base = np.array([law_range(task.mechanism, k).low for k in range(len(task.mechanism.actuators))])
     along = np.zeros(len(base))
     base[actuator], along[actuator] = 0.0, 1.0
-    return InputLine(base, along, actuator)
+    return PositionCurve(task.mechanism, InputLine(base, along, actuator))
 
 
 def _knots(task: WorkspaceTask, circuit: Circuit) -> Iterator[CriticalPoint]:
@@ -119,8 +133,8 @@ def _parts(here: CurvePoint, there: CurvePoint) -> int:
 
 def _knot(task: WorkspaceTask, p: FloatArray, tangent: FloatArray) -> CriticalPoint:
     """Return a position and tangent without the parameter of the circuit."""
-    along = task.velocity(tangent[:-1])
-    return CriticalPoint(task.coordinates(p[:-1]), along / max(float(np.linalg.norm(along)), 1e-300))
+    along = task.velocity(tangent)
+    return CriticalPoint(task.coordinates(p), along / max(float(np.linalg.norm(along)), 1e-300))
 
 
 def _within(task: WorkspaceTask, branch: CriticalCurve) -> list[CriticalCurve]:
@@ -147,7 +161,8 @@ def _rolled(branch: CriticalCurve, room: FloatArray) -> CriticalCurve:
     if not branch.closed:
         return branch
     k = int(np.argmin(room[:-1]))
-    return replace(branch, knots=(*branch.knots[k:-1], *branch.knots[: k + 1]))
+    before = seamless(branch.knots[-1], branch.knots[: k + 1], branch.curve.stratum.n)
+    return replace(branch, knots=(*branch.knots[k:-1], *before))
 
 
 def initial_paths(task: WorkspaceTask, progress: Progress = no_progress) -> InitialPaths:
@@ -157,7 +172,7 @@ def initial_paths(task: WorkspaceTask, progress: Progress = no_progress) -> Init
     If neither the start of the law nor the drawn input can be assembled, it is the path nearest to the drawing.
     Raises UnassembledError if there is none.
     """
-    curve = PositionCurve(task.mechanism, input_line(task))
+    curve = curve_of(task)
     try:
         first = drawn_circuit(task.mechanism, TOLERANCE, curve)
     except UnassembledError:
@@ -171,18 +186,24 @@ def initial_paths(task: WorkspaceTask, progress: Progress = no_progress) -> Init
     parts = [(circuit, part) for circuit in circuits for part in within(task, circuit)]
     if not parts:
         raise UnassembledError(f"{unreached(task)}, or search all assemblies")
-    initial = first_least(np.array([np.min(np.linalg.norm(part.x - begin, axis=1)) for _, part in parts]), SETTLED)
+    initial = nearest(task, [part for _, part in parts], begin)
     kept = _connected(task, parts, initial)
     curves = [parts[k][1] for k in kept]
     complete = complete and all(_followed(task, *parts[k]) for k in kept)
     own = parts[initial][1]
-    here = begin if _has(own, begin) else np.asarray(own.x[len(own.x) // 2])
+    here = begin if _has(task, own, begin) else np.asarray(own.x[len(own.x) // 2])
     return InitialPaths(curves, kept.index(initial), complete, _start(task, curve, here, curves))
+
+
+def nearest(task: WorkspaceTask, curves: list[CriticalCurve], x: FloatArray) -> int:
+    """Return the number of the curve nearest to a position x (n,)."""
+    apart = [float(np.min(np.linalg.norm(one.x - task.beside(x, one.x), axis=1))) for one in curves]
+    return first_least(np.array(apart), SETTLED)
 
 
 def _x(task: WorkspaceTask, p: FloatArray) -> FloatArray:
     """Return the task's coordinates of a point of a circuit."""
-    return task.coordinates(p[:-1])
+    return task.coordinates(p)
 
 
 def _connected(task: WorkspaceTask, parts: list[tuple[Circuit, CriticalCurve]], first: int) -> list[int]:
@@ -191,12 +212,12 @@ def _connected(task: WorkspaceTask, parts: list[tuple[Circuit, CriticalCurve]], 
         *(_x(task, met.p) for circuit, _ in parts for met in circuit.crossings.values()),
         *(part.x[end] for _, part in parts if not part.closed for end in (0, -1)),
     ]
-    shared = [{k for k, (_, part) in enumerate(parts) if _has(part, point)} for point in points]
+    shared = [{k for k, (_, part) in enumerate(parts) if _has(task, part, point)} for point in points]
     return next(sorted(kept) for kept in connected([{first}, *shared], set()) if first in kept)
 
 
-def _has(part: CriticalCurve, point: FloatArray) -> bool:
-    return bool(np.min(np.linalg.norm(part.x - point, axis=1)) <= SAME)
+def _has(task: WorkspaceTask, part: CriticalCurve, point: FloatArray) -> bool:
+    return bool(np.min(np.linalg.norm(part.x - task.beside(point, part.x), axis=1)) <= SAME)
 
 
 def _followed(task: WorkspaceTask, circuit: Circuit, part: CriticalCurve) -> bool:
@@ -214,11 +235,12 @@ def _start(task: WorkspaceTask, curve: PositionCurve, here: FloatArray, curves: 
         if max((g.family.loops for g in ConfigurationFinder(task.mechanism).groups), default=0) <= LOOPS:
             found = all_configurations(task.mechanism, inputs)
             x = [task.coordinates(task.system.coordinates(z)) for z in found.z]
-            left = sum(not any(_passes(part, at) for part in curves) for at in x)
+            left = sum(not any(_passes(task, part, at) for part in curves) for at in x)
             return StartAssemblies(inputs, len(found), left, found.complete)
     return StartAssemblies(inputs, None, complete=False)
 
 
-def _passes(part: CriticalCurve, x: FloatArray) -> bool:
+def _passes(task: WorkspaceTask, part: CriticalCurve, x: FloatArray) -> bool:
     """Return whether a curve passes through a position x (n,)."""
-    return bool(np.min(feet(part.cubics, np.broadcast_to(x, (len(part.knots) - 1, len(x))))[0]) <= NEAR)
+    near = task.beside(x, part.x[:-1])
+    return bool(np.min(feet(part.cubics, np.broadcast_to(near, (len(part.knots) - 1, len(x))))[0]) <= NEAR)

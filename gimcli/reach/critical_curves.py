@@ -40,7 +40,7 @@ class Stratum:
     @property
     def n(self) -> int:
         """Number of coordinates."""
-        return int(self.form.linear.shape[1])
+        return self.form.n
 
     @property
     def freedoms(self) -> int:
@@ -94,7 +94,7 @@ class Fold:
         slope = form.slope(p[..., :n])
         table = np.zeros((*p.shape[:-1], m + n + 1, n + m + 2))
         table[..., :m, :n] = slope
-        table[..., m : m + n, :n] = form.weighted(p[..., n:-2])
+        table[..., m : m + n, :n] = form.weighted(p[..., n:-2], p[..., :n])
         table[..., m : m + n, n:-2] = np.swapaxes(slope, -1, -2)
         table[..., m : m + n, -2:] = -self.stratum.table.T
         table[..., -1, n:] = 2.0 * p[..., n:]
@@ -135,7 +135,7 @@ def sides(curve: Critical, p: FloatArray, tangent: FloatArray) -> FloatArray:
     if not count:
         return np.array(released)
     across = np.linalg.svd(np.vstack([stratum.form.slope(x), stratum.table]))[2][-count:]
-    bend = -across @ stratum.form.weighted(weights) @ across.T
+    bend = -across @ stratum.form.weighted(weights, x) @ across.T
     return np.concatenate([released, np.linalg.eigvalsh(bend)])
 
 
@@ -250,8 +250,10 @@ class CriticalWalker:
                     return knots, False
                 end = next(zeros(self.curve, here, next_knot, self._margins), None)
                 return (knots if end is None else [*knots, end]), False
-            if len(knots) > 2 and self._closes(start, here, next_knot):
-                ends = (turned(start, self.n, sign) for sign in (1.0, -1.0))
+            near = self.task.beside(start.p[: self.n], there.p[: self.n])
+            first = replace(start, p=np.append(near, start.p[self.n :]))
+            if len(knots) > 2 and self._closes(first, here, next_knot):
+                ends = (turned(first, self.n, sign) for sign in (1.0, -1.0))
                 return [*knots, min(ends, key=lambda k: float(np.linalg.norm(k.p - here.p)))], True
             knots.append(next_knot)
             if np.abs(there.p[: self.n]).max() > FAR:
@@ -279,7 +281,7 @@ class CriticalWalker:
 
     def _known(self, x: FloatArray) -> bool:
         """Return whether a position is on a curve that has been followed."""
-        apart = x - self._points
+        apart = self.task.beside(x, self._points) - self._points
         far = np.linalg.norm(apart, axis=1)
         near = far < LOCATING.near * WALK.longest
         if not near.any():
@@ -381,13 +383,17 @@ def cut(branch: CriticalCurve, cuts: Callable[[int], Iterable[CriticalPoint]]) -
 
 
 def seamless(seam: CriticalPoint, knots: Sequence[CriticalPoint], n: int) -> Sequence[CriticalPoint]:
-    """Return knots of n coordinates, their multipliers changed in sign if necessary to continue those of the seam."""
-    if len(seam.p) == n or float(knots[0].p[n:] @ seam.p[n:]) > 0.0:
-        return knots
-    return [turned(k, n, -1.0) for k in knots]
+    """Return knots of n coordinates that continue a seam: the first of them is the seam after full periods of inputs.
+
+    Their multipliers are changed in sign if necessary.
+    """
+    sign = 1.0 if len(seam.p) == n or float(knots[0].p[n:] @ seam.p[n:]) > 0.0 else -1.0
+    return [turned(k, n, sign, seam.p[:n] - knots[0].p[:n]) for k in knots]
 
 
-def turned(place: CurvePoint | CriticalPoint, n: int, sign: float) -> CriticalPoint:
-    """Return a point of n coordinates with its multipliers times a sign."""
+def turned(place: CurvePoint | CriticalPoint, n: int, sign: float, shift: FloatArray | float = 0.0) -> CriticalPoint:
+    """Return a point of n coordinates, shifted, with its multipliers times a sign."""
     turn = np.concatenate([np.ones(n), np.full(len(place.p) - n, sign)])
-    return CriticalPoint(place.p * turn, place.tangent * turn)
+    p = place.p * turn
+    p[:n] += shift
+    return CriticalPoint(p, place.tangent * turn)

@@ -8,14 +8,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from gimcli.canonical import first_least, ranks
+from gimcli.canonical import ranks
 from gimcli.errors import UnassembledError, UsageError
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.positions.inputs import law_inputs
 from gimcli.progress import Progress, no_progress, spend
 from gimcli.reach.arcs import PathArc
 from gimcli.reach.boundary import task_of
-from gimcli.reach.circuit_paths import StartAssemblies, along_circuits, initial_paths
+from gimcli.reach.circuit_paths import StartAssemblies, along_circuits, initial_paths, nearest
 from gimcli.reach.critical_curves import CriticalCurve, CriticalPath, CriticalPoint, CriticalWalker, Stratum, split
 from gimcli.reach.sampling import Bank
 from gimcli.reach.task import FULL, SETTLED, WorkspaceTask, unreached
@@ -99,7 +99,8 @@ def reach(
             branches, complete = walker.take(Bank(task).x), True
         if not branches:
             raise UnassembledError(unreached(task))
-        initial = _initial_branch(task, branches)
+        drawn = task.system.coordinates(mechanism.drawn)
+        initial = nearest(task, branches, task.coordinates(drawn))
     runs = [_run(task, branch, k == initial) for k, branch in enumerate(branches)]
     good = [run for run in runs if bool(task.fulfilled(run.x).all())]
     if not good:
@@ -107,12 +108,6 @@ def reach(
     order = ranks(np.array([-run.length for run in good]), SETTLED)
     ordered = tuple(good[k] for k in np.lexsort((order, np.array([not run.drawn for run in good]))))
     return Reach(task, ordered, complete and len(good) == len(runs) and not spend(), start)
-
-
-def _initial_branch(task: WorkspaceTask, branches: list[CriticalCurve]) -> int:
-    """Return the number of the branch nearest to the initial position."""
-    drawn = task.coordinates(task.system.coordinates(task.mechanism.drawn))
-    return first_least(np.array([np.min(np.linalg.norm(b.x - drawn, axis=1)) for b in branches]), SETTLED)
 
 
 def _run(task: WorkspaceTask, branch: CriticalCurve, drawn: bool) -> ReachedPath:
@@ -136,7 +131,7 @@ def _interval(task: WorkspaceTask, k: int, values: list[FloatArray], closed: boo
     ends = np.cumsum([len(v) for v in values])
     low, high = float(u.min()), float(u.max())
     shift = _shift(task, k, low, high) if rotary else 0.0
-    if rotary and closed and abs(float(u[-1] - u[0])) >= 0.5 * FULL:  # the curve makes turns
+    if rotary and closed and abs(float(u[-1] - u[0])) >= math.pi * FULL:  # the curve makes turns
         begin = float(law_inputs(task.mechanism)(np.zeros(1))[k, 0])
         return Interval(k, begin, begin + 2.0 * math.pi, True)
     folds = [_fold(u, int(end)) for end in ends[: None if closed else -1]]

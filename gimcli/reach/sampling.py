@@ -136,7 +136,7 @@ def _random(task: WorkspaceTask, rng: np.random.Generator, constants: SamplingCo
     mechanism, n = task.mechanism, task.system.n
     centre = mechanism.centre
     spread = constants.spread * mechanism.size
-    middle = np.tile([centre.real, centre.imag], n // 2)
+    middle = np.resize([centre.real, centre.imag], n)
     wide = middle + rng.uniform(-spread, spread, (constants.starts, n))
     drawn = task.system.coordinates(mechanism.drawn)
     wide[::2] = drawn + rng.normal(size=wide[::2].shape) * rng.uniform(0.0, spread, (len(wide[::2]), 1))

@@ -24,8 +24,8 @@ from gimcli.structure.quadric import Flat, Quadric
 from gimcli.structure.residual import holds
 from gimcli.structure.system import System, system_of
 
-FULL = 2.0 * math.pi * (1.0 - 1e-12)
-"""Range [rad] from which on a rotary input has no limits."""
+FULL = 1.0 - 1e-12
+"""Range of an input, in periods, from which on it has no limits."""
 
 SLACK = 1e-9
 """Excess over its range [rad, or sizes] at which an input still counts as at the end."""
@@ -76,8 +76,13 @@ class WorkspaceTask:
     @cached_property
     def ranges(self) -> tuple[InputRange, ...]:
         """Ranges of the inputs, without those that make a full turn."""
-        found = (law_range(self.mechanism, k) for k in range(len(self.mechanism.actuators)))
-        return tuple(r for r in found if not (self._kinds[0][r.actuator] and 2.0 * r.half >= FULL))
+        found = (law_range(self.mechanism, k) for k in self.mechanism.drivers)
+        return tuple(r for r in found if 2.0 * r.half < FULL * self._periods[r.actuator])
+
+    @cached_property
+    def _periods(self) -> FloatArray:
+        """The changes (actuators,) after which inputs are the same but for full turns."""
+        return np.where([a.rotary for a in self.mechanism.actuators], 2.0 * math.pi, math.inf)
 
     @cached_property
     def limited(self) -> tuple[InputRange, ...]:
@@ -107,12 +112,16 @@ class WorkspaceTask:
         return self.system.nodes(self._parted[0].lift(x).T)
 
     def coordinates(self, every: FloatArray) -> FloatArray:
-        """Return x (..., n) of the moving nodes' coordinates (..., system.n)."""
-        return self._parted[0].drop(every)
+        """Return x (..., n) of the moving nodes' coordinates (..., system.n), which others may follow."""
+        return self._parted[0].drop(every[..., : self.system.n])
 
     def velocity(self, every: FloatArray) -> FloatArray:
-        """Return the rate of x (n,) from that of the moving nodes' coordinates (system.n,)."""
-        return np.asarray(every @ self._parted[0].basis)
+        """Return the rate of x (n,) from that of the moving nodes' coordinates (system.n,), which others may follow."""
+        return np.asarray(every[: self.system.n] @ self._parted[0].basis)
+
+    def beside(self, x: FloatArray, here: FloatArray) -> FloatArray:
+        """Return x, which is the same after full turns, near other coordinates."""
+        return x
 
     def place(self, x: FloatArray) -> FloatArray:
         """Return y (..., 2) at x (..., n)."""
@@ -142,7 +151,7 @@ class WorkspaceTask:
     def moving(self) -> tuple[int, ...]:
         """The actuators whose inputs are not constant."""
         still = {r.actuator for r in self.ranges if r.half == 0.0}
-        return tuple(k for k in range(len(self.mechanism.actuators)) if k not in still)
+        return tuple(k for k in self.mechanism.drivers if k not in still)
 
     @cached_property
     def freedoms(self) -> int:
@@ -199,7 +208,8 @@ class WorkspaceTask:
         """Return the differences of inputs from the middles of their ranges (..., limited)."""
         which, middle, _ = self._spans
         apart = self.inputs(x)[..., which] - middle
-        return np.asarray(apart - self._kinds[0][which] * 2.0 * math.pi * np.round(apart / (2.0 * math.pi)))
+        period = self._periods[which]
+        return np.asarray(apart - np.where(np.isfinite(period), period, 0.0) * np.round(apart / period))
 
     @cached_property
     def _spans(self) -> tuple[IntArray, FloatArray, FloatArray]:

@@ -42,6 +42,11 @@ class Quadric:
         """Number of equations."""
         return len(self.c)
 
+    @property
+    def n(self) -> int:
+        """Number of coordinates."""
+        return int(self.linear.shape[1])
+
     def value(self, x: FloatArray) -> FloatArray:
         """Return the left sides (..., m) at x (..., n)."""
         half = self.linear + 0.5 * self._second(x)
@@ -51,8 +56,8 @@ class Quadric:
         """Return the derivatives (..., m, n) of the left sides."""
         return np.asarray(self.linear + self._second(x))
 
-    def weighted(self, weights: FloatArray) -> FloatArray:
-        """Return the second derivative (..., n, n) of the weighted sum of the equations, for weights (..., m)."""
+    def weighted(self, weights: FloatArray, x: FloatArray) -> FloatArray:
+        """Return the second derivative (..., n, n) at any x of the weighted sum of the equations, weights (..., m)."""
         return np.asarray(np.tensordot(weights, self.q, (-1, 0)))
 
     def rows(self, chosen: Sequence[int]) -> Quadric:
