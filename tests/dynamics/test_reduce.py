@@ -363,3 +363,22 @@ def test_other_redundant_equations_are_chosen_where_they_lose_rank(end, steps, s
     assert np.count_nonzero(~good) == singular  # flat: each crank can turn in either direction
     assert found.columns["J"][good] == pytest.approx(2.5, abs=1e-10)
     assert found.columns["tau"][good] == pytest.approx(-3.0 * 9.81 * np.cos(found.q[good]), abs=1e-9)
+
+
+def test_a_table_over_an_input_that_follows_has_a_slope(tmp_path):
+    """A torque of 3 b / 10 on a wheel, b = 2 q being the angle of another wheel: dtau/dq is 0.6."""
+    (tmp_path / "t.csv").write_text("b,f\n-10,-1\n10,1\n")
+    text = """
+nodes: {O: [0, 0], A: [1, 0], P: [3, 0], B: [4, 0]}
+ground: [O, P]
+links: {wheel: [O, A], other: [P, B]}
+units: {angle: rad}
+actuators:
+  q: {pivot: O, arm: A, law: {from: 0, to: 1}}
+  b: {pivot: P, arm: B, follows: q, ratio: 2}
+masses: {wheel: {mass: 2, inertia: 0.5}}
+loads: {pull: {on: wheel, torque: 3, table: t.csv, over: b}}
+"""
+    found = reduce_to_input(written(tmp_path, text), 0, 8)
+    assert found.columns["tau"] == pytest.approx(0.6 * found.q, abs=1e-12)
+    assert found.columns["dtau_dq"] == pytest.approx(0.6, abs=1e-12)
