@@ -65,7 +65,7 @@ class DynamicsCompiler:
         if mass.centre is None:
             centre = scalar(self.own.members[number].shape.sum() / len(self.own.members[number].shape))
         else:
-            centre = self._placed(name, None, mass.centre)
+            centre = self.own.carried(name, None, mass.centre)
         return Inertia(number, own, _number(mass.inertia), centre, known)
 
     def _load(self, name: str, load: schema.Load) -> AppliedLoad:
@@ -73,7 +73,7 @@ class DynamicsCompiler:
         node = node_of(self.model, load.on)
         member, point, number = (self.number[load.on], 0.0j, NO_NODE) if node is None else self._at(node)
         if load.torque is None and node is None:
-            point = self._placed(load.on, load.at, load.local)
+            point = self.own.carried(load.on, load.at, load.local)
         over, curve = TIME, None
         if load.table is not None:
             over = TIME if load.over == "time" else list(self.model.actuators).index(load.over)
@@ -84,11 +84,6 @@ class DynamicsCompiler:
         """Return the curve of a table whose first column has a unit."""
         at, value = read_table(self.own.folder / table)
         return Sampled([place * unit for place in at], value)
-
-    def _placed(self, member: str, at: list[float] | None, local: list[float] | None) -> complex:
-        """Return a point of a member in its own frame; numbers may be recorded, which no validation accepts."""
-        point = schema.Tracer(on=member).with_value("at", lambda _: at).with_value("local", lambda _: local)
-        return self.own.point(member, point).local
 
     def _at(self, node: str) -> tuple[int, complex, int]:
         """Return the member of a part at a node, its point of the member, and the node; a fixed one has no node."""

@@ -29,13 +29,9 @@ def structural_rank(members: Sequence[Member], rows: Sequence[PairRow]) -> int:
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import structural_rank as rank_of
 
-    fixed = set(members[FRAME].nodes)
-    equations = [[n for n in nodes if n not in fixed] for nodes in _equations(members, rows)]
-    column = {node: k for k, node in enumerate(sorted({n for nodes in equations for n in nodes}))}
-    table = np.zeros((len(equations), 2 * len(column)), dtype=bool)
-    for k, nodes in enumerate(equations):
-        for node in nodes:
-            table[k, 2 * column[node] : 2 * column[node] + 2] = True
+    equations = list(_equations(members, rows))
+    free = sorted({n for nodes in equations for n in nodes}.difference(members[FRAME].nodes))
+    table = np.array([[n in nodes for n in free for _ in range(2)] for nodes in equations], dtype=bool)
     return int(rank_of(csr_array(table))) if table.size else 0
 
 
@@ -152,9 +148,8 @@ class GearCompiler:
         travel = self.own.quantity(name, schema.Gauge(node=nodes[0], guide=slide.guide))
         guide, carrier = travel.guide, self.number[carrier_of(self.model, part)]
         line = "ground" if guide == FRAME else self.own.members[guide].name
-        drawn = self.model.nodes[nodes[0]]  # may be recorded numbers, which are not validated
-        start = self.own.point(name, schema.Tracer(on=line).with_value("at", lambda _: drawn))
-        self.travels[name] = replace(travel, point=start.local, drawn=0.0)  # not from a guide's node, which may be far
+        start = self.own.carried(line, self.model.nodes[nodes[0]])
+        self.travels[name] = replace(travel, point=start, drawn=0.0)  # not from a guide's node, which may be far
         pivot = self.own.index[part.pivots[0]]
         radius = (part.radii or [0.0])[0] / self.own.scale
         side = 1.0 if nominal(rack_height(self.model, part, slide)) > 0.0 else -1.0

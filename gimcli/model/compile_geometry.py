@@ -153,6 +153,11 @@ class GeometryCompiler:
         away, second = (z - scalar(self.drawn[nodes[0]]) for z in (drawn, scalar(self.drawn[nodes[1]])))
         return Point(name, k, first + away / _unit(second) * along)
 
+    def carried(self, member: str, at: list[float] | None, local: list[float] | None = None) -> complex:
+        """Return a point of a member in its own frame; numbers may be recorded, which no validation accepts."""
+        point = schema.Tracer(on=member).with_value("at", lambda _: at).with_value("local", lambda _: local)
+        return self.point(member, point).local
+
     def _written(self, name: str) -> list[int]:
         """Return the nodes of a member, or of the ground, in the order of the file."""
         return [self.index[n] for n in (self.model.members[name] if name != "ground" else self.model.ground).nodes]

@@ -114,7 +114,9 @@ def _numbers(model: Model) -> Iterator[tuple[Where, float, bool]]:
             yield from _in_part({name: xy for name, xy in part.items() if name not in model.open.parts}, ("nodes",))
         elif section not in ("parameters", "tolerances", "quantities", "open"):
             yield from _in_part(part, (section,))
-    if model.duration is None and not _timed(model):
+    laws = [a.law for a in model.actuators.values() if a.law is not None]
+    timed = any(law.profile.table is not None or (law.rate is not None and law.end is not None) for law in laws)
+    if model.duration is None and not timed:  # no table, and no rate with an end, gives it
         times = run_times(model, lambda *_: None, timed=False)
         yield ("duration",), times[0].seconds if times else 1.0, False
 
@@ -153,12 +155,6 @@ def _actuators(model: Model) -> Iterator[tuple[Where, float, bool]]:
         for where, value, given in _in_part(actuator, ("actuators", name)):
             if given or actuator.free:
                 yield where, value, given
-
-
-def _timed(model: Model) -> bool:
-    """Return whether a table, or a rate with an end, gives the duration."""
-    laws = [a.law for a in model.actuators.values() if a.law is not None]
-    return any(law.profile.table is not None or (law.rate is not None and law.end is not None) for law in laws)
 
 
 def _unit(model: Model, where: Sequence[Any]) -> str:

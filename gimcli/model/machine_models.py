@@ -100,13 +100,15 @@ def _part(model: Model, moving: set[str], first: bool, loaded: bool) -> Model:
         "springs": lambda _, spring: belongs(spring.named),
         "dampers": lambda _, damper: belongs(damper.named),
     })  # fmt: skip
-    named = used_nodes(model.with_value("ground", lambda old: old.with_value("nodes", lambda _: [])))
-    guides = [n for pair in model.prismatic.values() for n in pair.guide]
-    named = {*named, *guides, *(n for actuator in model.actuators.values() for n in actuator.named)}
     springs = [part.named for part in (*whole.springs.values(), *whole.dampers.values())]
-    named |= {n for nodes in springs if belongs(nodes) for n in nodes if loaded or n in fixed}
-    named |= {n for name in (*model.masses, *(load.on for load in model.loads.values())) for n in _borne(model, name)}
-    named |= {n for gear in model.gears.values() for n in gear.pivots}
+    named = {
+        *used_nodes(model.with_value("ground", lambda old: old.with_value("nodes", lambda _: []))),
+        *(n for pair in model.prismatic.values() for n in pair.guide),
+        *(n for actuator in model.actuators.values() for n in actuator.named),
+        *(n for gear in model.gears.values() for n in gear.pivots),
+        *(n for nodes in springs if belongs(nodes) for n in nodes if loaded or n in fixed),
+        *(n for name in (*model.masses, *(load.on for load in model.loads.values())) for n in _borne(model, name)),
+    }
     if held is None:
         ground = [n for n in model.ground.nodes if n in named] or model.ground.nodes[:1]
         model = model.with_value("ground", lambda old: old.with_value("nodes", lambda _: ground))

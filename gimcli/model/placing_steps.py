@@ -44,10 +44,8 @@ class PlacingStep(NamedTuple):
 
     nodes: tuple[str, ...]
     rank: int
-    formula: Callable[[Places], list[Any]]
-    """The positions of the node, or the factors that turn the member from its own frame: one, or left and right."""
-    shape: Shape | None = None
-    placed: str = ""  # the node of the member
+    positions: Callable[[Places], list[dict[str, Any]]]
+    """The positions of its nodes from those before: one, or left and right; raises Gap if there is none."""
     side: str | None = None  # the usual one, if there is a choice
 
     @property
@@ -60,18 +58,18 @@ class PlacingStep(NamedTuple):
         """The node whose side chooses; "" if there is no choice."""
         return self.node if self.rank > CERTAIN else ""
 
-    def positions(self, at: Places) -> list[dict[str, Any]]:
-        """Return the positions of its nodes from those of the nodes before: one, or those for `left` and `right`.
 
-        Raises Gap if there is none.
-        """
-        if self.shape is None:
-            return [{self.node: z} for z in self.formula(at)]
-        local, first = self.shape, self.placed
-        return [
-            {n: at[first] + turn * (local[n] - local[first]) for n in local if n in self.nodes}
-            for turn in self.formula(at)
-        ]
+def _single(node: str, formula: Callable[[Places], list[Any]], at: Places) -> list[dict[str, Any]]:
+    """Return the positions of one node."""
+    return [{node: z} for z in formula(at)]
+
+
+def _turned(
+    nodes: Sequence[str], shape: Shape, placed: str, turns: Callable[[Places], list[Any]], at: Places
+) -> list[dict[str, Any]]:
+    """Return the positions of nodes of a member about a placed one, for factors that turn its own frame."""
+    moved = [n for n in shape if n in nodes]
+    return [{n: at[placed] + turn * (shape[n] - shape[placed]) for n in moved} for turn in turns(at)]
 
 
 # -- loci -----------------------------------------------------------------------------------
@@ -214,12 +212,13 @@ class Order:
             return
         first, lack = have[0], tuple(n for n in shape if n not in self.known)
         for turn in self._turns(shape, have):
-            yield PlacingStep(lack, CERTAIN, partial(_direction, shape, *turn), shape, first)
+            yield PlacingStep(lack, CERTAIN, partial(_turned, lack, shape, first, partial(_direction, shape, *turn)))
         for slot in self.data.lines if len(have) == 1 else ():
             if not slot.square and set(slot.guide) <= shape.keys():
                 nodes = tuple(dict.fromkeys((*(n for n in slot.guide if n in lack), *lack)))
                 for slider in (node for node in slot.nodes if node in self.known and node not in shape):
-                    yield PlacingStep(nodes, MEMBERS, partial(_through, name, shape, first, slot, slider), shape, first)
+                    turns = partial(_through, name, shape, first, slot, slider)
+                    yield PlacingStep(nodes, MEMBERS, partial(_turned, nodes, shape, first, turns))
 
     def _turns(self, shape: Shape, have: Sequence[str]) -> Iterator[tuple[str, str, str | None, Any]]:
         """Yield pivot and tip of a known direction of a member, the node from whose direction it is, and the angle."""
@@ -241,14 +240,16 @@ class Order:
             return
         lines, circles = self._lines(node), self._circles(node)
         if len(lines) > 1:
-            yield PlacingStep((node,), CERTAIN, partial(_crossed_lines, lines[0], lines[1]))
+            yield PlacingStep((node,), CERTAIN, partial(_single, node, partial(_crossed_lines, lines[0], lines[1])))
         elif lines and circles:
             line, circle = lines[0], circles[0]
             block = {node, circle.centre} == set(line.nodes)  # a sliding pair without rotation: the second is ahead
             usual = SIDES[line.nodes.index(node)] if block else None
-            yield PlacingStep((node,), NODES, partial(_circle_and_line, circle, line), side=usual)
+            yield PlacingStep((node,), NODES, partial(_single, node, partial(_circle_and_line, circle, line)), usual)
         elif len(circles) > 1:
-            yield PlacingStep((node,), NODES, partial(_crossed_circles, node, circles[0], circles[1]))
+            yield PlacingStep(
+                (node,), NODES, partial(_single, node, partial(_crossed_circles, node, circles[0], circles[1]))
+            )
 
     def _lines(self, node: str) -> list[GivenLine]:
         """Return the lines on which a node is, one for each guide and kind."""

@@ -217,7 +217,8 @@ def _groups(parts: LowerPairs, found: list[tuple[list[int], list[int], int]]) ->
         own = {link for link in links if link not in parts.pins}
         if own:
             rams = [parts.rams[link] for link in links if link in parts.rams]
-            outer = [p for p in pairs if len(own.intersection(p.bodies)) == 1 and _formed(p, own, rank)]
+            ends = [(p, sorted(p.bodies, key=own.__contains__)) for p in pairs if len(own & {*p.bodies}) == 1]
+            outer = [p for p, (outside, inside) in ends if rank[outside] < rank[inside]]  # formed before
             inner = [p for p in pairs if own.issuperset(p.bodies)]
             groups.append(AssurGroup(tuple(sorted(own)), tuple(outer), tuple(inner), tuple(drivers + rams), surplus))
     return groups
@@ -233,12 +234,6 @@ def _ordered(groups: list[AssurGroup]) -> list[AssurGroup]:
         result.append(group)
         formed |= set(group.links)
     return result
-
-
-def _formed(pair: Joint, own: set[int], rank: dict[int, int]) -> bool:
-    """Return whether the other link of an outer pair has been formed before."""
-    inside, outside = sorted(pair.bodies, key=own.__contains__, reverse=True)
-    return rank[outside] < rank[inside]
 
 
 def _longest_loop(links: tuple[int, ...], inner: tuple[Joint, ...]) -> int:

@@ -311,7 +311,8 @@ class Layout(Directions):
 
     def _crossing(self, first: Constraint, second: Constraint) -> float:
         """Return the sine of the angle between two loci as drawn; -1 for one constraint or one centre twice."""
-        if first.name == second.name or _concentric(first, second):
+        circles = first.kind == second.kind == SPAN
+        if first.name == second.name or (circles and (first.q, first.offset) == (second.q, second.offset)):
             return -1.0
         n, m = (self._normal(locus) for locus in (first, second))
         return abs((n.conjugate() * m).imag) / max(abs(n) * abs(m), 1e-300)
@@ -335,8 +336,3 @@ class Layout(Directions):
 
 def _unit(angle: float) -> complex:
     return cmath.exp(1j * angle)
-
-
-def _concentric(first: Constraint, second: Constraint) -> bool:
-    """Return whether two loci are circles about the same centre: one of them is then redundant."""
-    return first.kind == second.kind == SPAN and (first.q, first.offset) == (second.q, second.offset)

@@ -145,16 +145,13 @@ class Builder(Directions):
     def build(self) -> Coupled:
         """Return the group as a step."""
         self._carry()
-        while wanted := self._wanted():
+        nodes = dict.fromkeys([n for b in self.bodies for n in self.kinematic[b]] + self.points)
+        while wanted := [n for n in nodes if n not in self.placed]:
             self.base.append(max(wanted, key=self._gain))
             self.placed.add(self.base[-1])
             self._carry()
         self._pairs()
         return Coupled(tuple(self.base), tuple(self.places), tuple(self.equations), tuple(self.bodies))
-
-    def _wanted(self) -> list[int]:
-        nodes = [n for b in self.bodies for n in self.kinematic[b]] + self.points
-        return [n for n in dict.fromkeys(nodes) if n not in self.placed]
 
     def _gain(self, node: int) -> tuple[int, int]:
         """Return the number of nodes that a node would carry as base node, then of its members with a placed node."""
