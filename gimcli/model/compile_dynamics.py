@@ -51,7 +51,9 @@ class DynamicsCompiler:
             frictions=tuple(self._friction(name, part) for name, part in model.friction.items()),
             releases=tuple(self._release(k, name) for k, name in enumerate(model.actuators)),
             rotors=tuple(
-                self._rotor(k, a.rotor) for k, a in enumerate(model.actuators.values()) if a.rotor is not None
+                RotorInertia(k, r.inertia, r.ratio if r.lead is None else 2.0 * math.pi * self.own.scale / r.lead)
+                for k, r in enumerate(actuator.rotor for actuator in model.actuators.values())
+                if r is not None
             ),
         )
         return dynamics, tuple(self.gauges)
@@ -112,10 +114,6 @@ class DynamicsCompiler:
         actuator, unit = self.model.actuators[name], self.own.units[self.actuators[k].rotary]
         start = None if actuator.start is None else actuator.start * unit
         return Release(k, actuator.free, start, actuator.speed * unit, self._effort(actuator.effort, unit))
-
-    def _rotor(self, k: int, rotor: schema.Rotor) -> RotorInertia:
-        turned = rotor.ratio if rotor.lead is None else 2.0 * math.pi * self.own.scale / rotor.lead
-        return RotorInertia(k, rotor.inertia, turned)
 
     def _effort(self, effort: schema.Effort | None, unit: float) -> DrivingEffort:
         if effort is None:

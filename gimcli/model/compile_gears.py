@@ -216,7 +216,11 @@ class GearCompiler:
         one, gear = self._input(candidate), candidate.gear
         taken = {other.name for other in self.actuators}
         name = next(n for n in (gear.name, *(f"{gear.name} {k}" for k in range(2, MOST))) if n not in taken)
-        self.couplings.append(self._coupling(len(self.actuators), one, ratios, reads))
+        value, followed = one.drawn, {coupling.follower: coupling for coupling in self.couplings}
+        for row, ratio in reads:  # it is as drawn where its leaders are
+            value = value - ratio * row.drawn
+        leaders = {k: (ratio, self.actuators[k].drawn) for k, ratio in ratios.items()}
+        self.couplings.append(coupling_to(len(self.actuators), value, leaders, followed, reads, geared=True))
         self.actuators.append(replace(one, name=name))
 
     def _input(self, candidate: Candidate) -> Input:
@@ -240,14 +244,6 @@ class GearCompiler:
         far = max(member.nodes, key=lambda n: nominal(abs(scalar(member.local(n) - member.local(start)))))
         own, ray = scalar(member.local(far) - member.local(start)), scalar(drawn[far] - drawn[start])
         return own / abs(own), ray / abs(ray)
-
-    def _coupling(self, number: int, one: Input, ratios: dict[int, Any], reads: list[tuple[Input, Any]]) -> Coupling:
-        """Return the coupling of a quantity that is as drawn where its leaders are."""
-        value, followed = one.drawn, {coupling.follower: coupling for coupling in self.couplings}
-        for row, ratio in reads:
-            value = value - ratio * row.drawn
-        leaders = {k: (ratio, self.actuators[k].drawn) for k, ratio in ratios.items()}
-        return coupling_to(number, value, leaders, followed, reads, geared=True)
 
 
 PARALLEL = 1e-9

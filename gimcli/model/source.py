@@ -13,7 +13,9 @@ from typing import Any, NamedTuple
 
 import yaml
 
+from gimcli import shipped
 from gimcli.errors import SYNTAX, ModelError, reason
+from gimcli.nearest import nearest
 
 Where = tuple[str | int, ...]
 Spot = tuple[int, int]  # line and column, from 1
@@ -158,10 +160,7 @@ def _refuse_control(text: str, path: Path) -> None:
 
 def _models_near(path: Path) -> str:
     """Return what to give instead of a path that does not exist: a shipped model of a similar name, if there is one."""
-    from gimcli.nearest import nearest
-    from gimcli.shipped import names
-
-    name = nearest(path.stem, names())
+    name = nearest(path.stem, shipped.names())
     if name is None:
         return "; give the path of a model file, or the name of a shipped model (`gim new --list`)"
     return f", and no shipped model of this name; did you mean '{name}'? (`gim new --list`)"
@@ -169,9 +168,7 @@ def _models_near(path: Path) -> str:
 
 def _shipped(folder: Path) -> str:
     """Return how a shipped model is named that has the name of a folder; else ''."""
-    from gimcli.shipped import path_of
-
-    found = path_of(folder)
+    found = shipped.path_of(folder)
     return "" if found is None else f", or {found.name} for the shipped model"
 
 

@@ -9,20 +9,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from gimcli.kernels import loci, plan_steps as kernels
+from gimcli.kernels import loci, newton, plan_steps as kernels
 from gimcli.kernels.circular import cos_sin
 from gimcli.kernels.plan_steps import MEASURE, NOISE, SQUARE
 from gimcli.mechanism import FloatArray
 from gimcli.positions.newton import Accuracy, NewtonConstants, Packed, Run
 from gimcli.positions.position import Row
 from gimcli.positions.program import PlanProgram, by_numbers
-
-if TYPE_CHECKING:
-    from gimcli.kernels.newton import RowPosition
 
 FLAT = 1e-9
 """If a guess is closer to the line between both sides than this, relative to the size, the sign is +1 (left)."""
@@ -120,8 +117,6 @@ class RowBlock:
 
     def follow(self, packed: Packed, run: Run, sign: float, accuracy: Accuracy) -> float:
         """Solve a coupled group in all rows; return the sign of the determinant at the last solved row."""
-        from gimcli.kernels import newton
-
         constants = NewtonConstants()
         limits, room = constants.limits(accuracy, constants.iterations, near=True), self._room(packed)
         stop = run(newton.solve_group)(
@@ -132,8 +127,6 @@ class RowBlock:
 
     def settle(self, packed: Packed, run: Run, accuracy: Accuracy) -> bool:
         """Solve a coupled group in the first new row, starting from its base nodes; return whether it converged."""
-        from gimcli.kernels import newton
-
         constants = NewtonConstants()
         limits, room = constants.limits(accuracy, constants.far, near=False), self._room(packed)
         with np.errstate(all="ignore"):
@@ -146,8 +139,6 @@ class RowBlock:
 
     def carry(self, packed: Packed) -> None:
         """Compute the carried nodes of a group from its base nodes, in the first new row."""
-        from gimcli.kernels import newton
-
         group, room = packed.arrays, self._room(packed)
         known: tuple[Any, ...] = (*self._known, NEW, group, room)
         newton.read_row(*known)
@@ -155,9 +146,7 @@ class RowBlock:
         newton.carry(group, room)
         newton.write_row(self.x, self.y, NEW, group, room)
 
-    def _room(self, packed: Packed) -> RowPosition:
-        from gimcli.kernels import newton
-
+    def _room(self, packed: Packed) -> newton.RowPosition:
         return newton.room([packed.arrays], len(self.rx), len(self.inputs))
 
     @property

@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from gimcli.kernels.newton import GroupArrays, StopLimits
 from gimcli.structure.steps import NONE, Coupled, Vector
-
-if TYPE_CHECKING:
-    from gimcli.kernels.newton import GroupArrays, StopLimits
 
 Run = Callable[[Callable[..., Any]], Callable[..., Any]]
 """Returns the function to call for a kernel: the kernel itself or its compiled form."""
@@ -42,8 +40,6 @@ class NewtonConstants:
 
     def limits(self, accuracy: Accuracy, iterations: int, near: bool) -> StopLimits:
         """Return the stopping criteria for the kernel; `near`: the solution must be on the branch of the start."""
-        from gimcli.kernels.newton import StopLimits
-
         size, tolerance = accuracy.size, accuracy.tolerance
         first, contraction = (self.first_step * size, self.contraction) if near else (1e6, 1e6)
         finest = max(self.relative * tolerance * accuracy.shortest, self.rounding * size)
@@ -71,8 +67,6 @@ class Packed:
     @cached_property
     def arrays(self) -> GroupArrays:
         """The arrays for the kernel."""
-        from gimcli.kernels.newton import GroupArrays
-
         places, equations, heads, factors, values = self.tables
         return GroupArrays(
             len(self.group.base),

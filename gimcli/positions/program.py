@@ -6,13 +6,15 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from gimcli.kernels import jit, plan_steps as kernels
 from gimcli.kernels.circular import cos_sin
 from gimcli.kernels.lanes import aligned
+from gimcli.kernels.march import Groups, Rows, march
+from gimcli.kernels.newton import RowPosition, room
 from gimcli.mechanism import FRAME, HEIGHT, ComplexArray, FloatArray, Mechanism
 from gimcli.positions.newton import Accuracy, NewtonConstants, Packed
 from gimcli.positions.position import Row
@@ -29,10 +31,6 @@ from gimcli.structure.steps import (
     Tilt,
     Vector,
 )
-
-if TYPE_CHECKING:
-    from gimcli.kernels.march import Groups
-    from gimcli.kernels.newton import RowPosition
 
 RESTART_ROWS = 80
 """Number of solved rows that `Marcher.go` saves as restart points."""
@@ -138,8 +136,6 @@ class PlanProgram:
     @cached_property
     def group_arrays(self) -> Groups:
         """The coupled groups as arrays."""
-        from gimcli.kernels.march import Groups
-
         heads, groups = [], [packed.arrays for packed in self.groups]
         parts = [[g.nodes, g.vi, g.vz, g.pi, g.ei, g.ev] for g in groups]
         ends = [np.cumsum([0, *(len(part[k]) for part in parts)]) for k in (0, 1, 3, 4)]
@@ -157,8 +153,6 @@ class PlanProgram:
 
     def room(self) -> RowPosition:
         """Return scratch arrays for one row, large enough for any of its groups."""
-        from gimcli.kernels.newton import room
-
         return room([packed.arrays for packed in self.groups], self.registers, self.actuators)
 
     def lanes(self, width: int) -> FloatArray:
@@ -219,8 +213,6 @@ class Marcher:
         time (rows,), inputs (actuators, rows). Results: z (nodes, rows), residual and work (rows,); determinant
         (groups,) is updated.
         """
-        from gimcli.kernels.march import Rows, march
-
         kept, mark = np.zeros((RESTART_ROWS, len(self.lanes))), np.zeros(2, dtype=np.int64)
         pairs = z.view(float).reshape(*z.shape, 2)
         rows = Rows(time, inputs, pairs, residual, work, kept, mark)

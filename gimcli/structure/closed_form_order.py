@@ -76,11 +76,7 @@ class Layout(Directions):
         rows = [row for row in pair_rows(mechanism) if row.kind != ANGLE and not row.implied]
         self.rows_at = grouped((node, row) for row in rows for node in row.nodes)
         self.rows_on = grouped((member, row) for row in rows for member in row.members)
-        self._prepare()
-
-    # -- candidates for the next step: only neighbours of newly placed nodes ------------------
-
-    def _prepare(self) -> None:
+        # candidates for the next step: only neighbours of newly placed nodes
         free = dict.fromkeys(n for nodes in (*self.kinematic, self.free_points) for n in nodes)
         self.rank = {node: k for k, node in enumerate(free)}
         self.missing = set(free)
@@ -96,6 +92,8 @@ class Layout(Directions):
             self.mark_placed(node)
         for member in self.tied[self.rotation.of[FRAME]]:
             self._review_member(member)
+
+    # -- candidates for the next step ---------------------------------------------------------
 
     def mark_placed(self, node: int) -> None:
         """Record that a node is placed, and which members, slides and nodes this may affect."""

@@ -9,14 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from graphlib import TopologicalSorter
 from heapq import heappop, heappush
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 from gimcli.connected import grouped
-
-if TYPE_CHECKING:
-    from graphlib import TopologicalSorter
 
 NONE = -1
 
@@ -128,8 +125,6 @@ def components(needs: Sequence[Sequence[int]], ranked: bool = False) -> list[lis
     needs: for each node, the nodes that it depends on. With `ranked`, components that could exchange places are in the
     order of their lowest nodes.
     """
-    from graphlib import TopologicalSorter
-
     label = _strong(needs)
     parts = grouped((label[node], node) for node in range(len(needs)))
     before = {
