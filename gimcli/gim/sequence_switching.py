@@ -11,17 +11,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gimcli.gim.sweeper import Sweeper
 from gimcli.mechanism import BoolArray, ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.positions.inputs import divided, nearest_turns, pace
 from gimcli.status import Status
 from gimcli.structure.residual import allowed, residual
-
-if TYPE_CHECKING:
-    from gimcli.gim.sweeper import Sweeper
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import cmath
 from collections.abc import Iterator
-from heapq import heapify, heappop, heappush
 
 from gimcli.calculus.numbers import nominal, scalar
 from gimcli.connected import grouped
@@ -182,22 +181,15 @@ class Layout(Directions):
         return changed
 
     def _carry_nodes(self) -> bool:
-        changed = False
-        todo, self.carriable = list(self.carriable), set()
-        heapify(todo)
-        while todo:
-            index = heappop(todo)
+        """Carry nodes along the members in order; those that become able to carry nodes join in if they come later."""
+        changed, index = False, FRAME
+        while (index := min((k for k in self.carriable if k > index), default=NONE)) != NONE:
+            self.carriable.remove(index)
             source, anchor = self.source(index), self.anchor(index)
-            if index == FRAME or source is None or anchor is None:
-                continue
             for node in [n for n in self.kinematic[index] if n not in self.placed]:
-                reach = self.mechanism.members[index].reach(anchor, node)
-                self.place(node, anchor, source.times(reach))
-                changed = True
-            later = {k for k in self.carriable if k > index}
-            self.carriable -= later
-            for k in later:
-                heappush(todo, k)
+                if source is not None and anchor is not None:
+                    self.place(node, anchor, source.times(self.mechanism.members[index].reach(anchor, node)))
+                    changed = True
         return changed
 
     def tilt(self) -> bool:
@@ -327,10 +319,5 @@ class Layout(Directions):
         drawn = self.mechanism.drawn
         base = complex(nominal(drawn[vector.v] - drawn[vector.u])) if vector.u != NONE else 1.0 + 0.0j
         if vector.actuator != NONE:
-            angle = nominal(self.mechanism.actuators[vector.actuator].drawn)
-            base *= _unit(angle) if vector.turn > 0 else _unit(angle).conjugate()
+            base *= cmath.exp(1j * vector.turn * nominal(self.mechanism.actuators[vector.actuator].drawn))
         return complex(nominal(vector.z)) * base
-
-
-def _unit(angle: float) -> complex:
-    return cmath.exp(1j * angle)

@@ -7,6 +7,7 @@ import pytest
 from bundled import MANUAL, MODELS
 from table1_operations import CASES
 
+import gimcli
 from gimcli import StructureError, UsageError, load
 from gimcli.gim.report import report
 from gimcli.gim.sequence import known_nodes
@@ -156,4 +157,4 @@ def test_the_manual_states_the_measured_sweeps():
 @pytest.mark.parametrize("wrong", [{"method": "gimm"}, {"strategy": "best"}, {"jit": "yes"}])
 def test_an_unknown_option_is_an_error(wrong):
     with pytest.raises(UsageError):
-        Options(**wrong)
+        gimcli.solve("crank_rocker", **wrong)
