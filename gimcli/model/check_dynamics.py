@@ -7,7 +7,7 @@ from typing import Any
 
 from gimcli.model.check_inputs import check_nodes, check_values
 from gimcli.model.pairs import used_nodes
-from gimcli.model.references import References
+from gimcli.model.references import PartFault, References, those
 from gimcli.model.schema import LARGEST, Actuator, Damper, Effort, Load, Mass, PairFriction, Rotor, Spring
 from gimcli.model.source import Where
 from gimcli.nearest import guess
@@ -110,29 +110,40 @@ def _check_input(refs: References, where: Where, actuator: Actuator) -> None:
 
 def _check_rotor(refs: References, where: Where, rotary: bool, rotor: Rotor) -> None:
     key, other, kind = ("ratio", "lead", "rotary") if rotary else ("lead", "ratio", "linear")
-    if other in rotor.given:
-        refs.fault((*where, other), f"`{other}` is not of a {kind} input; write `{key}`", key=True)
-    elif not rotary and rotor.lead is None:
-        refs.lack(where, ("lead",), "`lead` is missing: the travel of the linear input per turn of the rotor")
-    else:
-        _check_magnitude(refs, (*where, key), f"a {key}", getattr(rotor, key))
+    given = getattr(rotor, key)
+    cases = (
+        (other in rotor.given, PartFault(
+            (other,), f"`{other}` is not of a {kind} input; write `{key}`", key=True
+        )),
+        (given is None, PartFault(
+            (), "`lead` is missing: the travel of the linear input per turn of the rotor", lacking=("lead",)
+        )),
+        _too_large(key, f"a {key}", given),
+    )  # fmt: skip
+    refs.sound(where, those(*cases))
 
 
-def _check_magnitude(refs: References, where: Where, what: str, value: float) -> None:
-    if not 1.0 / LARGEST <= abs(value) <= LARGEST:
-        wanted = f"of {1.0 / LARGEST:g} to {LARGEST:g}" if value else "other than 0"
-        refs.fault(where, f"expected {what} {wanted}, got {value:g}")
+def _too_large(key: str, what: str, value: float | None) -> tuple[bool, PartFault]:
+    """Return whether a number is too large or too small, if it is given, and the error."""
+    wanted = f"of {1.0 / LARGEST:g} to {LARGEST:g}" if value else "other than 0"
+    fits = value is None or 1.0 / LARGEST <= abs(value) <= LARGEST
+    return not fits, PartFault((key,), f"expected {what} {wanted}, got {value or 0.0:g}")
 
 
 def _check_effort(refs: References, where: Where, effort: Effort) -> None:
     lacking = [key for key in ("stall", "idle") if getattr(effort, key) is None]
-    if (effort.constant is not None) + (effort.table is not None) + (len(lacking) < 2) != 1:
-        text = f"the effort of '{where[1]}' needs one of: a number, `table`, `stall` with `idle`"
-        refs.lack(where, ("table", "stall", "idle"), text)
-    elif len(lacking) == 1:
-        refs.lack(where, lacking, f"`{lacking[0]}` is missing; a torque-speed line needs `stall` and `idle`")
-    elif effort.idle is not None:
-        _check_magnitude(refs, (*where, "idle"), "an idle speed", effort.idle)
+    kinds = (effort.constant is not None) + (effort.table is not None) + (len(lacking) < 2)
+    cases = (
+        (kinds != 1, PartFault(
+            (), f"the effort of '{where[1]}' needs one of: a number, `table`, `stall` with `idle`",
+            lacking=("table", "stall", "idle"),
+        )),
+        (len(lacking) == 1, PartFault(
+            (), f"`{''.join(lacking)}` is missing; a torque-speed line needs `stall` and `idle`", lacking=lacking
+        )),
+        _too_large("idle", "an idle speed", effort.idle),
+    )  # fmt: skip
+    refs.sound(where, those(*cases))
     _check_table(refs, where, effort, f"the effort of '{where[1]}'", effort.over)
 
 

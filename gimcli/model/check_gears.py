@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator
 from gimcli.coupling_data import BELT, CROSSED, EXTERNAL, INTERNAL, RACK
 from gimcli.model.check_inputs import GREATEST
 from gimcli.model.compile_gears import carrier_of, rack_height, rack_pair
-from gimcli.model.references import CLOSEST, PartFault, References
+from gimcli.model.references import CLOSEST, PartFault, References, those
 from gimcli.model.schema import Gear
 from gimcli.model.source import Where
 from gimcli.model.units import TURN
@@ -33,11 +33,13 @@ def _errors(refs: References, gear: Gear) -> Iterator[PartFault]:
     """Yield the errors of members, pivots and sizes; those behind the first one may follow from it."""
     yield from _of_members(refs, gear)
     yield from _of_rack(refs, gear) if gear.type == RACK else _of_wheels(gear)
-    angle, right = gear.pressure_angle, TURN[refs.model.units.angle] / 4.0
-    if angle is not None and gear.type in (BELT, CROSSED):
-        yield PartFault(("pressure_angle",), "a belt has no pressure angle; remove it", key=True)
-    if angle is not None and not 0.0 <= angle < right:
-        yield PartFault(("pressure_angle",), f"expected an angle from 0 to below {right:g}, got {angle:g}")
+    angle, right = gear.pressure_angle or 0.0, TURN[refs.model.units.angle] / 4.0
+    belt, expected = gear.type in (BELT, CROSSED), f"expected an angle from 0 to below {right:g}, got {angle:g}"
+    yield from those(
+        (belt and gear.pressure_angle is not None,
+         PartFault(("pressure_angle",), "a belt has no pressure angle; remove it", key=True)),
+        (not 0.0 <= angle < right, PartFault(("pressure_angle",), expected)),
+    )  # fmt: skip
 
 
 def _of_members(refs: References, gear: Gear) -> Iterator[PartFault]:
@@ -70,38 +72,46 @@ def _pivots(refs: References, pairs: Iterable[tuple[str, str]]) -> Iterator[Part
 
 
 def _of_wheels(gear: Gear) -> Iterator[PartFault]:
-    """Yield the errors of the keys that give the ratio."""
-    sizes = ("ratio", "teeth", "radii")
+    """Return the errors of the keys that give the ratio."""
+    sizes, pair = ("ratio", "teeth", "radii"), gear.teeth or gear.radii or [1.0]
     given = [key for key in sizes if getattr(gear, key) is not None]
-    if len(given) != 1:
-        got = " and ".join(f"`{key}`" for key in given) or "none"
-        yield PartFault((), f"expected one of `ratio`, `teeth` and `radii`, got {got}", lacking=sizes)
-    if gear.radii is not None and len(gear.radii) != 2:
-        yield PartFault(("radii",), "expected two radii, one of each wheel")
-    pair = gear.teeth or gear.radii
-    if not all(1.0 / GREATEST <= part <= GREATEST for part in (gear.ratio or 1.0, pair[0] / pair[1] if pair else 1.0)):
-        yield PartFault((), f"expected a ratio of {1.0 / GREATEST:g} to {GREATEST:g}; correct `{given[0]}`")
-    if gear.teeth is not None and not all(float(count).is_integer() for count in gear.teeth):
-        yield PartFault(("teeth",), "expected whole numbers of teeth")
-    if gear.pitch is not None and (gear.type not in (BELT, CROSSED) or gear.teeth is None):
-        text = "`pitch` gives the radii of a chain or toothed belt with `teeth`; remove it"
-        yield PartFault(("pitch",), text, key=True)
+    got = " and ".join(f"`{key}`" for key in given) or "none"
+    ratios = (gear.ratio or 1.0, pair[0] / pair[-1])
+    limits = f"expected a ratio of {1.0 / GREATEST:g} to {GREATEST:g}; correct `{''.join(given[:1])}`"
+    chain = gear.type in (BELT, CROSSED) and gear.teeth is not None
+    return those(
+        (len(given) != 1,
+         PartFault((), f"expected one of `ratio`, `teeth` and `radii`, got {got}", lacking=sizes)),
+        (len(gear.radii or (1.0, 1.0)) != 2, PartFault(("radii",), "expected two radii, one of each wheel")),
+        (not all(1.0 / GREATEST <= part <= GREATEST for part in ratios), PartFault((), limits)),
+        (not all(float(count).is_integer() for count in gear.teeth or ()),
+         PartFault(("teeth",), "expected whole numbers of teeth")),
+        (gear.pitch is not None and not chain,
+         PartFault(("pitch",), "`pitch` gives the radii of a chain or toothed belt with `teeth`; remove it", key=True)),
+    )  # fmt: skip
 
 
 def _of_rack(refs: References, gear: Gear) -> Iterator[PartFault]:
     """Yield the errors of the keys of a rack and pinion, and of their initial position."""
     for key in (key for key in ("ratio", "teeth", "pitch") if getattr(gear, key) is not None):
         yield PartFault((key,), f"a rack has no `{key}`; give the pinion's radius: `radii: [R]`", key=True)
-    radii, model = gear.radii or [], refs.model
-    if len(radii) != 1:
-        text = "a rack and pinion needs the pitch radius of the pinion: `radii: [R]`"
-        yield PartFault((), text, lacking=("radii",))
-    if refs.placed and not refs.size / GREATEST <= radii[0] <= refs.size * GREATEST:
-        text = f"expected a radius of {1.0 / GREATEST:g} to {GREATEST:g} of the mechanism's size {refs.size:g}"
-        yield PartFault(("radii",), f"{text}, got {radii[0]:g}")
-    if (pair := rack_pair(model, gear)) is None:
-        text = f"the rack '{gear.members[1]}' does not slide on '{carrier_of(model, gear)}' without turning"
-        yield PartFault(("members",), f"{text}; add a prismatic pair with two `nodes`")
+    radii, model, (limit, size) = gear.radii or [], refs.model, (GREATEST, refs.size)
+    radius, pair = (radii or [0.0])[0], rack_pair(model, gear)
+    yield from those(
+        (len(radii) != 1, PartFault(
+            (), "a rack and pinion needs the pitch radius of the pinion: `radii: [R]`", lacking=("radii",)
+        )),
+        (refs.placed and not size / limit <= radius <= size * limit, PartFault(
+            ("radii",),
+            f"expected a radius of {1.0 / limit:g} to {limit:g} of the mechanism's size {size:g}, got {radius:g}",
+        )),
+        (pair is None, PartFault(
+            ("members",),
+            f"the rack '{gear.members[1]}' does not slide on '{carrier_of(model, gear)}' without turning; add a"
+            " prismatic pair with two `nodes`",
+        )),
+    )  # fmt: skip
+    if pair is None:
         return
     slide = model.prismatic[pair]
     if not {*(slide.nodes or []), *slide.guide} <= model.nodes.keys() or not refs.apart(*slide.guide):
@@ -112,23 +122,24 @@ def _of_rack(refs: References, gear: Gear) -> Iterator[PartFault]:
 
 
 def _of_distance(refs: References, gear: Gear) -> Iterator[PartFault]:
-    """Yield the errors of wheels that do not fit the distance of their pivots."""
+    """Return the errors of wheels that do not fit the distance of their pivots."""
     apart = math.dist(*(refs.model.nodes[n] for n in gear.pivots))
-    if apart <= CLOSEST * refs.size:
-        text = f"the pivots {' and '.join(gear.pivots)} coincide; write `follows` at an actuator instead"
-        yield PartFault(("pivots",), text)
-        return
     one, other = gear.teeth or gear.radii or [gear.ratio or 1.0, 1.0]
-    if gear.type == INTERNAL and one == other:
-        yield PartFault((), "wheels of equal size do not mesh inside each other; correct the ratio, teeth or radii")
-    if gear.radii is None:
-        return
-    needed = {EXTERNAL: one + other, INTERNAL: abs(one - other)}.get(gear.type)
-    if needed is not None and abs(needed - apart) > FITS * apart:
-        word = "sum" if gear.type == EXTERNAL else "difference"
-        text = f"the {word} of the radii is {needed:g}, the distance of the pivots {apart:g}; make them equal"
-        yield PartFault(("radii",), text)
+    near, word = apart <= CLOSEST * refs.size, "sum" if gear.type == EXTERNAL else "difference"
+    needed = {EXTERNAL: one + other, INTERNAL: abs(one - other)}.get(gear.type, apart)
     least = {BELT: abs(one - other), CROSSED: one + other}.get(gear.type, 0.0)
-    if least >= apart:
-        text = f"the wheels overlap: the pivots are {apart:g} apart, the belt needs more than {least:g}"
-        yield PartFault(("radii",), text)
+    sized = gear.radii is not None and not near
+    return those(
+        (near, PartFault(
+            ("pivots",), f"the pivots {' and '.join(gear.pivots)} coincide; write `follows` at an actuator instead"
+        )),
+        (gear.type == INTERNAL and one == other and not near, PartFault(
+            (), "wheels of equal size do not mesh inside each other; correct the ratio, teeth or radii"
+        )),
+        (sized and abs(needed - apart) > FITS * apart, PartFault(
+            ("radii",), f"the {word} of the radii is {needed:g}, the distance of the pivots {apart:g}; make them equal"
+        )),
+        (sized and least >= apart, PartFault(
+            ("radii",), f"the wheels overlap: the pivots are {apart:g} apart, the belt needs more than {least:g}"
+        )),
+    )  # fmt: skip

@@ -14,7 +14,7 @@ import numpy as np
 from gimcli.mechanism import MOST_TURNS
 from gimcli.model.compile_geometry import measured
 from gimcli.model.laws import PROFILES, PolynomialLaw, ended, increment, run_times
-from gimcli.model.references import PartFault, References
+from gimcli.model.references import PartFault, References, those
 from gimcli.model.schema import ENDS, LONGEST, SHORTEST, Actuator, Gauge, Law, Prismatic, Profile
 from gimcli.model.source import Where
 from gimcli.model.units import TURN
@@ -53,16 +53,23 @@ def _check_following(refs: References, where: Where, actuator: Actuator) -> None
         if not {("actuators",), ("actuators", leader)} & set(refs.doubtful):
             others = [name for name in known if name != where[1]]
             refs.fault((*where, "follows"), f"no actuator '{leader}'; {guess(leader, others, 'actuators')}")
-    elif _leaders(refs, str(where[1]))[-1] == where[1]:
-        chain = " -> ".join(f"'{name}'" for name in _leaders(refs, str(where[1])))
-        refs.fault((*where, "follows"), f"'{where[1]}' follows itself: {chain}; one of them must have a law of its own")
-    elif own := [key for key in OWN if key in actuator.given]:
-        text = f"`{own[0]}` does not belong to an actuator that follows '{leader}'; remove it"
-        refs.fault((*where, own[0]), text, key=True)
-    elif actuator.ratio == 0.0:
-        refs.fault((*where, "ratio"), "the ratio 0 holds the input constant; use a `law` instead of `follows`")
-    elif not 1.0 / GREATEST <= abs(actuator.ratio or 1.0) <= GREATEST:
-        refs.fault((*where, "ratio"), f"expected a ratio of {1.0 / GREATEST:g} to {GREATEST:g}, got {actuator.ratio:g}")
+    else:
+        names, own = _leaders(refs, str(where[1])), [key for key in OWN if key in actuator.given][:1]
+        chain, ratio = " -> ".join(f"'{name}'" for name in names), actuator.ratio
+        limits = f"expected a ratio of {1.0 / GREATEST:g} to {GREATEST:g}, got {ratio or 0.0:g}"
+        cases = (
+            (names[-1] == where[1], PartFault(
+                ("follows",), f"'{where[1]}' follows itself: {chain}; one of them must have a law of its own"
+            )),
+            (own, PartFault(
+                (*own,), f"`{''.join(own)}` does not belong to an actuator that follows '{leader}'; remove it", key=True
+            )),
+            (ratio == 0.0, PartFault(
+                ("ratio",), "the ratio 0 holds the input constant; use a `law` instead of `follows`"
+            )),
+            (not 1.0 / GREATEST <= abs(ratio or 1.0) <= GREATEST, PartFault(("ratio",), limits)),
+        )  # fmt: skip
+        refs.sound(where, those(*cases))
 
 
 def _leaders(refs: References, name: str) -> list[str]:
@@ -79,11 +86,15 @@ def check_span(refs: References, where: Where, guide: Sequence[str], sliding: Se
         return
     carriers = refs.carriers(*guide)
     nodes = f"guide nodes {guide[0]} and {guide[1]}"
-    if not carriers and refs.sure:
-        text = f"{nodes} belong to no common member; name two nodes of one member, or of the ground"
-        refs.fault((*where, "guide"), text)
-    elif carriers and not refs.apart(*guide):
-        refs.fault((*where, "guide"), f"{nodes} coincide and define no direction; move one")
+    cases = (
+        (not carriers and refs.sure, PartFault(
+            ("guide",), f"{nodes} belong to no common member; name two nodes of one member, or of the ground"
+        )),
+        (carriers and not refs.apart(*guide), PartFault(
+            ("guide",), f"{nodes} coincide and define no direction; move one"
+        )),
+    )  # fmt: skip
+    refs.sound(where, those(*cases))
     held = refs.having(carriers[0]) if carriers else ()
     for node in (node for node in sliding if node in held):
         text = f"node {node} belongs to '{carriers[0]}', which carries the guide; name a node of another member"
@@ -134,19 +145,23 @@ def check_nodes(refs: References, where: Where, gauge: Gauge, stated: str | None
 
 
 def _of_kind(name: Any, stated: str | None, given: set[str]) -> Iterator[PartFault]:
-    """Yield the error where the keys of an actuator, and its type if it is given, are of two kinds or none."""
+    """Return the error where the keys of an actuator, and its type if it is given, are of two kinds or none."""
     turning, sliding = (" and ".join(f"`{key}`" for key in keys if key in given) for keys in (ROTARY, LINEAR))
-    own, other = (turning, sliding) if stated == "rotary" else (sliding, turning)
-    if stated is not None and other and not own:
-        kind = "linear" if stated == "rotary" else "rotary"
-        text = f"`type: {stated}` contradicts {other} of a {kind} actuator; remove `type`: it follows from these"
-        yield PartFault(("type",), text)
-    if stated is None and turning and sliding:
-        text = f"{turning} of a rotary actuator and {sliding} of a linear one exclude each other; remove one of the two"
-        yield PartFault((), text)
-    if stated is None and not given:
-        text = f"actuator '{name}' needs `pivot` and `arm` (rotary), `nodes`, or `node` and `guide` (linear)"
-        yield PartFault((), text, lacking=KEYS)
+    own, other, kind = (turning, sliding, "linear") if stated == "rotary" else (sliding, turning, "rotary")
+    return those(
+        (stated is not None and other and not own, PartFault(
+            ("type",),
+            f"`type: {stated}` contradicts {other} of a {kind} actuator; remove `type`: it follows from these",
+        )),
+        (stated is None and turning and sliding, PartFault(
+            (),
+            f"{turning} of a rotary actuator and {sliding} of a linear one exclude each other; remove one of the two",
+        )),
+        (stated is None and not given, PartFault(
+            (), f"actuator '{name}' needs `pivot` and `arm` (rotary), `nodes`, or `node` and `guide` (linear)",
+            lacking=KEYS,
+        )),
+    )  # fmt: skip
 
 
 def _check_rotary(refs: References, where: Where, gauge: Gauge) -> None:
@@ -155,24 +170,37 @@ def _check_rotary(refs: References, where: Where, gauge: Gauge) -> None:
     pivot, arm, reference = str(gauge.pivot), str(gauge.arm), gauge.reference
     arms = [m for m in refs.carriers(pivot, arm) if m != "ground"] if pivot != arm else []
     others = [m for m in refs.carriers(pivot) if m not in (*arms[:1], "ground")]
-    if not arms and (refs.sure or pivot == arm):
-        text = f"pivot {pivot} and arm {arm} belong to no common moving member; name two nodes of one member"
-        refs.fault((*where, "arm"), text)
-    elif arms and reference is not None:
+    if arms and reference is not None:
         _check_reference(refs, (*where, "reference"), pivot, reference, arms[0])
-    elif arms and pivot not in refs.ground and refs.sure and others:
-        text = f"pivot {pivot} joins '{arms[0]}' and '{others[0]}', which both move; add a `reference` node on one"
-        refs.fault((*where, "pivot"), text)
+        return
+    both = " and ".join(f"'{member}'" for member in (*arms[:1], *others[:1]))
+    cases = (
+        (not arms and (refs.sure or pivot == arm), PartFault(
+            ("arm",),
+            f"pivot {pivot} and arm {arm} belong to no common moving member; name two nodes of one member",
+        )),
+        (arms and pivot not in refs.ground and refs.sure and others, PartFault(
+            ("pivot",), f"pivot {pivot} joins {both}, which both move; add a `reference` node on one"
+        )),
+    )  # fmt: skip
+    refs.sound(where, those(*cases))
 
 
 def _check_reference(refs: References, where: Where, pivot: str, reference: str, arm: str) -> None:
-    if reference == pivot:
-        refs.fault(where, f"reference {reference} is the pivot itself and defines no direction; name another node")
-    elif not [m for m in refs.carriers(pivot, reference) if m != arm] and refs.sure:
-        joint = f"pivot {pivot} and reference {reference} belong to no common member other than '{arm}'"
-        refs.fault(where, f"{joint}; name a node of the member on which '{arm}' turns")
-    elif [m for m in refs.carriers(pivot, reference) if m != arm] and not refs.apart(pivot, reference):
-        refs.fault(where, f"pivot {pivot} and reference {reference} coincide and define no direction; move one")
+    others, joint = [m for m in refs.carriers(pivot, reference) if m != arm], f"pivot {pivot} and reference {reference}"
+    cases = (
+        (reference == pivot, PartFault(
+            (), f"reference {reference} is the pivot itself and defines no direction; name another node"
+        )),
+        (not others and refs.sure, PartFault(
+            (),
+            f"{joint} belong to no common member other than '{arm}'; name a node of the member on which '{arm}' turns",
+        )),
+        (others and not refs.apart(pivot, reference), PartFault(
+            (), f"{joint} coincide and define no direction; move one"
+        )),
+    )  # fmt: skip
+    refs.sound(where, those(*cases))
 
 
 def _check_telescope(refs: References, where: Where, nodes: Sequence[str]) -> None:
@@ -219,23 +247,28 @@ def _of_profile(profile: Profile) -> Iterator[PartFault]:
 
 
 def _of_ends(actuator: Actuator, law: Law) -> Iterator[PartFault]:
-    """Yield the errors of keys that do not fit together; those behind the first one may follow from it."""
-    ends = [f"`{key}`" for key in ENDS if getattr(law, key) is not None]
-    if len(ends) > 1:
-        text = f"expected one of `to`, `by` and `turns`, got {' and '.join(ends)}; remove one"
-        yield PartFault((ends[-1].strip("`"),), text, key=True)
-    if law.turns is not None and not actuator.rotary:
-        yield PartFault(("turns",), "`turns` are of a rotary input, this one is linear; write `by` or `to`", key=True)
-    if law.from_ is not None and not ended(law):
-        text = "`to` is missing beside `from`; add `to`, or `by`, `turns` or `rate`"
-        yield PartFault((), text, lacking=(*ENDS, "rate"))
-    if law.rate == 0.0:
-        yield PartFault(("rate",), "the rate 0 does not move the input; give another rate, or the law `{by: 0}`")
-    if law.profile.polynomial is not None and ended(law):
-        first, last, *_ = _extremes(law.profile.polynomial)
-        if not (abs(first) <= 1e-9 and abs(last - 1.0) <= 1e-9):
-            text = f"with given ends the polynomial must go from 0 to 1, got {first:g} to {last:g}; correct it"
-            yield PartFault(("profile", "polynomial"), text)
+    """Return the errors of keys that do not fit together; those behind the first one may follow from it."""
+    ends, shape = [key for key in ENDS if getattr(law, key) is not None], law.profile.polynomial
+    first, last, *_ = _extremes(shape) if shape is not None and ended(law) else (0.0, 1.0)
+    named = " and ".join(f"`{key}`" for key in ends)
+    return those(
+        (len(ends) > 1, PartFault(
+            (*ends[-1:],), f"expected one of `to`, `by` and `turns`, got {named}; remove one", key=True
+        )),
+        (law.turns is not None and not actuator.rotary, PartFault(
+            ("turns",), "`turns` are of a rotary input, this one is linear; write `by` or `to`", key=True
+        )),
+        (law.from_ is not None and not ended(law), PartFault(
+            (), "`to` is missing beside `from`; add `to`, or `by`, `turns` or `rate`", lacking=(*ENDS, "rate")
+        )),
+        (law.rate == 0.0, PartFault(
+            ("rate",), "the rate 0 does not move the input; give another rate, or the law `{by: 0}`"
+        )),
+        (not (abs(first) <= 1e-9 and abs(last - 1.0) <= 1e-9), PartFault(
+            ("profile", "polynomial"),
+            f"with given ends the polynomial must go from 0 to 1, got {first:g} to {last:g}; correct it",
+        )),
+    )  # fmt: skip
 
 
 # -- durations ----------------------------------------------------------------------------------
@@ -264,20 +297,22 @@ def _check_times(refs: References, tables: list[Times], sound: set[str]) -> floa
     known: list[Times] = [] if model.duration is None else [("`duration`", model.duration)]
     known += [(f"table {name}", seconds) for name, seconds in tables]
     for name, seconds, text in run_times(model, lambda _, one: initial_value(refs, one), bool(known)):
-        at = ("actuators", name, "law", "rate")
         if name not in sound:
             continue
-        if seconds <= 0.0:
-            refs.fault(at, _wrong_way(model.actuators[name].law or Law(), seconds))
-        elif not SHORTEST <= seconds <= LONGEST:
-            refs.fault(at, f"expected a duration of {SHORTEST:g} to {LONGEST:g} s, {text} takes {seconds:g} s")
-        elif known and abs(seconds - known[0][1]) > 1e-9 * known[0][1]:
-            other, wanted = known[0]
-            cure = (
-                "remove one of them" if other == "`duration`" else "make them equal, or add `duration` and remove one"
-            )
-            refs.fault(at, f"{text} takes {seconds:g} s, {other} is {wanted:g} s; {cure}")
-        else:
+        other, wanted = known[0] if known else ("", seconds)
+        cure = "remove one of them" if other == "`duration`" else "make them equal, or add `duration` and remove one"
+        cases = (
+            (seconds <= 0.0, PartFault(
+                (), _wrong_way(model.actuators[name].law or Law(), seconds) if seconds <= 0.0 else ""
+            )),
+            (not SHORTEST <= seconds <= LONGEST, PartFault(
+                (), f"expected a duration of {SHORTEST:g} to {LONGEST:g} s, {text} takes {seconds:g} s"
+            )),
+            (abs(seconds - wanted) > 1e-9 * wanted, PartFault(
+                (), f"{text} takes {seconds:g} s, {other} is {wanted:g} s; {cure}"
+            )),
+        )  # fmt: skip
+        if refs.sound(("actuators", name, "law", "rate"), those(*cases)) and not known:
             known.append((f"that of '{name}'", seconds))
     for name in sorted(sound if not known else ()):
         actuator = model.actuators[name]

@@ -32,6 +32,11 @@ class PartFault(NamedTuple):
     lacking: Sequence[str] = ()
 
 
+def those(*cases: tuple[object, PartFault]) -> Iterator[PartFault]:
+    """Return the errors whose conditions hold."""
+    return (fault for holds, fault in cases if holds)
+
+
 class References:
     """The names of a model and the paths of its parts.
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
 
 from gimcli.model.pairs import fixed, used_nodes
 from gimcli.model.schema import DYNAMIC, Model
@@ -12,10 +13,67 @@ Remark = tuple[Where, str]
 """The part of the file that a remark is about, and a statement with its remedy."""
 
 
+class _Facts(NamedTuple):
+    """What the tests of parts ask of a model."""
+
+    model: Model
+    nodes: set[str]
+    """Those that members, pairs and inputs use."""
+    parameters: set[str]
+    """Those that formulas use."""
+
+
+Test = Callable[[_Facts, str, Any], Any]
+"""Whether something is true of a part, from its name and itself."""
+
+IDLE: Mapping[str, Sequence[tuple[Test, str]]] = {
+    "nodes": [
+        (lambda facts, name, _: name not in facts.nodes,
+         "node {} is used by no member, pair or actuator: remove it, or add it to a member"),
+    ],
+    "parameters": [
+        (lambda facts, name, _: name not in facts.parameters,
+         "parameter {} is used by no formula: remove it, or write it in place of a number"),
+    ],
+    "masses": [
+        (lambda facts, name, _: fixed(facts.model, name),
+         "the mass of {} has no effect: the frame does not move; remove it"),
+        (lambda facts, name, mass: not mass.mass and not mass.inertia,
+         "the mass of {} is 0 and has no effect: give a mass, or remove it"),
+    ],
+    "loads": [
+        (lambda facts, name, load: fixed(facts.model, load.on),
+         "load {} has no effect: it acts on the frame; name a moving member"),
+        (lambda facts, name, load: not any([*(load.force or ()), *(load.follower or ()), load.torque or 0.0]),
+         "load {} is 0 and has no effect: give a force or a torque, or remove it"),
+    ],
+    "dampers": [
+        (lambda facts, name, damper: damper.damping == 0.0, "damper {} has the damping 0 and no effect: remove it"),
+    ],
+    "friction": [
+        (lambda facts, name, part: not part.viscous and not part.mu,
+         "friction at {} is 0 and has no effect: remove it"),
+    ],
+}  # fmt: skip
+"""By section, when a part of it has no effect, and the remark with its name; the first one holds."""
+
+
 def remarks(model: Model) -> list[Remark]:
     """Return the remarks on a model, in the order of its sections."""
-    kinds = (_unused_nodes, _sides, _unused_parameters, _repeated_members, _dynamics)
-    return [remark for kind in kinds for remark in kind(model)]
+    facts = _Facts(model, used_nodes(model), {name for formula in model.formulas.values() for name in formula.names})
+    return [
+        *_of(facts, "nodes"), *_sides(model), *_of(facts, "parameters"), *_repeated_members(model), *_dynamics(model),
+        *_of(facts, "masses", "loads", "dampers", "friction"),
+    ]  # fmt: skip
+
+
+def _of(facts: _Facts, *sections: str) -> Iterator[Remark]:
+    """Yield the remarks on the parts of some sections."""
+    for section in sections:
+        for name, part in getattr(facts.model, section).items():
+            text = next((text for holds, text in IDLE[section] if holds(facts, name, part)), None)
+            if text is not None:
+                yield (section, name), text.format(name)
 
 
 def missing_duration(model: Model) -> list[Remark]:
@@ -30,25 +88,11 @@ def missing_duration(model: Model) -> list[Remark]:
     return [(("actuators",), text)]
 
 
-def _unused_nodes(model: Model) -> Iterator[Remark]:
-    used = used_nodes(model)
-    for name in (name for name in model.nodes if name not in used):
-        text = f"node {name} is used by no member, pair or actuator: remove it, or add it to a member"
-        yield ("nodes", name), text
-
-
 def _sides(model: Model) -> Iterator[Remark]:
     paired = {name for pair in model.prismatic.values() for name in pair.nodes or []}
     for name, part in model.open.parts.items():
         if part.side is not None and name not in model.open.sides and name not in paired:
             yield _idle(("nodes", name), f"`side` of {name}", "its position does not depend on a side; remove it")
-
-
-def _unused_parameters(model: Model) -> Iterator[Remark]:
-    used = {name for formula in model.formulas.values() for name in formula.names}
-    for name in (name for name in model.parameters if name not in used):
-        text = f"parameter {name} is used by no formula: remove it, or write it in place of a number"
-        yield ("parameters", name), text
 
 
 def _repeated_members(model: Model) -> Iterator[Remark]:
@@ -75,30 +119,6 @@ def _dynamics(model: Model) -> Iterator[Remark]:
     for name in () if parts else (name for name, actuator in model.actuators.items() if actuator.free):
         text = f"`free` of {name} has no effect without masses and forces: add `masses:`, or remove it"
         yield ("actuators", name, "free"), text
-    yield from _masses(model)
-    yield from _loads(model)
-    for name, damper in model.dampers.items():
-        if damper.damping == 0.0:
-            yield ("dampers", name), f"damper {name} has the damping 0 and no effect: remove it"
-    for name, part in model.friction.items():
-        if not part.viscous and not part.mu:
-            yield ("friction", name), f"friction at {name} is 0 and has no effect: remove it"
-
-
-def _masses(model: Model) -> Iterator[Remark]:
-    for name, mass in model.masses.items():
-        if fixed(model, name):
-            yield _idle(("masses", name), f"the mass of {name}", "the frame does not move; remove it")
-        elif not mass.mass and not mass.inertia:
-            yield ("masses", name), f"the mass of {name} is 0 and has no effect: give a mass, or remove it"
-
-
-def _loads(model: Model) -> Iterator[Remark]:
-    for name, load in model.loads.items():
-        if fixed(model, load.on):
-            yield _idle(("loads", name), f"load {name}", "it acts on the frame; name a moving member")
-        elif not any([*(load.force or ()), *(load.follower or ()), load.torque or 0.0]):
-            yield ("loads", name), f"load {name} is 0 and has no effect: give a force or a torque, or remove it"
 
 
 def _idle(where: Where, what: str, why: str) -> Remark:
