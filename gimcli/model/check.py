@@ -17,7 +17,7 @@ from gimcli.model import wording
 from gimcli.model.check_inputs import check_inputs, check_pair
 from gimcli.model.pairs import sized_nodes, used_nodes
 from gimcli.model.part import long_form
-from gimcli.model.references import CLOSEST, PartFault, References
+from gimcli.model.references import CLOSEST, PartFault, References, those
 from gimcli.model.schema import DYNAMIC, NO_FORMULAS, WHOLE, Element, Link, Model, OpenNode
 from gimcli.model.source import Source, Where, part_of
 from gimcli.nearest import near
@@ -167,14 +167,18 @@ def _check_names(refs: References) -> None:
 
 def _check_ground(refs: References) -> None:
     ground = refs.model.ground
-    if ground.member is not None and ground.nodes:
-        refs.fault(("ground",), "expected `nodes` or `member`, got both; remove one")
-    elif ground.member == "ground":
-        refs.fault(("ground", "member"), "expected a link or an element, got 'ground'")
-    elif ground.member is not None and refs.member(("ground", "member"), ground.member):
+    cases = (
+        (ground.member is not None and ground.nodes, PartFault(
+            (), "expected `nodes` or `member`, got both; remove one"
+        )),
+        (ground.member == "ground", PartFault(("member",), "expected a link or an element, got 'ground'")),
+        (ground.member is None and not ground.nodes and ("ground",) not in refs.doubtful, PartFault(
+            (), "no node is fixed; write `ground: [NODES]` or `ground: {member: NAME}`"
+        )),
+    )  # fmt: skip
+    sound = refs.sound(("ground",), those(*cases))
+    if sound and ground.member is not None and refs.member(("ground", "member"), ground.member):
         refs.drawn(("ground", "member"), refs.every[ground.member])
-    elif ground.member is None and not ground.nodes and ("ground",) not in refs.doubtful:
-        refs.fault(("ground",), "no node is fixed; write `ground: [NODES]` or `ground: {member: NAME}`")
     refs.nodes(("ground", "nodes"), ground.nodes)
 
 

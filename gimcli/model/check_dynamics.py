@@ -70,11 +70,15 @@ def _check_friction(refs: References, where: Where, part: PairFriction) -> None:
     name, model = str(where[1]), refs.model
     pair, node = model.prismatic.get(name), name in model.nodes
     doubted = not {("prismatic", name), ("nodes", name)}.isdisjoint(refs.doubtful)
-    if pair is None and not doubted and not node:
-        hint = guess(name, [*model.prismatic, *model.nodes], most=8)
-        refs.fault(where, f"'{name}' is neither a node nor a sliding pair; {hint}", key=True)
-    elif pair is None and not doubted and refs.sure and len(refs.carriers(name)) < 2:
-        refs.fault(where, f"node {name} is not a pair: fewer than two members have this node; name another", key=True)
+    none = pair is None and not doubted
+    hint = guess(name, [*model.prismatic, *model.nodes], most=8) if none and not node else ""
+    cases = (
+        (hint, PartFault((), f"'{name}' is neither a node nor a sliding pair; {hint}", key=True)),
+        (none and refs.sure and len(refs.carriers(name)) < 2, PartFault(
+            (), f"node {name} is not a pair: fewer than two members have this node; name another", key=True
+        )),
+    )  # fmt: skip
+    refs.sound(where, those(*cases))
     if not part.given:
         refs.lack(where, ("mu", "viscous"), f"friction at '{name}' needs `mu` or `viscous`")
     if ("prismatic", name) in refs.doubtful or (pair is None and not node):
@@ -84,11 +88,18 @@ def _check_friction(refs: References, where: Where, part: PairFriction) -> None:
     kind = "a node" if pair is None else "a pin in a slot" if size is None else "a sliding pair"
     for key in (key for key in owners if key in part.given and key != size):
         refs.fault((*where, key), f"`{key}` is of {owners[key]}, '{name}' is {kind}; remove `{key}`", key=True)
-    if part.mu is not None and size is not None and getattr(part, size) is None:
-        what = "the radius of the pin" if size == "radius" else "the distance of the two contacts in the guide"
-        refs.lack(where, (size,), f"`{size}` is missing: dry friction at '{name}' needs {what}")
-    if size in part.given and part.mu is None:
-        refs.lack(where, ("mu",), f"`mu` is missing: '{name}' has a `{size}`, but no coefficient of dry friction")
+    what = {"radius": "the radius of the pin", "length": "the distance of the two contacts in the guide"}.get(
+        size or ""
+    )
+    lacking = (
+        (part.mu is not None and size is not None and getattr(part, size) is None, PartFault(
+            (), f"`{size}` is missing: dry friction at '{name}' needs {what}", lacking=(str(size),)
+        )),
+        (size in part.given and part.mu is None, PartFault(
+            (), f"`mu` is missing: '{name}' has a `{size}`, but no coefficient of dry friction", lacking=("mu",)
+        )),
+    )  # fmt: skip
+    refs.sound(where, those(*lacking))
 
 
 # -- free inputs -------------------------------------------------------------------------------

@@ -109,13 +109,15 @@ def _repeated_members(model: Model) -> Iterator[Remark]:
 
 def _dynamics(model: Model) -> Iterator[Remark]:
     parts = [section for section in DYNAMIC if getattr(model, section)]
-    if parts and model.units.length == "unit":
-        cure = "add `units: {length: mm}` or another"
-        yield _idle((parts[0],), f"`{parts[0]}`", f"the length has no physical unit; {cure}")
-    if model.gravity is not None and not any(mass.mass for mass in model.masses.values()):
-        yield ("gravity",), "`gravity` has no effect without masses: add `masses:`, or remove it"
-    if "mass" in model.units.given and not model.masses:
-        yield ("units", "mass"), "`mass` has no effect without masses: add `masses:`, or remove it"
+    unit = "the length has no physical unit; add `units: {length: mm}` or another"
+    lone = "has no effect without masses: add `masses:`, or remove it"
+    cases = (
+        (parts and model.units.length == "unit", _idle((*parts[:1],), f"`{''.join(parts[:1])}`", unit)),
+        (model.gravity is not None and not any(mass.mass for mass in model.masses.values()),
+         (("gravity",), f"`gravity` {lone}")),
+        ("mass" in model.units.given and not model.masses, (("units", "mass"), f"`mass` {lone}")),
+    )  # fmt: skip
+    yield from (remark for holds, remark in cases if holds)
     for name in () if parts else (name for name, actuator in model.actuators.items() if actuator.free):
         text = f"`free` of {name} has no effect without masses and forces: add `masses:`, or remove it"
         yield ("actuators", name, "free"), text

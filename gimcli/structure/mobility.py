@@ -113,26 +113,23 @@ def mobility(mechanism: Mechanism, z: ComplexArray, enough: bool = False) -> Mob
 
 def check_driven(mechanism: Mechanism, found: Mobility) -> None:
     """Raise StructureError if the actuators do not match the mobility."""
-    count = len(found.actuators)
-    if count and found.mobility == 0:
-        raise StructureError(
-            f"{mechanism.name} is a structure (mobility 0): actuator{'s' * (count != 1)}"
-            f" {', '.join(found.actuators)} cannot move it; remove a member or the actuator"
-        )
-    if found.overdriven:
-        loose = f"; nothing drives nodes {', '.join(found.undriven)}" if found.undriven else ""
-        one = len(found.overdriven) == 1
-        raise StructureError(
-            f"over-driven: {count} actuator{'s' * (count != 1)} on a mechanism of mobility {found.mobility};"
-            f" {', '.join(found.overdriven)} {'is' if one else 'are'} redundant (the same freedom is already driven):"
-            f" remove {'it' if one else 'them'}{loose}"
-        )
-    if found.undriven:
-        raise StructureError(
-            f"nothing drives nodes {', '.join(found.undriven)}: mobility {found.mobility},"
-            f" {count or 'no'} actuator{'s' * (count > 1)}; fix nodes in `ground`, or add an actuator for each freedom"
-            f"{_cure(mechanism, found)}"
-        )
+    count, one = len(found.actuators), len(found.overdriven) == 1
+    loose = f"nothing drives nodes {', '.join(found.undriven)}"
+    cases = (
+        (count and found.mobility == 0,
+         f"{mechanism.name} is a structure (mobility 0): actuator{'s' * (count != 1)} {', '.join(found.actuators)}"
+         " cannot move it; remove a member or the actuator"),
+        (found.overdriven,
+         f"over-driven: {count} actuator{'s' * (count != 1)} on a mechanism of mobility {found.mobility};"
+         f" {', '.join(found.overdriven)} {'is' if one else 'are'} redundant (the same freedom is already driven):"
+         f" remove {'it' if one else 'them'}{f'; {loose}' if found.undriven else ''}"),
+        (found.undriven,
+         f"{loose}: mobility {found.mobility}, {count or 'no'} actuator{'s' * (count > 1)}; fix nodes in `ground`, or"
+         f" add an actuator for each freedom{_cure(mechanism, found)}"),
+    )  # fmt: skip
+    for holds, text in cases:
+        if holds:
+            raise StructureError(text)
 
 
 def _guide(mechanism: Mechanism, one: Input) -> str:
