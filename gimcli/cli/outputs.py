@@ -147,10 +147,9 @@ class Outputs:
 
     def _refuse_long(self, rows: int) -> None:
         """Raise UsageError for a file that does not hold so many rows."""
-        for path in self.files.files:
-            most = format_of(path).most_rows
-            if most is not None and rows > most:
-                raise UsageError(f"{path}: {rows} rows, the format has at most {most}: use fewer steps, or .csv")
+        most = {path: limit for path in self.files.files if (limit := format_of(path).most_rows) is not None}
+        text = "use fewer steps, or .csv"
+        refuse(*((rows > n, f"{path}: {rows} rows, the format has at most {n}: {text}") for path, n in most.items()))
 
     def _write(self, result: Result, paths: tuple[Path, ...]) -> None:
         if self.draws:

@@ -11,7 +11,7 @@ import numpy as np
 from gimcli.assemblies import Configurations, all_configurations, drawn_configuration
 from gimcli.assemblies.assemblies import SAME
 from gimcli.canonical import beside
-from gimcli.errors import GimError, UnassembledError, UsageError
+from gimcli.errors import GimError, UnassembledError, UsageError, refuse
 from gimcli.library.inputs import Tolerance, checked, inputs_of
 from gimcli.library.sides import with_sides_of
 from gimcli.mechanism import ComplexArray, FloatArray, Input, Mechanism
@@ -70,9 +70,7 @@ def _of_machines(
     """Return the mechanism with the configurations of some machines, such as "crank=2,rocker=+-"."""
     wanted = {name.strip(): own for name, _, own in (part.partition("=") for part in text.split(","))}
     names = [one.name for one in mechanism.driven_machines]
-    for name in wanted:
-        if name not in names:
-            raise UsageError(f"assembly {text}: no machine '{name}'; {guess(name, names, 'machines')}")
+    refuse(*((n not in names, f"assembly {text}: no machine '{n}'; {guess(n, names, 'machines')}") for n in wanted))
     drawn, inputs = [], mechanism.drawn_inputs
     for one in mechanism.driven_machines:
         own = one.mechanism
@@ -135,8 +133,7 @@ def _index(found: Configurations, assembly: int | str) -> int:
     if text in signs and text:
         return signs.index(text)
     same = [own for own in signs if text and own.startswith(text)]
-    if same:
-        raise UsageError(f"assembly {text}: is not unique: it begins {_listed(same)}; give all signs, or the number")
+    refuse((same, f"assembly {text}: is not unique: it begins {_listed(same)}; give all signs, or the number"))
     raise UsageError(f"assembly {text}: expected a number from 1 to {len(found)}, or the signs {_listed(signs)}")
 
 

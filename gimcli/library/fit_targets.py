@@ -191,8 +191,7 @@ def _known_point(mechanism: Mechanism, name: str) -> str:
     frame = mechanism.members[FRAME]
     moving = [n for k, n in enumerate(mechanism.nodes) if k not in frame.nodes]
     moving += [p.name for p in mechanism.points if p.member != FRAME]
-    if name not in moving:
-        raise UsageError(f"point: '{name}' is no node or point that moves; {guess(name, moving)}")
+    refuse((name not in moving, f"point: '{name}' is no node or point that moves; {guess(name, moving)}"))
     return name
 
 

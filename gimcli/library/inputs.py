@@ -12,7 +12,7 @@ from typing import Annotated, Any, ParamSpec, TypeVar, get_origin, get_type_hint
 
 import numpy as np
 
-from gimcli.errors import StructureError, UsageError
+from gimcli.errors import StructureError, UsageError, refuse
 from gimcli.mechanism import MOST_TURNS, SPAN, FloatArray, Mechanism
 from gimcli.nearest import guess
 from gimcli.positions.inputs import driven
@@ -49,8 +49,7 @@ class OneOf:
 
     def refuse(self, argument: str, value: str) -> None:
         """Raise UsageError if a word is not one of the known words."""
-        if value not in self.known:
-            raise UsageError(f"{argument}: expected one of {', '.join(self.known)}, got '{value}'")
+        refuse((value not in self.known, f"{argument}: expected one of {', '.join(self.known)}, got '{value}'"))
 
 
 @dataclass(frozen=True)
@@ -157,14 +156,13 @@ def _value(mechanism: Mechanism, k: int, text: str, value: float | str) -> float
         given = float(value)
     except (TypeError, ValueError):
         given = math.nan
-    if not math.isfinite(given):
-        raise UsageError(f"{text}: expected a finite number, got '{value}'")
     actuator, found = mechanism.actuators[k], float(mechanism.value_from_file(k, given))
-    if actuator.kind == SPAN and found <= 0.0:
-        raise UsageError(f"{text}: expected a distance above 0")
-    if abs(found) > MOST_TURNS * (2.0 * math.pi if actuator.rotary else mechanism.size):
-        limit = "turns" if actuator.rotary else "times the size of the mechanism"
-        raise UsageError(f"{text}: expected a value of at most {MOST_TURNS:g} {limit}")
+    one, unit = (2.0 * math.pi, "turns") if actuator.rotary else (mechanism.size, "times the size of the mechanism")
+    refuse(
+        (not math.isfinite(given), f"{text}: expected a finite number, got '{value}'"),
+        (actuator.kind == SPAN and found <= 0.0, f"{text}: expected a distance above 0"),
+        (abs(found) > MOST_TURNS * one, f"{text}: expected a value of at most {MOST_TURNS:g} {unit}"),
+    )
     return found
 
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gimcli.errors import UsageError
+from gimcli.errors import refuse
 from gimcli.library.machines import MachinesResult
 from gimcli.library.result import UnderWay
 from gimcli.mechanism import FloatArray, Mechanism
@@ -57,8 +57,7 @@ class ForcesBeside(UnderWay[MachineForces]):
         measures = {name: [text for text in measure if one.knows([text], ())] for name, one in begun.items()}
         unknown = [f"plot {text.strip()}" for text in texts if not owned(text)]
         unknown += [f"measure {text}" for text in measure if not any(text in own for own in measures.values())]
-        if unknown:
-            raise UsageError(f"{unknown[0]}: no machine has these columns; machines: {', '.join(begun)}")
+        refuse(*((one, f"{one}: no machine has these columns; machines: {', '.join(begun)}") for one in unknown))
         for name, one in begun.items():
             one.choose(measures[name], [text for text in texts if one.knows((), [text])])
 

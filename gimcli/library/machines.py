@@ -13,7 +13,7 @@ from typing import Any, ParamSpec, TypeVar, cast
 import numpy as np
 
 from gimcli import output
-from gimcli.errors import GimError, UsageError
+from gimcli.errors import GimError, UsageError, refuse
 from gimcli.library.inputs import checked, inputs_of, refuse_follower, refuse_unmoved
 from gimcli.library.result import Result, UnderWay, joined
 from gimcli.mechanism import Machine, Mechanism
@@ -46,11 +46,13 @@ def released_inputs(mechanism: Mechanism, free: str | Sequence[str]) -> tuple[in
     own |= {mechanism.drivers[names.index(name)] for name in wanted}
     if not own and len(names) == 1:
         return mechanism.drivers
-    if not own:
-        raise UsageError(
+    refuse(
+        (
+            not own,
             f"free: {mechanism.name} has {len(names)} inputs and none is free; name those that are released, such as"
-            f" {names[0]} (the others are held), or write `free: true` at one of {', '.join(names)}"
+            f" {names[0]} (the others are held), or write `free: true` at one of {', '.join(names)}",
         )
+    )
     return tuple(sorted(own))
 
 

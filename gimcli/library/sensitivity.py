@@ -57,8 +57,7 @@ def _machines(mechanism: Mechanism, given: dict[str, Any]) -> Sequence[Machine]:
     zero = [text for own in parts.values() if by and not own["by"] for text in own["of"]]
     if zero:
         text = f"of {', '.join(zero)}: all derivatives are 0, the dimensions belong to other machines"
-        if not found:
-            raise UsageError(text)
+        refuse((not found, text))
         (given.get("notify") or no_phases)(text)
     return found if of else found[:-1] or every[-1:]
 

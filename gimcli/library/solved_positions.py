@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from gimcli.errors import UsageError
+from gimcli.errors import UsageError, refuse
 from gimcli.families.designs import Designs
 from gimcli.families.family import Family
 from gimcli.graphs.extras import Extras
@@ -30,8 +30,7 @@ def solved_positions(
         given = np.broadcast_arrays(*(np.asarray(values, dtype=np.float64) for values in at.values()))
     except ValueError:
         raise UsageError("at: expected numbers, and arrays of equal length") from None
-    if given[0].ndim != 1:
-        raise UsageError(f"at: expected arrays with one axis, got {given[0].ndim}")
+    refuse((given[0].ndim != 1, f"at: expected arrays with one axis, got {given[0].ndim}"))
     rows = [inputs_of(mechanism, dict(zip(at, row, strict=True)), {}) for row in np.stack(given, axis=1).tolist()]
     inputs = np.array(rows).reshape(len(rows), -1)
     found = Family(mechanism, [], tolerance).solve(np.empty((len(rows), 0)), inputs=inputs[:, :, None])

@@ -288,9 +288,8 @@ class SweepResult(RowsResult):
         cls, out: Sequence[Path | str], stem: str, picture: bool = True, more: Sequence[str] = ()
     ) -> output.Destinations:
         """Return the output files; a film of many designs is refused."""
-        for given in out:
-            if Path(given).suffix.lower() in FILMS:
-                raise UsageError(f"{given}: a sweep has no film; write a page (.html), or trace one design")
+        text = "a sweep has no film; write a page (.html), or trace one design"
+        refuse(*((Path(given).suffix.lower() in FILMS, f"{given}: {text}") for given in out))
         return super().destinations(out, stem, picture, more)
 
 

@@ -14,7 +14,7 @@ from gimcli import output
 from gimcli.comparison.timing import TIMING, Clock
 from gimcli.comparison.tradeoff import STEPS, TOLERANCES, Tradeoff, advise, tradeoff as compare
 from gimcli.connected import grouped
-from gimcli.errors import UsageError
+from gimcli.errors import refuse
 from gimcli.library.inputs import Jit, Number, Steps, refuse_unmoved
 from gimcli.library.machines import driven_machines, for_each_machine
 from gimcli.library.record import Records, RowField
@@ -51,9 +51,8 @@ def tradeoff(
         UsageError: an invalid argument.
         StructureError: the mechanism has no actuator, or is not fully driven or over-driven.
     """
-    for value in tolerances:
-        if not FINEST <= value < COARSEST:
-            raise UsageError(f"tolerances: expected numbers from 1e-14 to below 1, got {value:g}")
+    text = "tolerances: expected numbers from 1e-14 to below 1, got"
+    refuse(*((not FINEST <= value < COARSEST, f"{text} {value:g}") for value in tolerances))
     chosen = tuple(dict.fromkeys(tolerances)) or TOLERANCES
     refuse_unmoved(mechanism, "add an actuator")
     timing = replace(TIMING, clock=clock)

@@ -258,8 +258,7 @@ def _point(mechanism: Mechanism, given: str) -> str:
     if not given:
         driven = {n for one in mechanism.machines if one.actuators for n in one.mechanism.traced}
         return next((name for name in mechanism.traced if name in driven), mechanism.traced[0])
-    if given not in names:
-        raise UsageError(f"point: no node or point '{given}'; {guess(given, names, 'nodes and points')}")
+    refuse((given not in names, f"point: no node or point '{given}'; {guess(given, names, 'nodes and points')}"))
     return given
 
 
