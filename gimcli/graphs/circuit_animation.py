@@ -57,7 +57,8 @@ def circuits_animation(
     """Return the animation of circuits, one clip each, with a row at each singular position; None without circuits."""
     clips = []
     for one in circuits:
-        first, last = _ends(one.circuit)
+        marks = one.circuit.lengths
+        first, last = (float(marks[k] / marks[-1]) for k in nearby(one.circuit))  # not far outside, towards infinity
         moved = [replace(place, part=(place.part - first) / (last - first)) for place in one.places]
         places = [place for place in moved if 0.0 <= place.part <= 1.0]
         motion = _motion(one.circuit, places)
@@ -118,13 +119,6 @@ def _wound(circuit: Circuit, p: FloatArray, near: float) -> FloatArray:
     if not (circuit.curve.single and circuit.curve.periodic):
         return p
     return np.append(p[:-1], near + (p[-1] - near + 0.5 * turn) % turn - 0.5 * turn)
-
-
-def _ends(circuit: Circuit) -> tuple[float, float]:
-    """Return the parts of the length between which a circuit is shown: not far outside, towards infinity."""
-    marks = circuit.lengths
-    first, last = nearby(circuit)
-    return float(marks[first] / marks[-1]), float(marks[last] / marks[-1])
 
 
 def _clip(

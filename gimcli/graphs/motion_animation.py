@@ -48,7 +48,9 @@ def law_animation(motion: Motion, extras: Extras, steps: int, angles: Angles = i
     order = 0 if without else max(2, extras.order)
     table = _with_steps(extras.with_expressions(extras.apart(motion, angles, order)), motion, steps)
     across, closed = abscissa(motion).name, returns(mechanism, motion)
-    clip = motion_clip("motion", motion, table, mechanism.duration, across, _law_events(motion), closed, without)
+    every = ((time, kind, mechanism.inputs_to_file(inputs)) for kind, time, inputs in occurrences(motion))
+    events = sorted((time, kind, event_text(mechanism, kind, inputs)) for time, kind, inputs in every)
+    clip = motion_clip("motion", motion, table, mechanism.duration, across, events, closed, without)
     notes = thinning(len(clip.time), steps + 1)
     return Animation(mechanism.name, mechanism, (clip,), first_graphs(table, extras, across), notes)
 
@@ -104,14 +106,6 @@ def law_rates(motion: Motion) -> ComplexArray | None:
 
     found = rates(motion.mechanism, motion.time, motion.z, 2).nodes[1:]
     return np.asarray(np.moveaxis(found, 1, 2) * motion.mechanism.scale) if np.isfinite(found).any() else None
-
-
-def _law_events(motion: Motion) -> list[tuple[float, str, str]]:
-    """Return the normalised time, kind and text of every event."""
-    mechanism = motion.mechanism
-    return sorted(
-        (time, kind, event_text(mechanism, kind, mechanism.inputs_to_file(u))) for kind, time, u in occurrences(motion)
-    )
 
 
 def event_text(mechanism: Mechanism, kind: str, inputs: dict[str, float]) -> str:

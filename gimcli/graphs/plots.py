@@ -232,25 +232,19 @@ def usual_graphs(mechanism: Mechanism) -> list[PlannedGraph]:
 
 def varying(plans: Sequence[PlannedGraph], columns: Mapping[str, Column]) -> tuple[list[PlannedGraph], list[str]]:
     """Return the graphs that show more than a constant, and the values of the constant ones as texts."""
-    kept, texts = [], []
-    for plan in plans:
-        names = sorted(plan.columns)
-        if all(_is_constant(columns[name]) for name in names):
-            texts += [_value(columns[name]) for name in names]
-        else:
-            kept.append(plan)
-    return (kept, texts) if kept else (list(plans[:1]), [])
+    constant = {plan: [_constant(columns[name]) for name in sorted(plan.columns)] for plan in plans}
+    kept = [plan for plan, texts in constant.items() if not all(texts)]
+    found = [text for texts in constant.values() if all(texts) for text in texts]
+    return (kept, found) if kept else (list(plans[:1]), [])
 
 
-def _is_constant(column: Column) -> bool:
+def _constant(column: Column) -> str:
+    """Return a constant column as text; "" if it varies."""
     values = column.values[np.isfinite(column.values)]
-    return len(values) == 0 or float(np.ptp(values)) <= CONSTANT * float(np.max(np.abs(values)))
-
-
-def _value(column: Column) -> str:
-    """Return a constant column as text."""
-    values = column.values[np.isfinite(column.values)]
-    return f"{column.name} = {values[0]:.4g} {column.unit}" if len(values) else f"no {column.name}"
+    if not len(values):
+        return f"no {column.name}"
+    same = float(np.ptp(values)) <= CONSTANT * float(np.max(np.abs(values)))
+    return f"{column.name} = {values[0]:.4g} {column.unit}" if same else ""
 
 
 DEGREES = (1.0, 2.0, 5.0, 10.0, 15.0, 30.0, 45.0, 60.0, 90.0, 180.0)

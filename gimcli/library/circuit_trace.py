@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
@@ -177,7 +178,8 @@ class CircuitTraceResult(TraceResult):
             if extras.plans:
                 events = self.circuits[k]["events"]
                 marks = [(e["kind"], {"part of the length": e["way"], **e["at"]}) for e in events]
-                found += [output.graph.named(graph, tail) for graph in extras.graphs(motion, marks)]
+                every = extras.graphs(motion, marks)
+                found += [replace(one, up=replace(one.up, name=one.up.name + tail)) for one in every]
         return found
 
     @property

@@ -17,15 +17,16 @@ from gimcli.branching.resampling import along
 from gimcli.connected import alike
 from gimcli.mechanism import ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.output.curves import overlap, same_path
+from gimcli.output.drawing import motion_picture
+from gimcli.output.gallery import gallery_picture
 from gimcli.output.geometry import Geometry
-from gimcli.output.graph import Axis, Curve, CurveGraph, graph_of
+from gimcli.output.graph import Axis, Curve, CurveGraph
 from gimcli.output.panels import with_panels
 from gimcli.output.picture import LAYOUT, Content, Picture, PictureLayout, composition
 from gimcli.output.pose import Drawing, Shown, solved
 from gimcli.output.scene import Scene
 from gimcli.output.style import GHOST_PIN, INK, PALETTE, Mark, Pen
 from gimcli.structure.carried import carried_point
-from gimcli.table import Column, Table
 
 if TYPE_CHECKING:
     from gimcli.dynamics.equilibria_curve import BalanceHistory, Equilibria
@@ -51,9 +52,6 @@ def circuits_picture(found: Circuits, labels: Sequence[str], title: str) -> Cont
 
     Many circuits, and circuits with the same paths of all points, are side by side, with a position of each.
     """
-    from gimcli.output.drawing import motion_picture
-    from gimcli.output.gallery import gallery_picture
-
     curve, mechanism = found.curve, found.curve.mechanism
     lines = [along(s.circuit, max(PLACES, len(s.circuit.places))) for s in found.strands]
     name, paths, groups = _point(mechanism, [curve.nodes(p) for p in lines])
@@ -73,7 +71,7 @@ def circuits_picture(found: Circuits, labels: Sequence[str], title: str) -> Cont
     nested = any(overlap(a, b, _near(together)) for k, b in enumerate(together) for a in together[:k])
     drawing = motion_picture(mechanism, poses, curves, title, nested=nested)
     values = [path.imag if axis == "y" else path.real for path in paths]
-    return with_panels(drawing, [graph_of(f"{name}.{axis}", _coordinates(found, lines, values, labels))])
+    return with_panels(drawing, [_graph(found, lines, values, labels, f"{name}.{axis}")])
 
 
 def circuits_geometry(found: Circuits, labels: Sequence[str]) -> Geometry:
@@ -132,20 +130,17 @@ def _joined(labels: Sequence[str], own: Sequence[int]) -> str:
     return f"circuit{'s' * (len(own) > 1)} {', '.join(labels[k] for k in own)}"
 
 
-def _coordinates(
-    found: Circuits, lines: Sequence[FloatArray], values: Sequence[FloatArray], labels: Sequence[str]
-) -> Table:
-    """Return a coordinate on each circuit over the input, a column a circuit."""
-    across = np.concatenate([_values(found, p[-1]) for p in lines])
-    columns, last = [Column(*_abscissa(found, across))], 0
-    for label, own in zip(labels, values, strict=True):
-        first, last = last, last + len(own)
-        column = np.full(len(across), np.nan)
-        column[first:last] = own
-        jumps = np.flatnonzero(np.abs(np.diff(across[first:last])) > 0.5 * float(np.ptp(across))) + 1
-        column[first + jumps] = np.nan
-        columns.append(Column(f"circuit {label}", column, found.curve.mechanism.length_unit))
-    return Table(tuple(columns))
+def _graph(
+    found: Circuits, lines: Sequence[FloatArray], values: Sequence[FloatArray], labels: Sequence[str], name: str
+) -> CurveGraph:
+    """Return a coordinate on each circuit over the input; a curve has a gap where a rotary input begins again."""
+    every = [_values(found, p[-1]) for p in lines]
+    turn, curves = 0.5 * float(np.ptp(np.concatenate(every))), []
+    for label, q, own in zip(labels, every, values, strict=True):
+        jumps = np.abs(np.diff(q, prepend=q[:1])) > turn
+        curves.append(Curve(f"circuit {label}", _abscissa(found, q)[1], np.where(jumps, np.nan, own)))
+    across, _, unit = _abscissa(found, every[0])
+    return CurveGraph(Axis(across, unit), Axis(name, found.curve.mechanism.length_unit), curves)
 
 
 def _values(found: Circuits, q: Any) -> Any:

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from gimcli.mechanism import ComplexArray, FloatArray
-from gimcli.table import Table
 
 ORDINARY, EQUAL, POLAR = "ordinary", "equal", "polar"
 """Forms of a graph: two axes; both axes with one scale, as for a path or a hodograph; radius over an angle."""
@@ -59,16 +58,3 @@ class CurveGraph:
     events: Mapping[str, Sequence[complex]] = field(default_factory=dict)  # points on the curves by kind of event
     origin: bool = False  # the origin is shown
     marks: Sequence[PlaceMark] = ()
-
-
-def named(graph: CurveGraph, tail: str) -> CurveGraph:
-    """Return a graph with a text after the name of its vertical axis."""
-    return replace(graph, up=replace(graph.up, name=graph.up.name + tail))
-
-
-def graph_of(name: str, table: Table) -> CurveGraph:
-    """Return the graph of a table's columns over its first column."""
-    across, *columns = table.columns
-    unit = columns[0].unit if columns else ""
-    curves = [Curve(c.name, across.values, c.values) for c in columns]
-    return CurveGraph(Axis(across.name, across.unit), Axis(name, unit), curves)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -56,8 +56,7 @@ SWEEPS = 6
 class _Request:
     """A text to place: centres of its box in the order of preference, with their costs."""
 
-    text: Text
-    place: complex  # of its node
+    text: Text  # at its node
     half: complex  # half width and height of its box, data
     offers: ComplexArray
     cost: FloatArray
@@ -80,7 +79,7 @@ class Labels:
         away = [DISTANCE * (distance - NEAR[0]) + LEADING * (distance in FAR) for distance in steps]
         cost = np.add.outer(away, TURN * np.arange(len(TURNS))).ravel()
         leads = np.repeat([distance in FAR for distance in steps], len(TURNS))
-        self._requests.append(_Request(Text(place, text, size, color), place, half, offers, cost, leads))
+        self._requests.append(_Request(Text(place, text, size, color), half, offers, cost, leads))
 
     def at_best(self, offers: ComplexArray, text: str, color: str = INK, size: float = FONT) -> None:
         """Request a text in a ring at one of some places, in the order of preference; it may cover lines."""
@@ -89,7 +88,7 @@ class Labels:
         cost = DISTANCE * np.arange(len(offers), dtype=np.float64)
         leads = np.zeros(len(offers), dtype=bool)
         self._requests.append(
-            _Request(Text(0j, text, size, color, ring=True), 0j, round_half, np.asarray(offers), cost, leads)
+            _Request(Text(0j, text, size, color, ring=True), round_half, np.asarray(offers), cost, leads)
         )
 
     def write(self) -> None:
@@ -102,9 +101,9 @@ class Labels:
         for one, best in zip(self._requests, chosen, strict=True):
             at = complex(one.offers[best])
             halo = not one.text.ring and bool(ground.lines(np.array([at]), one.half)[0])
-            self._picture.texts.append(Text(at, one.text.text, one.text.size, one.text.color, one.text.ring, halo))
+            self._picture.texts.append(replace(one.text, at=at, halo=halo))
             if one.leads[best]:
-                self._lead(one.place, at, one.half)
+                self._lead(one.text.at, at, one.half)
         self._requests = []
 
     def _half(self, text: str, size: float) -> complex:

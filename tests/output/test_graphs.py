@@ -11,11 +11,10 @@ from in_process import gim
 
 import gimcli
 from gimcli.output.axis import fitted, short, tick_texts, value_window
-from gimcli.output.graph import EQUAL, POLAR, Axis, Curve, CurveGraph, graph_of
+from gimcli.output.graph import EQUAL, POLAR, Axis, Curve, CurveGraph
 from gimcli.output.panels import panel
 from gimcli.output.picture import Frame, Picture
 from gimcli.output.style import CUT, VERTICAL, curve_pen
-from gimcli.table import Column, Table
 
 
 def axes_of(content):
@@ -29,7 +28,7 @@ def axes_of(content):
 
 def graph(y, unit="", name="q", over=None):
     x = np.linspace(0.0, 1.0, len(y)) if over is None else over
-    return graph_of(name, Table((Column("time", x, "s"), Column("a", y, unit))))
+    return CurveGraph(Axis("time", "s"), Axis(name, unit), [Curve("a", x, y)])
 
 
 # --- units of the axes -----------------------------------------------------------------------------------------
