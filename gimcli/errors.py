@@ -39,11 +39,11 @@ class UsageError(GimError):
     exit_code = 2
 
 
-def refuse(*cases: tuple[object, str]) -> None:
-    """Raise UsageError with the text of the first case whose condition holds."""
+def refuse(*cases: tuple[object, str], error: type[Exception] = UsageError) -> None:
+    """Raise an error with the text of the first case whose condition holds."""
     for holds, text in cases:
         if holds:
-            raise UsageError(text)
+            raise error(text)
 
 
 class ModelError(GimError):

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gimcli.errors import UsageError
+from gimcli.errors import UsageError, refuse
 from gimcli.families.variation import MOST_VALUES, Distribution, ListedValues, Varied, varied
 from gimcli.mechanism import FloatArray
 
@@ -136,23 +136,27 @@ class DesignTable:
 
 def design_table(own: Varied, samples: int | None = None, points: str = "random", seed: int = 0) -> DesignTable:
     """Return the table of the designs; raise UsageError where the options do not fit the variations."""
-    if points not in POINTS:
-        raise UsageError(f"points: expected one of {', '.join(POINTS)}, got '{points}'")
-    if not 0 <= seed < 2**63:
-        raise UsageError(f"seed: expected a whole number from 0 to 2^63 - 1, got {seed}")
-    first = own.variations[0]
-    if own.listed:
-        if samples is not None:
-            raise UsageError(
-                f"samples: '{first.name}' has listed values, which are all combined; give a distribution such as"
-                f" {first.name}=uniform(LOW,HIGH), or remove samples"
-            )
+    first, listed = own.variations[0], own.listed
+    refuse(
+        (points not in POINTS, f"points: expected one of {', '.join(POINTS)}, got '{points}'"),
+        (not 0 <= seed < 2**63, f"seed: expected a whole number from 0 to 2^63 - 1, got {seed}"),
+        (
+            listed and samples is not None,
+            f"samples: '{first.name}' has listed values, which are all combined; give a distribution such as"
+            f" {first.name}=uniform(LOW,HIGH), or remove samples",
+        ),
+        (
+            not listed and samples is None,
+            f"vary {first.name}={first.text}: a distribution needs the number of samples (samples)",
+        ),
+        (
+            not listed and (samples or 0) < 1,
+            f"samples: expected a whole number from 1 to {MOST_VALUES}, got {samples}",
+        ),
+    )
+    if listed:
         return _bounded(DesignTable(own, math.prod(DesignTable(own, 0).shape)))
-    if samples is None:
-        raise UsageError(f"vary {first.name}={first.text}: a distribution needs the number of samples (samples)")
-    if samples < 1:
-        raise UsageError(f"samples: expected a whole number from 1 to {MOST_VALUES}, got {samples}")
-    return _bounded(DesignTable(own, samples, points, seed))
+    return _bounded(DesignTable(own, samples or 0, points, seed))
 
 
 def _bounded(table: DesignTable) -> DesignTable:
@@ -165,6 +169,5 @@ def listed_designs(columns: Mapping[str, Any]) -> DesignTable:
     """Return the table of designs that are given by the values of each dimension, one after another."""
     own = varied({name: np.atleast_1d(values) for name, values in columns.items()})
     counts = {name: np.size(values) for name, values in columns.items()}
-    if len(set(counts.values())) > 1:
-        raise UsageError(f"vary: each dimension needs a value for each design, got {counts}")
+    refuse((len(set(counts.values())) > 1, f"vary: each dimension needs a value for each design, got {counts}"))
     return _bounded(DesignTable(own, next(iter(counts.values())), in_order=True))

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gimcli.errors import UsageError, reason
+from gimcli.errors import UsageError, reason, refuse
 from gimcli.mechanism import FloatArray
 
 MOST_BYTES = 400_000_000
@@ -29,13 +29,12 @@ def number_columns(path: Path, what: str, known: str = "") -> dict[str, FloatArr
     except UnicodeDecodeError:
         raise UsageError(f"{path}: is not a text file; name a CSV file of {what}") from None
     rows = [(k, row) for k, row in enumerate(csv.reader(text.splitlines()), 1) if any(cell.strip() for cell in row)]
-    if len(rows) < 2:
-        raise UsageError(f"{path}: expected a row of names and rows of numbers{known}")
+    refuse((len(rows) < 2, f"{path}: expected a row of names and rows of numbers{known}"))
     names = [name.strip() for name in rows[0][1]]
-    if len(set(names)) < len(names):
-        raise UsageError(f"{path}: two columns have the same name{known}")
-    if ";" in names[0]:
-        raise UsageError(f"{path}: the columns are separated by semicolons; separate them by commas")
+    refuse(
+        (len(set(names)) < len(names), f"{path}: two columns have the same name{known}"),
+        (";" in names[0], f"{path}: the columns are separated by semicolons; separate them by commas"),
+    )
     values = [_numbers(path, line, row, len(names)) for line, row in rows[1:]]
     return dict(zip(names, np.array(values).T, strict=True))
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from gimcli.errors import UsageError
+from gimcli.errors import UsageError, refuse
 from gimcli.mechanism import FloatArray
 
 MOST_VALUES = 10_000_000
@@ -74,8 +74,7 @@ class Varied:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "names", tuple(v.name for v in self.variations))
-        if not self.variations:
-            raise UsageError("vary: name at least one dimension, such as crank.length=30:50:21")
+        refuse((not self.variations, "vary: name at least one dimension, such as crank.length=30:50:21"))
         kinds = {isinstance(v, ListedValues) for v in self.variations}
         if len(kinds) > 1:
             listed = next(v.name for v in self.variations if isinstance(v, ListedValues))
@@ -111,10 +110,10 @@ def variation(name: str, given: str | float | Sequence[float] | FloatArray) -> V
 def _distribution(name: str, where: str, call: re.Match[str]) -> Distribution:
     first, second = (_number(where, call[k]) for k in (2, 3))
     normal = call[1] == "normal"
-    if normal and second <= 0.0:
-        raise UsageError(f"{where}: expected a standard deviation above 0, got {second:g}")
-    if not normal and second <= first:
-        raise UsageError(f"{where}: expected the smaller value first: uniform(LOW,HIGH)")
+    refuse(
+        (normal and second <= 0.0, f"{where}: expected a standard deviation above 0, got {second:g}"),
+        (not normal and second <= first, f"{where}: expected the smaller value first: uniform(LOW,HIGH)"),
+    )
     _refuse_beyond(where, abs(first) + FARTHEST * second if normal else second - first)
     return Distribution(name, call[1], first, second)
 
@@ -127,8 +126,7 @@ def _refuse_beyond(where: str, size: float) -> None:
 def _spaced(where: str, given: str) -> FloatArray:
     """Return the values of FIRST:LAST:COUNT."""
     words = given.split(":")
-    if len(words) != 3:
-        raise UsageError(f"{where}: {FORM}")
+    refuse((len(words) != 3, f"{where}: {FORM}"))
     count = _number(where, words[2])
     if count != int(count) or not 2 <= count <= MOST_VALUES:
         raise UsageError(f"{where}: expected a number of values from 2 to {MOST_VALUES}, got {words[2]}")

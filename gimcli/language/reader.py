@@ -6,8 +6,10 @@ import math
 import re
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
+from gimcli.errors import refuse
 from gimcli.language.expression import CONSTANTS, FUNCTIONS, REDUCES, REDUCTIONS, Expression, ExpressionError, PartKind
 
 LONGEST, DEEPEST = 1000, 50
@@ -66,6 +68,8 @@ def _in_word(letter: str) -> bool:
     return letter.isalnum() or (letter != "" and letter in "_.:")
 
 
+_refuse = partial(refuse, error=ExpressionError)
+
 NAMED = {"text": "a text", "yes": "a comparison", "rows": "a column", "number": "a number"}
 
 
@@ -73,8 +77,7 @@ class ExpressionReader:
     """Reads a text from left to right, by the precedence of its operators."""
 
     def __init__(self, text: str, names: KnownNames) -> None:
-        if len(text) > LONGEST:
-            raise ExpressionError(f"{len(text)} characters are too many; at most {LONGEST} are read")
+        _refuse((len(text) > LONGEST, f"{len(text)} characters are too many; at most {LONGEST} are read"))
         self.text, self.names = text, names
         self.place = self.depth = 0
         self.code: list[Any] = []
@@ -209,16 +212,17 @@ class ExpressionReader:
         return self._applied(word + REDUCES, count, PartKind("number", unit))
 
     def _at(self, start: int, kind: PartKind) -> PartKind:
-        if kind.what != "rows":
-            raise ExpressionError("at() takes a column, such as at(P.y, motor=30)")
-        if kind.columns != 1:
-            raise ExpressionError(f"at() takes one column, but a measure here has {kind.columns}; name one of them")
-        if Expression("", tuple(self.code[start:])).reduces:
-            raise ExpressionError("at() takes a column: write a number of all rows, such as max(P.y), outside of it")
+        _refuse(
+            (kind.what != "rows", "at() takes a column, such as at(P.y, motor=30)"),
+            (kind.columns != 1, f"at() takes one column, but a measure here has {kind.columns}; name one of them"),
+            (
+                Expression("", tuple(self.code[start:])).reduces,
+                "at() takes a column: write a number of all rows, such as max(P.y), outside of it",
+            ),
+        )
         self.need(",")
         actuator, equals, _ = self.rest().partition("=")
-        if not equals:
-            raise ExpressionError("at() needs the value of an input, such as at(P.y, motor=30)")
+        _refuse((not equals, "at() needs the value of an input, such as at(P.y, motor=30)"))
         self.place += len(actuator) + 1
         sign, number = -1.0 if self.takes("-") else 1.0, NUMBER.match(self.rest())
         if number is None:
@@ -251,8 +255,7 @@ class ExpressionReader:
         if 1 not in (first.columns, second.columns):
             raise ExpressionError("two measures of several columns cannot be combined; name their columns")
         units = {first.unit, second.unit} - {None}
-        if alike and len(units - {""}) > 1:
-            raise ExpressionError(f"{alike} needs equal units, got {first.unit} and {second.unit}")
+        _refuse((alike and len(units - {""}) > 1, f"{alike} needs equal units, got {first.unit} and {second.unit}"))
         unit = None if not units else units.pop() if len(units) == 1 and alike else ""
         what = "rows" if "rows" in (first.what, second.what) else "number"
         return PartKind(what, unit, max(first.columns, second.columns))

@@ -22,7 +22,7 @@ from typing import Any
 
 import numpy as np
 
-from gimcli.errors import UsageError
+from gimcli.errors import refuse
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.quantities.quantity import ColumnRange, Head, Kind, Quantity, member_of, unit_of
 from gimcli.quantities.state import State
@@ -280,8 +280,7 @@ def _signed_steps(rows: ComplexArray) -> FloatArray:
 
 def _make(mechanism: Mechanism, spec: str, names: Sequence[str]) -> Sequence[Quantity]:
     index = member_of(mechanism, spec, names[0])
-    if index == FRAME:
-        raise UsageError(f"measure '{spec}': expected a moving member, got the frame")
+    refuse((index == FRAME, f"measure '{spec}': expected a moving member, got the frame"))
     return [Area(mechanism, spec, index)]
 
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from gimcli.errors import UsageError
+from gimcli.errors import UsageError, refuse
 from gimcli.language.arrays import ARRAYS, strict
 from gimcli.language.expression import Expression, ExpressionError, PartKind
 from gimcli.language.reader import ExpressionReader, KnownNames
@@ -135,15 +135,17 @@ class Catalogue(KnownNames):
         if found:
             return found
         own = self.expression(text, "measure")
-        if own.kind.what != "rows" or own.reduces:
-            raise UsageError(
+        refuse(
+            (
+                own.kind.what != "rows" or own.reduces,
                 f"measure '{text}': expected a column, with a value for each row, such as hypot(P.x, P.y); `gim trace"
-                " --plot` and `gim sweep --keep` have numbers of a motion"
-            )
-        if own.kind.columns > 1:
-            raise UsageError(
-                f"measure '{text}': it has {own.kind.columns} columns; name one of them, or write |{text}|"
-            )
+                " --plot` and `gim sweep --keep` have numbers of a motion",
+            ),
+            (
+                own.kind.columns > 1,
+                f"measure '{text}': it has {own.kind.columns} columns; name one of them, or write |{text}|",
+            ),
+        )
         return tuple(_items(Formula(self, own)))
 
     # -- the names of expressions ------------------------------------------------------------------------

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from gimcli.errors import UsageError
+from gimcli.errors import refuse
 from gimcli.mechanism import FRAME, ComplexArray, FloatArray, Mechanism
 from gimcli.quantities.quantity import Head, Kind, Quantity, member_of, unit_of
 from gimcli.quantities.state import State
@@ -115,8 +115,7 @@ def local_place(mechanism: Mechanism, index: int, place: ComplexArray, z: Comple
 
 def _make(mechanism: Mechanism, spec: str, names: Sequence[str]) -> Sequence[Quantity]:
     first, second = (member_of(mechanism, spec, name) for name in names)
-    if first == second:
-        raise UsageError(f"measure '{spec}': expected two different members")
+    refuse((first == second, f"measure '{spec}': expected two different members"))
     return [Centre(mechanism, spec, first, second)]
 
 

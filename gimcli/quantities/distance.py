@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from gimcli.errors import UsageError
+from gimcli.errors import refuse
 from gimcli.mechanism import Mechanism
 from gimcli.quantities.quantity import Head, Kind, Quantity, place_of, point_names
 from gimcli.quantities.state import State
@@ -27,8 +27,7 @@ class Distance(Quantity):
 def _make(mechanism: Mechanism, spec: str, names: Sequence[str]) -> Sequence[Quantity]:
     for name in names:
         place_of(spec, "point or node", name, point_names(mechanism))
-    if names[0] == names[1]:
-        raise UsageError(f"measure '{spec}': expected two different points")
+    refuse((names[0] == names[1], f"measure '{spec}': expected two different points"))
     return [Distance(mechanism, spec, names)]
 
 

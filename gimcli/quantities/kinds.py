@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from gimcli.errors import UsageError
+from gimcli.errors import refuse
 from gimcli.mechanism import Mechanism
 from gimcli.quantities import advantage, angle, area, centre, curvature, distance, transmission
 from gimcli.quantities.quantity import Kind, Quantity, place_of
@@ -31,8 +31,7 @@ def quantities_of(mechanism: Mechanism, spec: str) -> Sequence[Quantity]:
     kind, colon, names = spec.partition(":")
     place_of(spec, "kind", kind, KINDS)
     found, words, spec = KINDS[kind], names.split("/") if colon else [], f"{kind}:{names}"
-    if len(words) not in found.counts or not all(words):
-        raise UsageError(f"measure '{spec}': expected {kind}:{found.arguments}")
+    refuse((len(words) not in found.counts or not all(words), f"measure '{spec}': expected {kind}:{found.arguments}"))
     return found.make(mechanism, spec, words)
 
 

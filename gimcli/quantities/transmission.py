@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from gimcli.errors import UsageError
+from gimcli.errors import UsageError, refuse
 from gimcli.mechanism import FRAME, SPAN, Mechanism
 from gimcli.quantities.quantity import ColumnRange, Head, Kind, Quantity, angle_to_file, place_of
 from gimcli.quantities.state import ForceLine, State
@@ -141,15 +141,13 @@ def joints_at(mechanism: Mechanism, node: int) -> list[TransmissionJoint]:
 def _make(mechanism: Mechanism, spec: str, names: Sequence[str]) -> Sequence[Quantity]:
     if not names:
         found = output_joints(mechanism)
-        if not found:
-            raise UsageError(f"measure '{KIND.name}': no output joint was found; write {KIND.name}:NODE/JOINT/NODE")
+        refuse((not found, f"measure '{KIND.name}': no output joint was found; write {KIND.name}:NODE/JOINT/NODE"))
         return [_measure(mechanism, joint) for joint in found]
     if len(names) == 1:
         return _at_node(mechanism, spec, place_of(spec, "node", names[0], mechanism.nodes))
     if len(names) == 3:
         first, joint, second = (place_of(spec, "node", name, mechanism.nodes) for name in names)
-        if joint in (first, second) or first == second:
-            raise UsageError(f"measure '{spec}': expected three different nodes")
+        refuse((joint in (first, second) or first == second, f"measure '{spec}': expected three different nodes"))
         return [
             Transmission(
                 mechanism, spec, TransmissionJoint(joint, ForceLine(names[0], first), ForceLine(names[2], second))
