@@ -28,9 +28,6 @@ from gimcli.status import Status
 EXACT = 1e-9
 """Share of a step within which a row has the value."""
 
-TOGETHER = 64
-"""Number of designs whose laws are evaluated together, if they differ."""
-
 
 def first_crossing(values: FloatArray, value: float) -> tuple[IntArray, IntArray]:
     """Return where values (designs, rows) first reach a value, if the row after it is moved there (designs,).
@@ -185,19 +182,13 @@ class Designs:
 
     def _laws(self, chosen: IntArray) -> Callable[[FloatArray], FloatArray]:
         """Return the function of the inputs (designs, actuators) of some designs at a time of each (designs,)."""
-        family, parts = self.family, np.array_split(np.arange(len(chosen)), -(-len(chosen) // TOGETHER))
+        family, tables = self.family, FloatTables(*(table[chosen] for table in self.tables))
         alone = [self.alone(k) or family.mechanism for k in chosen.tolist()] if family.linked else []
 
         def inputs(time: FloatArray) -> FloatArray:
             if alone:
                 return np.concatenate([law_inputs(m)(time[k : k + 1]) for k, m in enumerate(alone)], axis=1).T
-            if not family.drawn_laws:
-                return law_inputs(family.mechanism)(time).T
-            found = []
-            for part in parts:
-                tables = FloatTables(*(table[chosen[part]] for table in self.tables))
-                found.append(np.einsum("dad->da", family.law_inputs(time[part], tables)))
-            return np.concatenate(found)
+            return np.asarray(family.law_inputs(time[:, None], tables)[..., 0])
 
         return inputs
 

@@ -103,16 +103,21 @@ class PlannedFamily:
             return True
 
     def law_inputs(self, time: FloatArray, tables: FloatTables) -> Any:
-        """Return the inputs (designs or 1, actuators, rows) at times (rows,), in dual numbers if the tables are."""
-        shared = law_inputs(self.mechanism)(time)[None]
+        """Return the inputs (designs or 1, actuators, rows) at times (rows,), in dual numbers if the tables are.
+
+        The times may also be one for each design (designs, 1).
+        """
+        values = law_inputs(self.mechanism)(time.ravel())
+        shared = values[None] if time.ndim == 1 else values.T[..., None]
         if not self.drawn_laws:
             return shared
-        inputs = list(np.repeat(shared, len(tables.laws), axis=0).swapaxes(0, 1))
+        inputs = list(np.broadcast_to(shared, (len(tables.laws), *shared.shape[1:])).swapaxes(0, 1))
         for k, actuator in enumerate(self.mechanism.actuators):
             law: Any = actuator.law
             first, last = tables.laws[:, k, :1], tables.laws[:, k, 1:]
             if not np.isnan(first[0, 0]):
-                inputs[k] = np.where(time == 1.0, last, first + (last - first) * law.profile(time))
+                profile = law.profile(time.ravel()).reshape(time.shape)
+                inputs[k] = np.where(time == 1.0, last, first + (last - first) * profile)
         return np.stack(inputs, axis=1)
 
     def durations(self, dimensions: Any) -> Any:
