@@ -23,7 +23,15 @@ from math import prod
 import numpy as np
 
 from gimcli.assemblies.assur_loops import LoopGroup, LoopState, group_of, independent, parts
-from gimcli.assemblies.certificate import Proven, distances, mirror_distance, real_equations, real_form, without_image
+from gimcli.assemblies.certificate import (
+    Proven,
+    distances,
+    mirror_distance,
+    real_equations,
+    real_form,
+    size_of,
+    without_image,
+)
 from gimcli.assemblies.constants import FITS, SEARCH
 from gimcli.assemblies.link_joints import NONE, BodyJoint, Linkage, linkage
 from gimcli.assemblies.loops import LoopFamily, values_and_jacobian
@@ -72,10 +80,7 @@ def kept_apart(family: LoopFamily, proven: Proven, each: int) -> BoolArray:
     """Return for every group of `each` consecutive roots whether they are proved to be different."""
     if each == 1:
         return np.ones(len(proven.w), dtype=bool)
-    gap = proven.w[0::each] - proven.w[1::each]
-    n = family.angles
-    gap[:, :n] -= 2j * np.pi * np.round(gap[:, :n].imag / (2.0 * np.pi))
-    far = np.max(np.abs(gap), axis=1, initial=0.0)
+    far = size_of(family, proven.w[0::each] - proven.w[1::each])
     return np.asarray(far > proven.small[0::each] + proven.small[1::each])
 
 
@@ -135,8 +140,7 @@ class Configurations:
     @property
     def bound(self) -> int:
         """Number of complex configurations of a generic mechanism of this structure; if unknown, of those found."""
-        counts = [g.count if g.count is not None else -(-g.roots // max(g.solved, 1)) for g in self.groups]
-        return prod(counts)
+        return prod(g.count if g.count is not None else -(-g.roots // max(g.solved, 1)) for g in self.groups)
 
     @property
     def missing(self) -> int:

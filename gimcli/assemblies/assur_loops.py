@@ -19,7 +19,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from gimcli.assemblies.constants import PRIME
-from gimcli.assemblies.link_joints import NONE, Linkage
+from gimcli.assemblies.link_joints import NONE, Linkage, pruned
 from gimcli.assemblies.loops import GROUND, LoopFamily
 from gimcli.errors import StructureError
 from gimcli.mechanism import FRAME, ComplexArray, IntArray
@@ -80,41 +80,37 @@ def independent(linkage: Linkage) -> Linkage:
     """
     loose = len(linkage.loose)
     while True:
-        rank, rows, columns = _rank(linkage)
-        if rank < columns:
+        free, surplus = _freedoms(linkage)
+        if free:
             _refuse(linkage)
-        if rows == columns:
+        if not surplus:
             return linkage
-        linkage = next(found for found in _reduced(linkage) if len(found.loose) == loose and _determined(found))
-
-
-def _determined(linkage: Linkage) -> bool:
-    """Return whether the joints determine all unknowns."""
-    rank, _, columns = _rank(linkage)
-    return rank == columns
+        linkage = next(found for found in _reduced(linkage) if len(found.loose) == loose and not _freedoms(found)[0])
 
 
 def _reduced(linkage: Linkage) -> Iterator[Linkage]:
     """Yield linkages with one constraint less, beginning with the last bars."""
-    pins = Counter(j.body for j in linkage.joints)
+    joints, pins = linkage.joints, Counter(j.body for j in linkage.joints)
     for body in range(len(linkage.mechanism.members) - 1, FRAME, -1):
-        own = [j for j in linkage.joints if j.body == body]
+        own = [j for j in joints if j.body == body]
         shared = sum(c == linkage.classes[body] for c in linkage.classes) > 1
         if pins[body] == 2 and not shared and all(j.direction is None and j.actuator == NONE for j in own):
-            yield linkage.without_body(body)
-    for k in reversed(range(len(linkage.joints))):
-        if linkage.joints[k].direction is not None and linkage.joints[k].actuator == NONE:
-            yield linkage.without_joint(k)
-    for k in reversed(range(len(linkage.joints))):
-        if linkage.joints[k].direction is None and linkage.joints[k].body != FRAME:
-            yield linkage.slackened(k)
+            yield pruned(replace(linkage, dropped=linkage.dropped | {body}), [j for j in joints if j.body != body])
+    for k in reversed(range(len(joints))):
+        if joints[k].direction is not None and joints[k].actuator == NONE:
+            yield pruned(linkage, [*joints[:k], *joints[k + 1 :]])
+    for k in reversed(range(len(joints))):
+        if joints[k].direction is None and joints[k].body != FRAME:
+            slide = replace(joints[k], direction=1.0 + 0.0j, slack=True)
+            yield pruned(linkage, [*joints[:k], slide, *joints[k + 1 :]])
     raise StructureError(f"{linkage.mechanism.name} is over-driven: its actuators contradict each other; remove one")
 
 
-def _rank(linkage: Linkage) -> tuple[int, int, int]:
-    """Return the rank at random dimensions, the number of equations and the number of unknowns."""
+def _freedoms(linkage: Linkage) -> tuple[int, int]:
+    """Return the freedoms at random dimensions, and by how many the equations exceed the unknowns."""
     table = generic_jacobian(linkage)
-    return len(_eliminated(table)[1]), table.shape[0], table.shape[1]
+    equations, unknowns = table.shape
+    return unknowns - len(_eliminated(table)[1]), equations - unknowns
 
 
 def generic_jacobian(linkage: Linkage) -> IntArray:

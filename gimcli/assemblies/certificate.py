@@ -164,11 +164,14 @@ def _radii(fixed: FloatArray, growing: FloatArray, riding: FloatArray, s: FloatA
 
 def distances(family: LoopFamily, a: ComplexArray, b: ComplexArray) -> FloatArray:
     """Return the distances (a, b) of points a (a, n + q) from b (b, n + q); angles are compared modulo a full turn."""
-    n = family.angles
-    gap = a[:, None, :] - b[None, :, :]
-    turn = 2.0 * np.pi
-    gap[..., :n] -= 1j * turn * np.round(gap[..., :n].imag / turn)
-    return np.asarray(np.max(np.abs(gap), axis=2, initial=0.0))
+    return size_of(family, a[:, None, :] - b[None, :, :])
+
+
+def size_of(family: LoopFamily, gap: ComplexArray) -> FloatArray:
+    """Return the greatest parts (...) of differences (..., n + q), whose angles are reduced by full turns in place."""
+    angles = gap[..., : family.angles]
+    angles -= 2j * np.pi * np.round(angles.imag / (2.0 * np.pi))
+    return np.asarray(np.max(np.abs(gap), axis=-1, initial=0.0))
 
 
 def distinct(family: LoopFamily, proven: Proven) -> Proven:

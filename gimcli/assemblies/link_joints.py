@@ -95,20 +95,6 @@ class Linkage:
         first = [self.joints[k].parallel if self.joints[k].parallel != NONE else k for k in (a, b)]
         return first[0] == first[1]
 
-    def without_body(self, body: int) -> Linkage:
-        """Return the linkage without a bar, which is computed from its nodes afterwards."""
-        return _pruned(replace(self, dropped=self.dropped | {body}), [j for j in self.joints if j.body != body])
-
-    def without_joint(self, index: int) -> Linkage:
-        """Return the linkage without one joint."""
-        return _pruned(self, [j for k, j in enumerate(self.joints) if k != index])
-
-    def slackened(self, index: int) -> Linkage:
-        """Return the linkage with a pin replaced by a slide; it has one constraint less."""
-        joints = list(self.joints)
-        joints[index] = replace(joints[index], direction=1.0 + 0.0j, slack=True)
-        return _pruned(self, joints)
-
 
 @derived
 def linkage(mechanism: Mechanism) -> Linkage:
@@ -126,7 +112,7 @@ def linkage(mechanism: Mechanism) -> Linkage:
         first, second = a.nodes
         joints.append(BodyJoint(a.name, body, first, 0.0j))
         joints.append(BodyJoint(a.name, body, second, 0.0j, actuator=k, along=1.0 + 0.0j))
-    return _pruned(Linkage(mechanism, (), (), classes, phases), joints)
+    return pruned(Linkage(mechanism, (), (), classes, phases), joints)
 
 
 def _sliding(mechanism: Mechanism, implied: frozenset[PairRow]) -> list[BodyJoint]:
@@ -171,7 +157,7 @@ def _classes(mechanism: Mechanism, bars: int) -> tuple[tuple[int, ...], tuple[Ph
     return tuple(numbers[root] for root, _ in found), tuple(phase for _, phase in found)
 
 
-def _pruned(linkage: Linkage, joints: list[BodyJoint]) -> Linkage:
+def pruned(linkage: Linkage, joints: list[BodyJoint]) -> Linkage:
     """Return the linkage whose nodes with a single joint are moved from `joints` to `carried`."""
     carried = list(linkage.carried)
     while True:

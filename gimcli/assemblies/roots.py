@@ -184,7 +184,8 @@ def _judged(family: LoopFamily, H: ComplexArray, done: Tracked, point: ComplexAr
         near = near[prove(family, H, near).residual < SEARCH.residual] if len(near) else near
     if len(near) and len(proven.w):  # paths that coincide with a proved root
         near = near[np.min(distances(family, near, proven.w), axis=1) > SEARCH.near]
-    doubtful = _clusters(family, near, SEARCH.near)
+    gap = distances(family, near, near)
+    doubtful = near[unlike(range(len(near)), lambda k, j: bool(gap[k, j] < SEARCH.near))]  # one of each cluster
     return _Ends(proven, doubtful, int(infinite.sum()), len(rest) - len(near))
 
 
@@ -198,12 +199,6 @@ def _diverging(family: LoopFamily, done: Tracked) -> BoolArray:
         straight = np.max(np.where(np.isfinite(slope), slope, 0.0), axis=1, initial=0.0) > SEARCH.slope
     late = done.time > SEARCH.late
     return np.asarray(~done.arrived & np.asarray(far | (straight & late)))
-
-
-def _clusters(family: LoopFamily, w: ComplexArray, near: float) -> ComplexArray:
-    """Return one point of each cluster."""
-    gap = distances(family, w, w) if len(w) else np.zeros((0, 0))
-    return w[unlike(range(len(w)), lambda k, j: bool(gap[k, j] < near))]
 
 
 MARGIN = 1e-12

@@ -177,15 +177,11 @@ class CircuitSearch:
     def __init__(
         self, curve: PositionCurve, turning: bool, constants: EnumerationConstants, progress: Progress
     ) -> None:
-        self.curve, self.turning, self.constants, self.progress = curve, turning, constants, progress
+        self.mechanism, self.curve, self.turning = curve.mechanism, curve, turning
+        self.constants, self.progress = constants, progress
         self.strands: list[Strand] = []
         self.sampled: list[float] = []
         self.complete, self.lost, self.number, self.spacing = True, 0, 0, 0.0
-
-    @property
-    def mechanism(self) -> Mechanism:
-        """The mechanism of the curve."""
-        return self.curve.mechanism
 
     def run(self) -> None:
         """Return the circuits over the range of the input, the one of the initial position first."""
@@ -243,8 +239,8 @@ class CircuitSearch:
 
     def _sure(self, found: Configurations) -> FloatArray:
         """Return the coordinates (rows, n) of the configurations that are proved."""
-        rows = [self.curve.system.coordinates(z) for z in found.z[np.isfinite(found.radius)]]
-        return np.array(rows).reshape(len(rows), self.curve.system.n)
+        rows = (self.curve.system.coordinates(z) for z in found.z[np.isfinite(found.radius)])
+        return np.reshape([*rows], (-1, self.curve.system.n))
 
     def _follow(self, q: float, left: dict[float, FloatArray]) -> None:
         """Follow the first configuration at a parameter, and remove all configurations that are on its circuit."""

@@ -268,7 +268,7 @@ def _involved(curve: PositionCurve, left: FloatArray) -> tuple[str, ...]:
     """Return the names of the constraints with significant entries in left null vectors (m, r)."""
     weight = np.linalg.norm(left, axis=1)
     chosen = weight > BOUNDS.share * float(weight.max(initial=1e-300))
-    return tuple(dict.fromkeys(name for name, own in zip(curve.names, chosen, strict=True) if own))
+    return tuple(dict.fromkeys(name for name, own in zip(curve.system.names, chosen, strict=True) if own))
 
 
 SINGULAR = "singular"

@@ -102,11 +102,6 @@ class PositionCurve(ReleasedPositions):
         if bent > EVEN * self.span:
             self.domain = Domain(0.0, self.span)
 
-    @property
-    def names(self) -> tuple[str, ...]:
-        """The name of the constraint of each equation."""
-        return self.system.names
-
     def at_time(self, time: float) -> float:
         """Return the parameter at a time 0..1 of the laws."""
         if self.line is None:

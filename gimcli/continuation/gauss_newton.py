@@ -35,11 +35,7 @@ def settle(
 ) -> tuple[FloatArray, BoolArray]:
     """Solve from starts x (rows, n); return the solutions (rows, n), and whether each row converged (rows,)."""
     constants = constants or GaussNewtonConstants()
-    x, count = x.copy(), len(x)
-    error, damping = np.full(count, np.inf), np.full(count, constants.damping)
-    going = np.arange(count)
-    if not count:
-        return x, np.zeros(0, dtype=bool)
+    x, damping, going = x.copy(), np.full(len(x), constants.damping), np.arange(len(x))
     values, slopes = equations(x, going)
     error = np.linalg.norm(values, axis=1)
     for _ in range(constants.iterations):

@@ -112,11 +112,8 @@ def _test_sides(arcs: Sequence[PathArc], chosen: IntArray, reached: BoolArray, i
 
 
 def _edge(arc: PathArc, left: bool, right: bool) -> Edge:
-    if left and right:
-        return Edge(arc, INNER)
-    if not (left or right):
-        return Edge(arc, ALONE if arc.alone else OPEN)
-    return Edge(arc, OUTER, left)
+    kind = INNER if left and right else OUTER if left or right else ALONE if arc.alone else OPEN
+    return Edge(arc, kind, left or kind != OUTER)
 
 
 Mark = tuple[FloatArray, FloatArray, float, FloatArray]

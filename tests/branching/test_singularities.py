@@ -6,6 +6,7 @@ import json
 import math
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -246,7 +247,7 @@ def test_a_cusp_has_one_double_tangent() -> None:
 class Dwelling:
     """The input q = x^3 - c x of a made-up motion: its rate is 0 at 0 for c = 0, and it reverses twice for c > 0."""
 
-    names = ("g",)
+    system = SimpleNamespace(names=("g",))
 
     def __init__(self, c: float) -> None:
         self.c = c
