@@ -214,8 +214,9 @@ class StickEvents:
 
     def begin(self, time: float) -> None:
         """Take the initial state, to which the reducer was moved."""
+        names = self.friction.names
         for k in np.flatnonzero(self._standing()).tolist():
-            self.begun[k] = self._event(STICKS, time, k)
+            self.begun[k] = self.equations.event(STICKS, time, pair=names[k])
 
     def take(self, solver: Any) -> None:
         """Take a solver's last step, at whose end the reducer is."""
@@ -223,12 +224,12 @@ class StickEvents:
         changed = [k for k, begun in enumerate(self.begun) if standing[k] != (begun is not None)]
         if not changed:
             return
-        path = solver.dense_output()
+        path, names = solver.dense_output(), self.friction.names
         for k in changed:
             time, begun = self._located(solver, path, k, bool(standing[k])), self.begun[k]
             if begun is not None and time - begun.time > self.dwell:
-                self.events += [begun, self._event(SLIDES, time, k)]
-            self.begun[k] = self._event(STICKS, time, k) if begun is None else None
+                self.events += [begun, self.equations.event(SLIDES, time, pair=names[k])]
+            self.begun[k] = self.equations.event(STICKS, time, pair=names[k]) if begun is None else None
 
     def all(self, end: float) -> list[Event]:
         """Return the events up to the end of the simulation."""
@@ -244,9 +245,6 @@ class StickEvents:
         time = bisected(after, solver.t_old, solver.t)[1]
         self.equations.move(time, path(time))
         return float(time)
-
-    def _event(self, kind: str, time: float, k: int) -> Event:
-        return self.equations.event(kind, time, pair=self.friction.names[k])
 
 
 class EventSearch:

@@ -93,14 +93,6 @@ class StaticBalance:
         """Whether all forces have a potential."""
         return not any(load.follows or (load.curve is not None and load.over != TIME) for load in self.loads)
 
-    def __call__(self, at: PositionJet, near: FloatArray | None = None) -> GeneralisedForces:
-        """Return the forces at some positions.
-
-        near: angles close to those of the first position (angles,), the others follow one another; or close to those
-        of each position (angles, rows).
-        """
-        return GeneralisedForces(self, at, near)
-
     def initial_angles(self) -> FloatArray:
         """Return the angles (angles,) at the initial coordinates."""
         gauges = [self.mechanism.gauges[s.gauge].drawn for s in self.twisted]
@@ -110,8 +102,12 @@ class StaticBalance:
 class GeneralisedForces:
     """The forces at some positions, along k directions; J per unit of the directions."""
 
-    def __init__(self, balance: StaticBalance, at: PositionJet, near: FloatArray | None) -> None:
-        """Take positions; `near` as in `StaticBalance`."""
+    def __init__(self, balance: StaticBalance, at: PositionJet, near: FloatArray | None = None) -> None:
+        """Take positions.
+
+        near: angles close to those of the first position (angles,), the others follow one another; or close to those
+        of each position (angles, rows).
+        """
         self.balance, self.at, self.near = balance, at, near
         self.mechanism, self.unit, self._row = balance.mechanism, balance.constant.unit, count()
         k, nodes, rows = at.nodes.first.shape

@@ -21,7 +21,7 @@ import numpy as np
 from gimcli.branching.resampling import exact_tangents
 from gimcli.continuation.arclength import ArclengthConstants, all_beside
 from gimcli.continuation.circuit import CIRCUIT, Circuit
-from gimcli.dynamics.equilibria_balance import StaticBalance, position_jet
+from gimcli.dynamics.equilibria_balance import GeneralisedForces, StaticBalance, position_jet
 from gimcli.mechanism import ComplexArray, FloatArray
 from gimcli.numerics.along import roots
 from gimcli.progress import spend
@@ -252,13 +252,13 @@ class BalanceCurve:
     def _points(
         self, stops: Sequence[CurveStop], p: FloatArray, tangents: FloatArray, near: FloatArray
     ) -> list[BalancePoint]:
-        """Return points with the forces; `near` as in `StaticBalance`."""
+        """Return points with the forces; `near` as in `GeneralisedForces`."""
         self.evaluated += len(stops)
         bends = self.circuit.curve.bends(p, tangents[:, None])[:, 0, 0]
         for k, stop in enumerate(stops):
             self._correct_bend(bends[k], stop, p[k])
         jet = position_jet(self.circuit.curve, p, tangents[None], bends[None, None])
-        found = self.balance(jet, near)
+        found = GeneralisedForces(self.balance, jet, near)
         return [
             BalancePoint(
                 stop, stop.mark(self.count), p[k], tangents[k], bends[k], float(found.potential[k]),

@@ -19,7 +19,7 @@ import numpy as np
 from gimcli.canonical import ROUNDING, beside, ranks
 from gimcli.continuation.arclength import corrected
 from gimcli.continuation.released import SETTLING, ReleasedPositions
-from gimcli.dynamics.equilibria_balance import StaticBalance, position_jet, released_inputs_line
+from gimcli.dynamics.equilibria_balance import GeneralisedForces, StaticBalance, position_jet, released_inputs_line
 from gimcli.dynamics.equilibria_curve import BALANCE, STABLE, UNDECIDED, UNSTABLE, Equilibria, Equilibrium
 from gimcli.dynamics.physical import input_units
 from gimcli.errors import UnassembledError
@@ -108,7 +108,7 @@ class EquilibriumSearch:
         """Return the forces at settled positions (rows, n + k); near: angles of positions nearby (rows, angles)."""
         freedoms, basis = self.freedoms, self.freedoms.directions(y)
         bends = np.moveaxis(freedoms.bends(y, basis), 0, 2)
-        found = self.balance(position_jet(freedoms, y, np.moveaxis(basis, 1, 0), bends), near.T)
+        found = GeneralisedForces(self.balance, position_jet(freedoms, y, np.moveaxis(basis, 1, 0), bends), near.T)
         return [
             BalancedPlace(
                 y[k], basis[k], found.q[:, k], found.slope[:, :, k], float(np.max(found.size[:, k], initial=0.0)),

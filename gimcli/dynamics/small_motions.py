@@ -115,9 +115,9 @@ class Linearisation(ReducedEquations):
             raise self._singular()
         directions = np.eye(len(self.released), len(choice.independent))
         at = self._differentiate(v, choice, directions)
-        forces, damping, place = self.balance(at, self._angles), self._damping(directions), self.at_rest
+        forces, damping = GeneralisedForces(self.balance, at, self._angles), self._damping(directions)
         scale, rough = self._scales(at, forces)
-        reduced = self._reduced(self.acting)
+        place, reduced = self.at_rest, self._reduced(self.acting)
         unit = np.array([1.0 if self._turns(c) else self.metre for c in choice.independent[: len(self.released)]])
         self.unit, both, mechanism = unit, unit[:, None] * unit, self.mechanism
         return Linearised(
