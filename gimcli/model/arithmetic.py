@@ -129,12 +129,15 @@ def _speed(data: dict[str, Any], where: Where) -> float | None:
 
 def _formula(text: str, names: Mapping[str, Any]) -> Expression:
     unit = _UNIT.match(text.strip())
-    if unit is not None and unit[1] not in names:
-        raise ExpressionError("set units once, under `units:`")
-    if is_number(text):
-        raise ExpressionError("write it without quotes")
-    if len(names) > MOST_PARAMETERS:
-        raise ExpressionError(f"{len(names)} parameters are too many for formulas; at most {MOST_PARAMETERS} are read")
+    cases = (
+        (unit is not None and unit[1] not in names, "set units once, under `units:`"),
+        (is_number(text), "write it without quotes"),
+        (len(names) > MOST_PARAMETERS,
+         f"{len(names)} parameters are too many for formulas; at most {MOST_PARAMETERS} are read"),
+    )  # fmt: skip
+    for holds, wrong in cases:
+        if holds:
+            raise ExpressionError(wrong)
     return parsed(text, names)
 
 

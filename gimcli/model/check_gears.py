@@ -49,19 +49,25 @@ def _of_members(refs: References, gear: Gear) -> Iterator[PartFault]:
         count = f"{len(wheels)} pivot{'s' * (len(wheels) > 1)}"
         yield PartFault(("pivots",), f"expected {count}, got {len(gear.pivots)}")
     yield from _pivots(refs, zip(wheels, gear.pivots, strict=True))
-    if not carrier:
-        both = " and ".join(gear.pivots)
-        yield PartFault((), f"no member has both pivots {both}; add the `carrier` on which the wheels turn")
-    if len({*gear.members, carrier}) < 3:
-        text = f"expected two members that turn on a third one, got {', '.join(gear.members)} on '{carrier}'"
-        yield PartFault(("members",), text)
+    both, named = " and ".join(gear.pivots), ", ".join(gear.members)
+    yield from those(
+        (not carrier, PartFault(
+            (), f"no member has both pivots {both}; add the `carrier` on which the wheels turn"
+        )),
+        (len({*gear.members, carrier}) < 3, PartFault(
+            ("members",), f"expected two members that turn on a third one, got {named} on '{carrier}'"
+        )),
+    )  # fmt: skip
     yield from _pivots(refs, ((carrier, pivot) for pivot in gear.pivots))
     for name in (name for name in (*gear.members, carrier) if name not in ("ground", refs.held)):
         nodes = refs.members[name]
-        if not set(nodes) <= refs.model.nodes.keys():
-            yield PartFault((), "")
-        if not any(refs.apart(nodes[0], node) for node in nodes[1:]):
-            yield PartFault((), f"the nodes of '{name}' coincide, so that its direction is not known; move one of them")
+        known = set(nodes) <= refs.model.nodes.keys()
+        yield from those(
+            (not known, PartFault((), "")),
+            (known and not any(refs.apart(nodes[0], node) for node in nodes[1:]), PartFault(
+                (), f"the nodes of '{name}' coincide, so that its direction is not known; move one of them"
+            )),
+        )  # fmt: skip
 
 
 def _pivots(refs: References, pairs: Iterable[tuple[str, str]]) -> Iterator[PartFault]:
@@ -114,11 +120,15 @@ def _of_rack(refs: References, gear: Gear) -> Iterator[PartFault]:
     if pair is None:
         return
     slide = model.prismatic[pair]
-    if not {*(slide.nodes or []), *slide.guide} <= model.nodes.keys() or not refs.apart(*slide.guide):
-        yield PartFault((), "")
-    if refs.placed and abs(rack_height(model, gear, slide)) <= CLOSEST * refs.size:
-        text = f"the line of the rack passes through the pivot {gear.pivots[0]}, so that its side is not known"
-        yield PartFault((), f"{text}; place the rack's nodes at its pitch line")
+    known = {*(slide.nodes or []), *slide.guide} <= model.nodes.keys() and refs.apart(*slide.guide)
+    yield from those(
+        (not known, PartFault((), "")),
+        (known and refs.placed and abs(rack_height(model, gear, slide)) <= CLOSEST * refs.size, PartFault(
+            (),
+            f"the line of the rack passes through the pivot {gear.pivots[0]}, so that its side is not known; place the"
+            " rack's nodes at its pitch line",
+        )),
+    )  # fmt: skip
 
 
 def _of_distance(refs: References, gear: Gear) -> Iterator[PartFault]:

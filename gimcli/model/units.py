@@ -42,13 +42,16 @@ def speed(text: str, rotary: bool, length: str, angle: str) -> float | None:
     unit = unit if unit.startswith("Mm") else unit.lower()  # Mm is not mm
     top, _, bottom = {"rpm": "rev/min", "°/s": "deg/s", "rps": "rev/s"}.get(unit, unit).partition("/")
     turns = {"rev": 1.0, "deg": 1.0 / TURN["deg"], "rad": 1.0 / TURN["rad"]}
-    if bottom not in SECONDS or top not in {**turns, **METRES}:
-        raise ValueError(f"expected the unit {_ROTARY if rotary else _LINEAR}")
-    if rotary != (top in turns):
-        kind, other = ("rotary", _ROTARY) if rotary else ("linear", _LINEAR)
-        raise ValueError(f"the input is {kind}: expected the unit {other}")
+    kind, known = ("rotary", _ROTARY) if rotary else ("linear", _LINEAR)
+    cases = (
+        (bottom not in SECONDS or top not in {**turns, **METRES}, f"expected the unit {known}"),
+        (rotary != (top in turns), f"the input is {kind}: expected the unit {known}"),
+        (not rotary and length not in METRES,
+         "the file's length has no physical unit; write a number without a unit"),
+    )  # fmt: skip
+    for holds, wrong in cases:
+        if holds:
+            raise ValueError(wrong)
     if rotary:
         return number * (1.0 if top == angle else TURN.get(angle, 0.0) * turns[top]) / SECONDS[bottom]
-    if length not in METRES:
-        raise ValueError("the file's length has no physical unit; write a number without a unit")
     return number * (1.0 if top == length else METRES[top] / METRES[length]) / SECONDS[bottom]
