@@ -61,8 +61,7 @@ class Number:
 
     def refuse(self, argument: str, value: float) -> None:
         """Raise UsageError if a number is another one."""
-        if not self.holds(value):
-            raise UsageError(f"{argument}: expected {self.words}, got {value:g}")
+        refuse((not self.holds(value), f"{argument}: expected {self.words}, got {value:g}"))
 
 
 Steps = Annotated[int, Range(1, MOST_STEPS)]
