@@ -101,7 +101,7 @@ class Damaged(FilePart):
     def integer_of(self, text: str, where: str) -> int:
         """Return an integer in base 64; a 0 before other digits is the sign of a negative one."""
         negative = len(text) > 1 and text[0] == "0"
-        good = 0 < len(text) - negative <= LONGEST_NUMBER and set(text) <= set(DIGITS)
+        good = 0 < len(text) - negative <= LONGEST_NUMBER and not text.strip(DIGITS)
         self.refuse(not good, f"{where}: '{text[:20]}' is not a number")
         return -_value(text) if negative else _value(text)
 
