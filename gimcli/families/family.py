@@ -6,6 +6,7 @@ import math
 import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from dataclasses import replace
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
@@ -103,10 +104,10 @@ class Family(PlannedFamily):
         for d in careful.tolist():
             if first[d]:
                 self._from_row(designs[d], int(first[d]), z[d], residual[d], codes[d])
+            elif inputs is not None:
+                codes[d] = int(Status.NOT_CONVERGED)
             else:
-                z[d], residual[d], codes[d], own_inputs = self._by_itself(designs[d], rows, inputs is None)
-                if own_inputs is not None and self.linked:
-                    values[d] = own_inputs
+                self._by_itself(designs[d], z[d], residual[d], codes[d], values[d] if self.linked else None)
         bad = codes > Status.TANGENT
         z.transpose(0, 2, 1)[bad] = complex(math.nan, math.nan)
         residual[bad] = math.nan
@@ -148,21 +149,17 @@ class Family(PlannedFamily):
         return codes
 
     def _by_itself(
-        self, design: FloatArray, rows: int, law: bool
-    ) -> tuple[ComplexArray, FloatArray, IntArray, FloatArray | None]:
-        """Solve one design as a single motion; return z (nodes, rows), residual (rows,), codes (rows,) and inputs."""
-        nominal = self.mechanism
-        empty = np.full((len(nominal.nodes), rows), complex(math.nan, math.nan))
-        failed = np.full(rows, int(Status.NOT_CONVERGED))
-        if not law:
-            return empty, np.full(rows, math.nan), failed, None
-        try:
+        self, design: FloatArray, z: ComplexArray, residual: FloatArray, codes: IntArray, inputs: FloatArray | None
+    ) -> None:  # fmt: skip
+        """Solve one design as a single motion into z (nodes, rows), residual and codes (rows,), and inputs if given."""
+        codes[:] = int(Status.NOT_ASSEMBLED)
+        with suppress(GimError):
             own = self.alone(design)
-            motion = trace(self._on_nominal_branch(own), rows - 1, Options(tolerance=self.tolerance))
-        except GimError:
-            return empty, np.full(rows, math.nan), np.full(rows, int(Status.NOT_ASSEMBLED)), None
-        units = np.where([a.rotary for a in own.actuators], 1.0, own.scale / nominal.scale)
-        return self._here(own, motion.z), motion.residual, motion.codes, units[:, None] * motion.inputs
+            motion = trace(self._on_nominal_branch(own), len(codes) - 1, Options(tolerance=self.tolerance))
+            z[:], residual[:], codes[:] = self._here(own, motion.z), motion.residual, motion.codes
+            if inputs is not None:
+                units = np.where([a.rotary for a in own.actuators], 1.0, own.scale / self.mechanism.scale)
+                inputs[:] = units[:, None] * motion.inputs
 
     def _from_row(self, design: FloatArray, row: int, z: ComplexArray, residual: FloatArray, codes: IntArray) -> None:
         """Solve one design as a single motion from its first position in z (nodes, rows) on, and the row before it."""
