@@ -22,12 +22,12 @@ from gimcli.assemblies import Configurations, all_configurations, configurations
 from gimcli.branching.singular_positions import drawn_circuit
 from gimcli.branching.singularities import LIMIT, Singularity, interval, limits
 from gimcli.continuation import gauss_newton
-from gimcli.continuation.arclength import cubic
 from gimcli.continuation.branches import all_circuits, first_circuit
 from gimcli.continuation.circuit import Circuit
 from gimcli.continuation.curve import PositionCurve
 from gimcli.errors import GimError, StructureError
 from gimcli.mechanism import SPAN, BoolArray, ComplexArray, FloatArray, IntArray, Mechanism
+from gimcli.numerics.along import hermite
 from gimcli.positions.options import TOLERANCE
 from gimcli.progress import Progress, no_progress, spend
 from gimcli.structure.mobility import require_driven
@@ -97,8 +97,8 @@ class Visits:
 
     def _between(self, k: IntArray, part: FloatArray) -> FloatArray:
         """Return points (steps, n + 1) on the cubics between the points before and after some steps."""
-        p, tangent = self.p, self.circuit.tangents
-        return cubic(p[k], tangent[k], p[k + 1], tangent[k + 1], part[:, None])[0]
+        ahead, h = self.circuit.tangents, self.step[k, None]
+        return hermite(self.p[k], h * ahead[k], self.p[k + 1], h * ahead[k + 1], part[:, None])
 
 
 @dataclass(frozen=True)
