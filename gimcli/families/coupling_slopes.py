@@ -40,7 +40,7 @@ class CouplingSlopes:
 
         for one in self.couplings:
             followed = (number(ratio) * every[k] for k, ratio in one.terms)
-            every[one.follower] = sum(followed, number(one.phase))
+            every[one.follower] = sum(followed, number(one.phase) + 0.0 * own)
         return np.stack([every[k] for k in range(len(every))], axis=1)
 
     def moving(self, nominal: FloatArray, given: FloatArray) -> Dual:

@@ -146,7 +146,7 @@ class DesignSensitivity:
                 return at
             return self.family.rates(order)(self.family.nominal[None], at, inputs[None, : order + 1], "off")[0][0]
 
-        return LinkedSlopes(self.mechanism, self.family.names)(own[: self.order + 1], rates)
+        return LinkedSlopes(self.mechanism, self.family.names)(self.family.nominal, own[: self.order + 1], rates)
 
     def _block(self, z: ComplexArray, given: FloatArray, time: FloatArray) -> QuantitySlopes:
         nominal, own = self.family.nominal[None], self.family.couplings.moving(self.family.nominal, given)

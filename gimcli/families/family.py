@@ -21,7 +21,7 @@ from gimcli.input_laws import LaterLaw
 from gimcli.kernels import family as kernels, jit, march as marching, plan_steps
 from gimcli.mechanism import FRAME, BoolArray, ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.motion.assemble import Assembler
-from gimcli.motion.motion import trace
+from gimcli.motion.motion import motion_at, trace
 from gimcli.motion.solve import moved, settled, start_position
 from gimcli.positions.block import NEW, RowBlock
 from gimcli.positions.dispatch import choose, plain
@@ -86,7 +86,8 @@ class Family(PlannedFamily):
         count, rows, place = len(designs), len(time), np.full(len(grid), -1)
         place[own] = np.arange(rows)
         jit = "on" if reachable or inputs is not None else mode_of(self.plan, jit)
-        jit, values = ("off", np.repeat(values, count, axis=0)) if self.linked and inputs is None else (jit, values)
+        if self.linked:  # each design is followed by itself
+            jit, values = "off", np.repeat(values, count // len(values), axis=0)
         run = choose(jit, count * ONE, notify, (kernel_name(self.plan),))
         outcome = np.full(count, kernels.CAREFUL)
         z = np.full((count, len(self.mechanism.nodes), rows), complex(math.nan, math.nan))
@@ -104,10 +105,11 @@ class Family(PlannedFamily):
         for d in careful.tolist():
             if first[d]:
                 self._from_row(designs[d], int(first[d]), z[d], residual[d], codes[d])
-            elif inputs is not None:
+            elif inputs is not None and not self.linked:
                 codes[d] = int(Status.NOT_CONVERGED)
             else:
-                self._by_itself(designs[d], z[d], residual[d], codes[d], values[d] if self.linked else None)
+                given = values[d] if self.linked else None
+                self._by_itself(designs[d], z[d], residual[d], codes[d], given, inputs is None)
         bad = codes > Status.TANGENT
         z.transpose(0, 2, 1)[bad] = complex(math.nan, math.nan)
         residual[bad] = math.nan
@@ -149,17 +151,24 @@ class Family(PlannedFamily):
         return codes
 
     def _by_itself(
-        self, design: FloatArray, z: ComplexArray, residual: FloatArray, codes: IntArray, inputs: FloatArray | None
+        self, design: FloatArray, z: ComplexArray, residual: FloatArray, codes: IntArray, inputs: FloatArray | None,
+        laws: bool,
     ) -> None:  # fmt: skip
-        """Solve one design as a single motion into z (nodes, rows), residual and codes (rows,), and inputs if given."""
+        """Solve one design as a single motion into z (nodes, rows), residual and codes (rows,), and inputs if given.
+
+        laws: along its laws, otherwise at the inputs.
+        """
         codes[:] = int(Status.NOT_ASSEMBLED)
         with suppress(GimError):
-            own = self.alone(design)
-            motion = trace(self._on_nominal_branch(own), len(codes) - 1, Options(tolerance=self.tolerance))
+            own, options = self.alone(design), Options(tolerance=self.tolerance)
+            units = np.where([[a.rotary] for a in own.actuators], 1.0, own.scale / self.mechanism.scale)
+            if laws or inputs is None:
+                motion = trace(self._on_nominal_branch(own), len(codes) - 1, options)
+            else:
+                motion = motion_at(own, inputs / units, options)
             z[:], residual[:], codes[:] = self._here(own, motion.z), motion.residual, motion.codes
             if inputs is not None:
-                units = np.where([a.rotary for a in own.actuators], 1.0, own.scale / self.mechanism.scale)
-                inputs[:] = units[:, None] * motion.inputs
+                inputs[:] = units * motion.inputs
 
     def _from_row(self, design: FloatArray, row: int, z: ComplexArray, residual: FloatArray, codes: IntArray) -> None:
         """Solve one design as a single motion from its first position in z (nodes, rows) on, and the row before it."""

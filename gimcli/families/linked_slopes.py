@@ -25,7 +25,6 @@ class LinkedSlopes:
 
     def __init__(self, mechanism: Mechanism, names: tuple[str, ...]) -> None:
         recorded, self.recording = mechanism.written.recorded(mechanism, names)
-        self.dimensions = np.array([one.value for one in self.recording.variables])
         x, y, u = (
             [self.recording.variable(value) for value in values]
             for values in (mechanism.drawn.real, mechanism.drawn.imag, mechanism.drawn_inputs)
@@ -41,14 +40,15 @@ class LinkedSlopes:
         ]  # fmt: skip
         self.ratios = np.array([[nominal(one.reads[0][1])] for one in linked])
 
-    def __call__(self, own: Dual, rates: Callable[[Dual, int], Any]) -> Dual:
+    def __call__(self, dimensions: FloatArray, own: Dual, rates: Callable[[Dual, int], Any]) -> Dual:
         """Return inputs with derivatives (orders, actuators, rows) in dual numbers, with the tangents of the followers.
 
+        dimensions: (dimensions,) of the design. own: the inputs with tangents of the dimensions and of all inputs.
         rates: returns the nodes with their derivatives by the time up to an order (order + 1, nodes, rows), for inputs
         in dual numbers.
         """
         slopes, linked = own.slopes.copy(), self.followers
-        tangents = [len(self.dimensions) + k for k in linked]
+        tangents = [len(dimensions) + k for k in linked]
         slopes[:, :, linked] = 0.0
         slopes[tangents, 0, linked] = 1.0
         turns = np.zeros((len(linked), own.shape[-1]))
@@ -56,9 +56,9 @@ class LinkedSlopes:
             found = Dual(own.value, slopes)
             nodes = rates(found, order)
             if order == 0:
-                near = [one.value for one in self._derivatives(nodes, found[:1], turns)]
+                near = [one.value for one in self._derivatives(dimensions, nodes, found[:1], turns)]
                 turns = (own.value[0, linked] - near) / self.ratios
-            every = self._derivatives(nodes, found[: order + 1], turns)
+            every = self._derivatives(dimensions, nodes, found[: order + 1], turns)
             w = np.moveaxis(np.array([one.slopes for one in every]), (0, 1, 2), (2, 1, 0))
             if order == 0:
                 freed = np.linalg.inv(np.eye(len(linked)) - w[:, tangents])
@@ -66,7 +66,7 @@ class LinkedSlopes:
             slopes[:, order, linked] = np.moveaxis(w @ freed, 0, -1)
         return Dual(own.value, slopes)
 
-    def _derivatives(self, nodes: Dual, own: Dual, turns: FloatArray) -> list[Any]:
+    def _derivatives(self, dimensions: FloatArray, nodes: Dual, own: Dual, turns: FloatArray) -> list[Any]:
         """Return the derivative of an order by the time (rows,) of each follower.
 
         nodes (order + 1, nodes, rows), inputs (order + 1, actuators, rows) with derivatives by the time, and the full
@@ -75,13 +75,13 @@ class LinkedSlopes:
         order, tangents = len(own) - 1, len(own.slopes)
         factors = np.array([[1.0 / math.factorial(k)] for k in range(order + 1)])
         start = np.eye(order + 1, 1)
-        dimensions = [
+        designs = [
             Series(Dual(start * value, np.eye(tangents)[k][:, None, None] * start))
-            for k, value in enumerate(self.dimensions.tolist())
+            for k, value in enumerate(dimensions.tolist())
         ]
         x, y = ([Series(part(nodes[:, n]) * factors) for n in range(nodes.shape[1])] for part in (np.real, np.imag))
         inputs = [Series(own[:, k] * factors) for k in range(own.shape[1])]
         more = [Series(Dual(start * turn, np.zeros((tangents, 1, 1)))) for turn in turns]
-        values = [*dimensions, *x, *y, *inputs, *more]
+        values = [*designs, *x, *y, *inputs, *more]
         found = self.recording.evaluate(values, [one.place for one in self.formulas])
         return [found[one.place].c[order] / factors[order] for one in self.formulas]

@@ -12,7 +12,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from gimcli.errors import ModelError, StructureError, UsageError, refuse
+from gimcli.errors import ModelError, UsageError, refuse
 from gimcli.families.family import Family
 from gimcli.fitting.conditions import DesignQuantities
 from gimcli.fitting.constrained import under_conditions
@@ -101,8 +101,6 @@ def fit(
         UsageError: an unknown name or an invalid argument.
         StructureError: the mechanism is not fully driven.
     """
-    if mechanism.complete is not None and not goal:
-        raise StructureError(f"{mechanism.name}: the linkage turns gears: `fit` takes a goal, but no targets")
     refuse_unmoved(mechanism, "add an actuator")
     lower, upper = _bounds(vary)
     task = None if goal else task_of(mechanism, columns_of(through), timing, point, output, any_order)

@@ -81,6 +81,7 @@ def fit_motion(mechanism: Mechanism, task: FittedTask, inputs: FloatArray) -> Fi
         law = SummedLaw(tuple((ratio, actuators[k].law) for k, ratio in one.terms), one.phase)
         actuators[one.follower] = replace(actuators[one.follower], law=law)
     own = replace(mechanism, actuators=tuple(actuators))
+    own = own if own.complete is None else own.complete(own)
     found = cast(MotionTraceResult, trace(own, len(rows) - 1, measure=_measured(mechanism)))
     values = [_component(found, one)[places] for one in task.components]
     return FitMotion(found, places, np.stack(values, axis=-1))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Annotated, Any
 
 import numpy as np
@@ -101,7 +102,8 @@ def sensitivity(
         by: dimensions, such as "crank" or "B.x", or actuators for their inputs. By default all numbers of the file that
             move a node and are not given by a formula, and all inputs.
         steps: number of steps of the motion, if no input is given.
-        samples: number of random designs for the tolerances; by default 10 000. 0: none.
+        samples: number of random designs for the tolerances; by default 10 000, or none where the linkage turns gears.
+            0: none.
         seed: seed of the random designs.
         distribution: of each dimension within its tolerance, independent of the others: "normal" (the tolerance is
             three standard deviations) or "uniform" (the tolerance is half the width).
@@ -138,9 +140,8 @@ def sensitivity(
     chosen, fixed, rows = _derivatives(motion, quantities, chosen, bool(by), run)
     allowed = _tolerances(mechanism, chosen)
     given = np.flatnonzero(allowed > 0.0)
-    linked = mechanism.complete is not None
-    refuse((samples and linked, "samples: not where the linkage turns gears; `gim sweep` solves random designs of it"))
-    count = (SAMPLES if len(given) and not linked else 0) if samples is None else samples
+    many = SAMPLES if len(given) and mechanism.complete is None else 0
+    count = many if samples is None else samples
     if count and not len(given):
         own = ", ".join(tolerances(mechanism))
         why = f"those with a tolerance ({own}) move no node, or are not chosen" if own else "none has a tolerance"
@@ -256,6 +257,21 @@ def _tolerances(mechanism: Mechanism, chosen: Sequence[Dimension]) -> FloatArray
     return np.array([known.get(one.name, 0.0) for one in chosen])
 
 
+def _linked_states(found: Designs, time: FloatArray) -> FloatArray:
+    """Return the inputs of designs with three derivatives (designs, 4, actuators, rows) where the linkage turns gears.
+
+    NaN for designs without a position.
+    """
+    every = np.full((len(found.designs), 1 + len(ORDERS), *found.inputs.shape[1:]), np.nan)
+    for k in np.flatnonzero(found.good.any(axis=1)).tolist():
+        one = found.motion(k)
+        assert one is not None
+        scale = one.mechanism.scale / found.family.mechanism.scale
+        units = np.where([a.rotary for a in one.mechanism.actuators], 1.0, scale)
+        every[k] = units[:, None] * _law_states(replace(one, time=time))[1]
+    return every
+
+
 def _sampled(
     motion: Motion, names: Sequence[str], quantities: Sequence[Item], reduced: Sequence[MotionNumber],
     nominal: QuantitySlopes, changes: FloatArray, notify: Notify | None, progress: Phases,
@@ -272,7 +288,8 @@ def _sampled(
         return np.stack([(row - own)[:, None] for row, own in zip(rows, nominals, strict=True)])
 
     def positions(found: Designs) -> FloatArray:
-        at = DesignState(family, found.designs, found.z, found.tables, given[None], time[None], quantities)
+        laws = _linked_states(found, motion.time[good]) if family.linked else given[None]
+        at = DesignState(family, found.designs, found.z, found.tables, laws, time[None], quantities)
         away = at.values(quantities) - nominal.values[:, None, good]
         turns = [k for k, one in enumerate(quantities) if one.quantity.circular]
         away[turns] = principal(away[turns], full_turn(motion.mechanism))

@@ -6,6 +6,7 @@ and along them, to a limit if there is one; a law of the input is then the curve
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from operator import attrgetter
@@ -190,20 +191,25 @@ class LinkedMotion:
             return time * self.curve.span
         return self.curve.driven.actuators[self.curve.main].law(time)
 
+    def place(self, path: FollowedPath, places: FloatArray, within: BoolArray | bool = True) -> FloatArray:
+        """Solve the rows of a path at places on the branch; return the points (rows, n + 1).
+
+        within: whether rows (rows,) may have a position; those beyond the ends of the branch have none.
+        """
+        curve, p = self.curve, self.branch.at(places)
+        within, moved = within & self.branch.covers(places), slice(None) if self.through else curve.system.followers
+        path.z, path.codes[~within] = curve.nodes(p.T), int(Status.LIMIT)
+        path.inputs[moved] = np.where(within, curve.inputs(p.T)[moved], path.inputs[moved])
+        return p
+
     def solve(self, path: FollowedPath, skips: bool, since: float = -1.0) -> None:
-        """Solve the rows of a path, and record the events after the time `since`.
+        """Solve the rows of a path along the laws, and record the events after the time `since`.
 
         skips: rows behind a limit that the laws reach again are solved too.
         """
-        curve, places = self.curve, self.places(path.time)
-        p = self.branch.at(places)
-        path.z, within = curve.nodes(p.T), self.branch.covers(places)
-        if not skips and self.limit is not None:
-            within &= path.time <= self.limit
-        moved = slice(None) if self.through else curve.system.followers
-        path.inputs[moved] = np.where(within, curve.inputs(p.T)[moved], path.inputs[moved])
-        path.codes[~within] = int(Status.LIMIT)
-        path.limit = None if within.all() else self.limit
+        curve, end = self.curve, math.inf if skips or self.limit is None else self.limit
+        p = self.place(path, self.places(path.time), path.time <= end)
+        path.limit = self.limit if path.codes.any() else None
         for at, met in self.branch.meetings:
             path.bridged += (times := self._times(at, since, path.time[-1])).tolist()
             path.meetings += [PassedMeeting(curve.nodes(met.p), curve.inputs(met.p), met)] * len(times)

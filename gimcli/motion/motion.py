@@ -218,6 +218,19 @@ def _along_linkage(
         last = float(time[-1])
 
 
+def motion_at(mechanism: Mechanism, inputs: FloatArray, options: Options) -> Motion:
+    """Return rows of a mechanism whose linkage turns gears at inputs (actuators, rows) of its one moving driver.
+
+    The inputs are within its law; those that follow the linkage do not count.
+    """
+    from gimcli.motion.linked_inputs import linked_motion
+
+    motion, time = linked_motion(mechanism, False), np.linspace(0.0, 1.0, inputs.shape[1])
+    path = FollowedPath.empty(len(mechanism.nodes), time, inputs.copy())
+    motion.place(path, inputs[motion.curve.main])
+    return checked(mechanism, make_plan(mechanism), path, options)
+
+
 def _start(mechanism: Mechanism, plan: Plan, run: Run, tolerance: float) -> Assembly:
     """Return the start of the motion along the laws; a regular one is found once for a mechanism."""
     known, key = _starts(mechanism), (plan, tolerance)

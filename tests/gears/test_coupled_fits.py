@@ -35,3 +35,14 @@ def test_a_goal_of_a_pinion_that_the_linkage_turns():
     """The pinion of radius 20 turns by 150 deg for a stroke, 2 crank, of 20 rad(150)."""
     found = gimcli.fit(gimcli.load(rack()), {"crank": (22.0, 30.0)}, goal="(range(mesh) - 150)**2", starts=3)
     assert found.dimensions["crank.length"] == pytest.approx(10.0 * np.radians(150.0), abs=1e-4)
+
+
+def test_targets_of_a_point_on_a_pinion_that_the_linkage_turns():
+    """The tip of the pinion turns by the stroke over the radius: crank, rod and pitch radius are found again."""
+    turn = np.radians(np.arange(5.0, 180.0, 25.0))
+    slider = 26.0 * np.cos(turn) + np.sqrt(104.0**2 - (26.0 * np.sin(turn)) ** 2)
+    tip = 150.0 + 20.0j + 20.0j * np.exp(1j * (slider - 130.0) / 22.0)
+    through = {"x": tip.real, "y": tip.imag, "input": np.degrees(turn)}
+    vary = {"crank": (22.0, 32.0), "rod": (95.0, 110.0), "mesh.radii.0": (18.0, 25.0)}
+    found = gimcli.fit(gimcli.load(rack()), vary, through=through, point="T", starts=1)
+    assert list(found.dimensions.values()) == pytest.approx([26.0, 104.0, 22.0], abs=1e-6)

@@ -76,3 +76,21 @@ def test_the_sensitivity_to_the_input_of_a_driver():
     turn, h = np.radians(40.0), 1e-5
     slope = (place(turn + h, 30.0) - place(turn - h, 30.0)) / (2.0 * h) / 20.0
     assert np.isclose(found.derivatives["mesh"]["motor"], slope, rtol=1e-8)
+
+
+@pytest.mark.parametrize("given", [{"steps": 8}, {"motor": 40.0}], ids=["motion", "position"])
+def test_the_spread_of_random_designs_is_that_of_the_pinion(given):
+    """Only the crank differs, by deviations of 0.1: the pinion turns by these times the slope of the rack."""
+    data = rack() | {"tolerances": {"crank.length": 0.3}}
+    found = gimcli.sensitivity(gimcli.load(data), of=["mesh", "pinion.omega"], samples=40, **given)
+    turn = np.radians(np.linspace(0.0, 720.0, 9) if "steps" in given else np.array([40.0]))
+    root = np.sqrt(1e4 - (30.0 * np.sin(turn)) ** 2)
+    slope = np.degrees(np.cos(turn) - 30.0 * np.sin(turn) ** 2 / root) / 20.0
+    ratio = found.sampled.deviation[0] / abs(slope)
+    assert np.allclose(ratio, ratio[0], rtol=1e-3)  # the same designs in all rows
+    assert 0.07 < ratio[0] < 0.13
+    lengths = (30.1, 29.9)
+    each = [-c * np.sin(turn) * (1.0 + c * np.cos(turn) / np.sqrt(1e4 - (c * np.sin(turn)) ** 2)) for c in lengths]
+    rate = np.degrees(abs(np.subtract(*each)) / 0.2 / 20.0 * 4.0 * np.pi)
+    moves = rate > 1.0
+    assert np.allclose(found.sampled.deviation[1][moves], (rate * ratio[0])[moves], rtol=1e-3)
