@@ -6,7 +6,6 @@ Each error of a file is one line: file:line:column, what is wrong, how to correc
 from __future__ import annotations
 
 import copy
-from collections import Counter
 from contextlib import suppress
 from typing import Any
 
@@ -115,16 +114,19 @@ def _checked_with_open_nodes(source: Source, model: Model, doubtful: set[Where])
 
 def check(refs: References) -> None:
     """Record the errors in the references between parts."""
-    if not refs.every and refs.sure and used_nodes(refs.model) <= refs.ground:
-        refs.fault((), "no members and no moving node; add `links:`, `elements:` or `actuators:`")
-    _check_signs(refs)
     _check_names(refs)
     _check_ground(refs)
     for section in ("links", "elements"):
         for name, part in getattr(refs.model, section).items():
             _check_member(refs, (section, name), part)
-    if refs.every and refs.sure and refs.placed and not SIZES[0] < refs.size < SIZES[1]:
-        refs.fault(("nodes",), f"the size of the mechanism is {refs.size:g}; use another unit of length")
+    refs.record((), those(
+        (not refs.every and refs.sure and used_nodes(refs.model) <= refs.ground, PartFault(
+            (), "no members and no moving node; add `links:`, `elements:` or `actuators:`"
+        )),
+        (refs.every and refs.sure and refs.placed and not SIZES[0] < refs.size < SIZES[1], PartFault(
+            ("nodes",), f"the size of the mechanism is {refs.size:g}; use another unit of length"
+        )),
+    ))  # fmt: skip
     for name, pair in refs.model.prismatic.items():
         check_pair(refs, ("prismatic", name), pair)
     check_inputs(refs)
@@ -144,25 +146,24 @@ def check(refs: References) -> None:
         _check_tolerances(refs)
 
 
-def _check_signs(refs: References) -> None:
-    for section in SECTIONS:
-        for name in getattr(refs.model, section):
-            if (sign := name.lstrip()[:1]) in FORMULA:
-                text = f"the name '{name}' begins with '{sign}', which a spreadsheet reads as a formula; rename it"
-                refs.fault((section, name), text, key=True)
-
-
 def _check_names(refs: References) -> None:
     seen: dict[str, str] = {}
-    for section in CONSTRAINTS:
-        for name in getattr(refs.model, section):
-            if name in seen:
-                line = refs.source.keys[(seen[name], name)][0]
-                text = f"'{name}' is given twice, first under `{seen[name]}:` in line {line}; rename one"
-                refs.fault((section, name), text, key=True)
-            elif name == "ground" or (section in ("actuators", "gears") and name in COLUMNS):
-                refs.fault((section, name), f"the name '{name}' is reserved; rename it", key=True)
-            seen.setdefault(name, section)
+    for section, name in ((key, name) for key in SECTIONS for name in getattr(refs.model, key)):
+        first = seen.setdefault(name, section) if section in CONSTRAINTS else section
+        reserved = ("ground", *COLUMNS) if section in ("actuators", "gears") else ("ground",)
+        line, sign = refs.source.keys.get((first, name), (1, 1))[0], name.lstrip()[:1]
+        refs.record((section, name), those(
+            (sign in FORMULA, PartFault(
+                (), f"the name '{name}' begins with '{sign}', which a spreadsheet reads as a formula; rename it",
+                key=True,
+            )),
+            (first != section, PartFault(
+                (), f"'{name}' is given twice, first under `{first}:` in line {line}; rename one", key=True
+            )),
+            (section in CONSTRAINTS and first == section and name in reserved, PartFault(
+                (), f"the name '{name}' is reserved; rename it", key=True
+            )),
+        ))  # fmt: skip
 
 
 def _check_ground(refs: References) -> None:
@@ -183,50 +184,58 @@ def _check_ground(refs: References) -> None:
 
 
 def _check_member(refs: References, where: Where, member: Link | Element) -> None:
-    name, nodes = where[1], member.nodes
-    known = refs.nodes((*where, "nodes"), nodes)
-    if known and refs.held is None and set(nodes) <= refs.ground:
-        refs.fault(where, f"'{name}' has ground nodes only; remove it: the frame joins them already")
-    if isinstance(member, Element) and member.shape is not None:
-        _check_shape(refs, where, nodes, member.shape)
-    elif isinstance(member, Link) and member.length is not None and member.length <= CLOSEST * refs.size:
-        text = f"length {member.length:g} is too small for a mechanism of size {refs.size:g}; make it longer"
-        refs.fault((*where, "length"), text)
-    elif known and (isinstance(member, Element) or member.length is None):
-        cure = "give the `length`" if isinstance(member, Link) else "give the `shape`"
-        for a, b in refs.coincident({n: refs.model.nodes[n] for n in nodes}):
-            refs.fault((*where, "nodes"), f"nodes {a} and {b} of '{name}' coincide; move one, or {cure}")
-
-
-def _check_shape(refs: References, where: Where, nodes: list[str], shape: dict[str, list[float]]) -> None:
-    for node in nodes:
-        if node not in shape:
-            refs.fault((*where, "shape"), f"the shape of '{where[1]}' has no node {node}; add its coordinates")
-    for node in shape:
-        if node not in nodes:
-            hint = near(node, nodes) or "; remove it or add it to `nodes`"
-            refs.fault((*where, "shape", node), f"'{node}' is not a node of '{where[1]}'{hint}", key=True)
-    for a, b in refs.coincident({n: shape[n] for n in nodes if n in shape}):
-        refs.fault((*where, "shape"), f"nodes {a} and {b} of '{where[1]}' coincide in its shape; move one")
+    name, nodes, known = where[1], member.nodes, refs.nodes((*where, "nodes"), member.nodes)
+    key, length = ("length", member.length) if isinstance(member, Link) else ("shape", None)
+    shape = None if isinstance(member, Link) else member.shape
+    drawn = refs.model.nodes if known and length is None else {}
+    at, places, cure = "nodes", drawn, f"; move one, or give the `{key}`"
+    if shape is not None:
+        at, places, cure = "shape", shape, " in its shape; move one"
+    own = {n: places[n] for n in nodes if n in places}
+    refs.record(where, those(
+        (known and refs.held is None and set(nodes) <= refs.ground, PartFault(
+            (), f"'{name}' has ground nodes only; remove it: the frame joins them already"
+        )),
+        (length is not None and length <= CLOSEST * refs.size, PartFault(
+            ("length",),
+            f"length {length or 0.0:g} is too small for a mechanism of size {refs.size:g}; make it longer",
+        )),
+        *((shape is not None and n not in shape, PartFault(
+            ("shape",), f"the shape of '{name}' has no node {n}; add its coordinates"
+        )) for n in nodes),
+        *((True, PartFault(
+            ("shape", n),
+            f"'{n}' is not a node of '{name}'{near(n, nodes) or '; remove it or add it to `nodes`'}", key=True,
+        )) for n in shape or () if n not in nodes),
+        *((True, PartFault(
+            (at,), f"nodes {a} and {b} of '{name}' coincide{cure}"
+        )) for a, b in refs.coincident(own)),
+    ))  # fmt: skip
 
 
 def _check_points(refs: References) -> None:
-    model = refs.model
+    model, trace = refs.model, refs.model.trace
     for name, point in model.points.items():
         refs.place(("points", name), point, "point", refs.member(("points", name, "on"), point.on))
-        if name in model.nodes:
-            refs.fault(("points", name), f"point '{name}' has the name of a node; rename it", key=True)
-    known = [*model.points, *model.nodes]
-    used = used_nodes(model)
+    refs.record(("points",), (
+        PartFault((name,), f"point '{name}' has the name of a node; rename it", key=True)
+        for name in model.points if name in model.nodes
+    ))  # fmt: skip
+    known, used = {**model.points, **model.nodes}, used_nodes(model)
     doubted = {where[-1] for where in refs.doubtful if where[0] in ("nodes", "points")}
-    for k, name in enumerate(model.trace):
-        if name not in known and not {name, "points"} & doubted:
-            refs.fault(("trace", k), f"'{name}' is neither a point nor a node{near(name, known)}")
-        elif name in model.nodes and refs.sure and name not in used:
-            refs.fault(("trace", k), f"node '{name}' belongs to no member; add it to one, or remove it from `trace`")
-    for name in (n for n, count in Counter(model.trace).items() if count > 1):
-        last = len(model.trace) - 1 - model.trace[::-1].index(name)
-        refs.fault(("trace", last), f"'{name}' is listed twice in `trace`; remove one")
+    for k, name in enumerate(trace):
+        hint = "" if name in known else near(name, known)
+        refs.record(("trace", k), those(
+            (name not in known and not {name, "points"} & doubted, PartFault(
+                (), f"'{name}' is neither a point nor a node{hint}"
+            )),
+            (name in model.nodes and refs.sure and name not in used, PartFault(
+                (), f"node '{name}' belongs to no member; add it to one, or remove it from `trace`"
+            )),
+            (name in trace[:k] and name not in trace[k + 1 :], PartFault(
+                (), f"'{name}' is listed twice in `trace`; remove one"
+            )),
+        ))  # fmt: skip
 
 
 def _check_parameters(refs: References) -> None:

@@ -23,29 +23,35 @@ def check_dynamics(refs: References) -> None:
 def _check_mass(refs: References, where: Where, mass: Mass) -> None:
     name = str(where[1])
     node = refs.bearer(where, name, key=True)
-    for key in sorted({"inertia", "centre"} & mass.given) if node is not None else ():
-        text = f"`{key}` is of a member, '{name}' is a node with a point mass; remove `{key}`, or name a member"
-        refs.fault((*where, key), text, key=True)
+    refs.record(where, (
+        PartFault((key,), f"`{key}` is of a member, '{name}' is a node with a point mass; "
+                          f"remove `{key}`, or name a member", key=True)
+        for key in {"inertia", "centre"} & mass.given if node is not None
+    ))  # fmt: skip
 
 
 def _check_load(refs: References, where: Where, load: Load) -> None:
     kinds = ("force", "follower", "torque")
     given = [kind for kind in kinds if getattr(load, kind) is not None]
-    node = refs.bearer((*where, "on"), load.on)
-    if len(given) != 1:
-        refs.lack(where, kinds, f"load '{where[1]}' needs either `force` or `torque` (or `follower`)")
-    elif node is not None:
-        for key in (key for key in (*kinds[1:], "at", "local") if getattr(load, key) is not None):
-            text = f"`{key}` is of a member, '{load.on}' is a node, which takes a `force`; remove it, or name a member"
-            refs.fault((*where, key), text, key=True)
-    elif given != ["torque"] and load.on in ("ground", *refs.every):
+    node, known = refs.bearer((*where, "on"), load.on), ("time", *refs.model.actuators)
+    if len(given) == 1 and node is None and given != ["torque"] and load.on in ("ground", *refs.every):
         refs.place(where, load, "force", known=True)
-    _check_table(refs, where, load, f"load '{where[1]}'", "time" if load.over == "time" else "input")
-    known = ("time", *refs.model.actuators)
+    of_member = [key for key in (*kinds[1:], "at", "local") if getattr(load, key) is not None]
     doubted = {("actuators",), ("actuators", load.over)} & set(refs.doubtful)
-    if load.table is not None and load.over not in known and not doubted:
-        text = f"'{load.over}' is neither `time` nor an actuator; {guess(load.over, known, most=8)}"
-        refs.fault((*where, "over"), text)
+    strange = load.table is not None and load.over not in known and not doubted
+    hint = guess(load.over, known, most=8) if strange else ""
+    refs.record(where, those(
+        (len(given) != 1, PartFault(
+            (), f"load '{where[1]}' needs either `force` or `torque` (or `follower`)", lacking=kinds
+        )),
+        *((len(given) == 1 and node is not None, PartFault(
+            (key,),
+            f"`{key}` is of a member, '{load.on}' is a node, which takes a `force`; remove it, or name a member",
+            key=True,
+        )) for key in of_member),
+        (strange, PartFault(("over",), f"'{load.over}' is neither `time` nor an actuator; {hint}")),
+    ))  # fmt: skip
+    _check_table(refs, where, load, f"load '{where[1]}'", "time" if load.over == "time" else "input")
 
 
 def _check_table(refs: References, where: Where, part: Load | Effort, what: str, over: str) -> None:
@@ -57,12 +63,15 @@ def _check_table(refs: References, where: Where, part: Load | Effort, what: str,
 
 def _check_gauge(refs: References, where: Where, part: Spring | Damper) -> None:
     check_nodes(refs, where, part, "rotary" if part.rotary else "linear", type(part).__name__.lower())
-    used = used_nodes(refs.model)
-    for key, node in part.keyed:
-        if node in refs.model.nodes and node not in used and refs.sure:
-            refs.fault((*where, key), f"node '{node}' belongs to no member; add it to one")
-    if isinstance(part, Spring) and part.free is not None and part.nodes is not None and part.free < 0.0:
-        refs.fault((*where, "free"), f"expected a free length of at least 0, got {part.free:g}")
+    alone = refs.model.nodes.keys() - used_nodes(refs.model) if refs.sure else ()
+    free = part.free if isinstance(part, Spring) and part.nodes is not None else None
+    refs.record(where, those(
+        *((node in alone, PartFault((key,), f"node '{node}' belongs to no member; add it to one"))
+          for key, node in part.keyed),
+        (free is not None and free < 0.0, PartFault(
+            ("free",), f"expected a free length of at least 0, got {free or 0.0:g}"
+        )),
+    ))  # fmt: skip
 
 
 def _check_friction(refs: References, where: Where, part: PairFriction) -> None:
@@ -72,34 +81,27 @@ def _check_friction(refs: References, where: Where, part: PairFriction) -> None:
     doubted = not {("prismatic", name), ("nodes", name)}.isdisjoint(refs.doubtful)
     none = pair is None and not doubted
     hint = guess(name, [*model.prismatic, *model.nodes], most=8) if none and not node else ""
-    cases = (
-        (hint, PartFault((), f"'{name}' is neither a node nor a sliding pair; {hint}", key=True)),
-        (none and refs.sure and len(refs.carriers(name)) < 2, PartFault(
-            (), f"node {name} is not a pair: fewer than two members have this node; name another", key=True
-        )),
-    )  # fmt: skip
-    refs.sound(where, those(*cases))
-    if not part.given:
-        refs.lack(where, ("mu", "viscous"), f"friction at '{name}' needs `mu` or `viscous`")
-    if ("prismatic", name) in refs.doubtful or (pair is None and not node):
-        return
+    known = ("prismatic", name) not in refs.doubtful and (pair is not None or node)
     size = "radius" if pair is None else "length" if pair.nodes is not None else None
     owners = {"radius": "a node", "length": "a sliding pair with two nodes"}
+    sizes = {"radius": "the radius of the pin", "length": "the distance of the two contacts in the guide"}
     kind = "a node" if pair is None else "a pin in a slot" if size is None else "a sliding pair"
-    for key in (key for key in owners if key in part.given and key != size):
-        refs.fault((*where, key), f"`{key}` is of {owners[key]}, '{name}' is {kind}; remove `{key}`", key=True)
-    what = {"radius": "the radius of the pin", "length": "the distance of the two contacts in the guide"}.get(
-        size or ""
-    )
-    lacking = (
-        (part.mu is not None and size is not None and getattr(part, size) is None, PartFault(
-            (), f"`{size}` is missing: dry friction at '{name}' needs {what}", lacking=(str(size),)
+    refs.record(where, those(
+        (hint, PartFault((), f"'{name}' is neither a node nor a sliding pair; {hint}", key=True)),
+        (none and node and refs.sure and len(refs.carriers(name)) < 2, PartFault(
+            (), f"node {name} is not a pair: fewer than two members have this node; name another", key=True
         )),
-        (size in part.given and part.mu is None, PartFault(
+        (not part.given, PartFault((), f"friction at '{name}' needs `mu` or `viscous`", lacking=("mu", "viscous"))),
+        *((known and key in part.given and key != size, PartFault(
+            (key,), f"`{key}` is of {owner}, '{name}' is {kind}; remove `{key}`", key=True
+        )) for key, owner in owners.items()),
+        (known and part.mu is not None and size is not None and getattr(part, size) is None, PartFault(
+            (), f"`{size}` is missing: dry friction at '{name}' needs {sizes.get(size or '')}", lacking=(str(size),)
+        )),
+        (known and size in part.given and part.mu is None, PartFault(
             (), f"`mu` is missing: '{name}' has a `{size}`, but no coefficient of dry friction", lacking=("mu",)
         )),
-    )  # fmt: skip
-    refs.sound(where, those(*lacking))
+    ))  # fmt: skip
 
 
 # -- free inputs -------------------------------------------------------------------------------
@@ -107,10 +109,12 @@ def _check_friction(refs: References, where: Where, part: PairFriction) -> None:
 
 def _check_input(refs: References, where: Where, actuator: Actuator) -> None:
     """Check the keys of a free input, and the rotor."""
-    if not actuator.free and (*where, "free") not in refs.doubtful:
-        for key in sorted({"start", "speed", "effort"} & actuator.given):
-            text = f"`{key}` is for a free input, this one follows its law; add `free: true`, or remove `{key}`"
-            refs.fault((*where, key), text, key=True)
+    bound = not actuator.free and (*where, "free") not in refs.doubtful
+    refs.record(where, (
+        PartFault((key,), f"`{key}` is for a free input, this one follows its law; add `free: true`, or remove `{key}`",
+                  key=True)
+        for key in ("start", "speed", "effort") if bound and key in actuator.given
+    ))  # fmt: skip
     if actuator.start is not None:
         check_values(refs, (*where, "start"), actuator, [actuator.start], what="the start")
     if actuator.effort is not None:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Sequence
-from itertools import pairwise
+from collections.abc import Collection, Iterable, Iterator, Sequence
+from itertools import islice, pairwise
 from typing import NamedTuple
 
 from gimcli.calculus.numbers import nominal
@@ -66,10 +66,14 @@ class References:
 
     def sound(self, where: Where, errors: Iterator[PartFault]) -> bool:
         """Return whether a part has no errors; record the first one."""
-        first = next(errors, None)
-        if first is not None and first.text:
-            self.lack((*where, *first.at), first.lacking, first.text, first.key)
-        return first is None
+        return self.record(where, islice(errors, 1))
+
+    def record(self, where: Where, errors: Iterable[PartFault]) -> bool:
+        """Record all errors of a part; return whether there are none."""
+        found = list(errors)
+        for one in (one for one in found if one.text):
+            self.lack((*where, *one.at), one.lacking, one.text, one.key)
+        return not found
 
     def node(self, where: Where, name: str) -> bool:
         """Return whether a node is declared; record an error if it is not."""
