@@ -32,7 +32,7 @@ EXACT = 1e-9
 def first_crossing(values: FloatArray, value: float) -> tuple[IntArray, IntArray]:
     """Return where values (designs, rows) first reach a value, if the row after it is moved there (designs,).
 
-    -1: nowhere. Also the designs in which this is between two rows, so that a row has to be moved.
+    -1: in no row. Also the designs in which this is between two rows, so that a row has to be moved.
     """
     first, second = values[:, :-1] - value, values[:, 1:] - value
     reach = EXACT * np.abs(second - first)
