@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from gimcli.table import labelled
@@ -145,6 +146,24 @@ def aligned(rows: Sequence[Sequence[str]], place: Callable[[str, int], str] = st
     """Return rows of texts as lines with aligned columns."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     return ["  ".join(place(text, width) for text, width in zip(row, widths, strict=True)).rstrip() for row in rows]
+
+
+@dataclass(frozen=True)
+class Section:
+    """A part of a report as texts: a heading, the names and the first rows of columns, how many are left out, warnings.
+
+    Nothing stands above the columns if all names are empty.
+    """
+
+    heading: str
+    head: tuple[str, ...] = ()
+    rows: Sequence[tuple[str, ...]] = ()
+    left_out: int = 0
+    warnings: tuple[str, ...] = ()
+
+    def lines(self) -> list[str]:
+        """Return head and rows in aligned columns."""
+        return aligned([*([self.head] if any(self.head) else []), *self.rows])
 
 
 def _cell(value: Any, size: float) -> str:

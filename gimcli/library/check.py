@@ -14,7 +14,7 @@ from gimcli.branching.singular_positions import drawn_circuit
 from gimcli.branching.singularities import input_ends, interval, limits
 from gimcli.continuation.circuit import Circuit
 from gimcli.errors import GimError, StructureError
-from gimcli.library.check_views import CheckSection, check_page, check_sections, check_table
+from gimcli.library.check_views import check_page, check_sections, check_table
 from gimcli.library.check_warnings import file_warnings, motion_warnings
 from gimcli.library.inputs import in_file_units, interval_of, leaders
 from gimcli.library.machines import joined_reports
@@ -30,6 +30,7 @@ from gimcli.progress import Phases, no_phases
 from gimcli.quantities.initial_coordinates import initial_coordinates
 from gimcli.quantities.motion_summary import MotionSummary, Output, Peak, motion_summary
 from gimcli.quantities.quantity import angle_to_file
+from gimcli.rounding import Section
 from gimcli.structure.drive_check import explained
 from gimcli.structure.loop_types import LoopType
 from gimcli.structure.mechanism_types import MechanismType, mechanism_type
@@ -90,7 +91,12 @@ class CheckResult(Result):
     @property
     def remarks(self) -> list[str]:
         """The warnings as lines."""
-        return [": ".join(filter(None, ("warning", one["where"], one["text"]))) for one in self.warnings]
+        return [f"warning: {text}" for text in self._texts]
+
+    @property
+    def _texts(self) -> list[str]:
+        """The warnings as lines: where, and what."""
+        return [": ".join(filter(None, (one["where"], one["text"]))) for one in self.warnings]
 
     @property
     def complete(self) -> bool:
@@ -106,7 +112,7 @@ class CheckResult(Result):
         """Return the report that --json prints."""
         return self._report
 
-    def _sections(self) -> list[CheckSection]:
+    def _sections(self) -> list[Section]:
         """Return the report as tables of texts, for people."""
         return check_sections(self.mechanism, self.report())
 
@@ -119,7 +125,7 @@ class CheckResult(Result):
         motion = self._summary.motion if self._summary else None
         z = self._found.z if self._found is not None and not self.error else assembled(self.mechanism)
         note = OTHER_INPUTS if self.error and z is not None else ""
-        return check_page(self.mechanism, motion, z, self._sections(), self.warnings, note)
+        return check_page(self.mechanism, motion, z, self._sections(), self._texts, note)
 
     def __repr__(self) -> str:
         texts = [text for section in self._sections() for text in ("", section.heading, *section.lines())]
@@ -328,7 +334,7 @@ class MachinesCheck(CheckResult):
         """Whether all machines are assembled."""
         return all(one.complete for one in self.each.values())
 
-    def _sections(self) -> list[CheckSection]:
+    def _sections(self) -> list[Section]:
         """Return the sections of each machine; their headings begin with its name."""
         return [
             replace(own, heading=f"{name}: {own.heading}") for name, one in self.each.items() for own in one._sections()
@@ -337,7 +343,7 @@ class MachinesCheck(CheckResult):
     def animation(self) -> output.animation.Animation:
         """Return the page: the reports, and the motion along the laws if all machines have one."""
         motion = None if self.error else trace(self.mechanism, DRAWN, Options(tolerance=TOLERANCE))
-        return check_page(self.mechanism, motion, assembled(self.mechanism), self._sections(), self.warnings)
+        return check_page(self.mechanism, motion, assembled(self.mechanism), self._sections(), self._texts)
 
     @cached_property
     def _report(self) -> dict[str, Any]:

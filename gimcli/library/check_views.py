@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,7 @@ import numpy as np
 from gimcli import graphs, output
 from gimcli.mechanism import ComplexArray, Mechanism
 from gimcli.motion.motion import Motion
-from gimcli.rounding import ZERO, aligned, at_inputs, input_value, interval, length, number
+from gimcli.rounding import ZERO, Section, at_inputs, input_value, interval, length, number
 from gimcli.table import Column, Table
 
 MOST = 12
@@ -27,27 +27,13 @@ LOOP = 4
 Rows = list[tuple[str, ...]]
 
 
-@dataclass(frozen=True)
-class CheckSection:
-    """A heading, the names of the columns, rows of texts, and the number of rows that are left out."""
-
-    heading: str
-    head: tuple[str, ...]
-    rows: Rows
-    left_out: int = 0
-
-    def lines(self) -> list[str]:
-        """Return head and rows in aligned columns."""
-        return aligned([*([self.head] if any(self.head) else []), *self.rows])
-
-
-def check_sections(mechanism: Mechanism, report: dict[str, Any]) -> list[CheckSection]:
+def check_sections(mechanism: Mechanism, report: dict[str, Any]) -> list[Section]:
     """Return the sections that are not empty, in the order in which they are read."""
     texts = _Texts(mechanism, report)
     speeds = f"Greatest speeds and accelerations (duration {number(report['duration'])} s)"
     found = [
-        CheckSection("Mechanism", ("", ""), texts.mechanism()),
-        CheckSection("Inputs", ("input", "law", "range on the circuit"), texts.inputs()),
+        Section("Mechanism", ("", ""), texts.mechanism()),
+        Section("Inputs", ("input", "law", "range on the circuit"), texts.inputs()),
         _limited("Outputs", ("output", "range", "from", "to", "time ratio"), texts.outputs()),
         _limited("Worst transmission angles", ("joint", "angle", "at"), texts.transmission()),
         _limited(speeds, ("", "speed", "at", "acceleration", "at"), texts.peaks()),
@@ -55,9 +41,9 @@ def check_sections(mechanism: Mechanism, report: dict[str, Any]) -> list[CheckSe
     return [section for section in found if section.rows]
 
 
-def _limited(heading: str, head: tuple[str, ...], rows: Rows) -> CheckSection:
+def _limited(heading: str, head: tuple[str, ...], rows: Rows) -> Section:
     """Return a section with the first rows."""
-    return CheckSection(heading, head, rows[:MOST], max(0, len(rows) - MOST))
+    return Section(heading, head, rows[:MOST], max(0, len(rows) - MOST))
 
 
 class _Texts:
@@ -242,8 +228,8 @@ def _output(mechanism: Mechanism, one: dict[str, Any]) -> Rows:
 
 
 def check_page(
-    mechanism: Mechanism, motion: Motion | None, z: ComplexArray | None, sections: Sequence[CheckSection],
-    warnings: Sequence[dict[str, Any]], note: str = "",
+    mechanism: Mechanism, motion: Motion | None, z: ComplexArray | None, sections: Sequence[Section],
+    warnings: Sequence[str], note: str = "",
 ) -> output.animation.Animation:  # fmt: skip
     """Return a page with the report and the motion, or else with a position z (nodes,) and a note on it."""
     shown = (
@@ -253,7 +239,8 @@ def check_page(
     )
     if shown is None:
         shown = output.animation.Animation(mechanism.name, mechanism, (_position(mechanism, z, note),))
-    return replace(shown, report=(*map(_section, sections), *_warnings(warnings)))
+    last = [Section("Warnings", warnings=tuple(warnings))] if warnings else []
+    return replace(shown, report=(*sections, *last))
 
 
 def _position(mechanism: Mechanism, z: ComplexArray | None, note: str) -> output.animation.Clip:
@@ -263,16 +250,3 @@ def _position(mechanism: Mechanism, z: ComplexArray | None, note: str) -> output
     table = Table((Column("time", np.zeros(1), "s"), Column("status", np.array([status]))))
     name = note or "initial configuration"
     return output.animation.Clip(name, place[None, :], np.zeros(1), (status,), table, note=note)
-
-
-def _section(own: CheckSection) -> output.animation.Section:
-
-    columns = (Column(name, np.array(cells)) for name, cells in zip(own.head, zip(*own.rows, strict=True), strict=True))
-    more = (f"and {own.left_out} more: the file .json or .csv lists all",) if own.left_out else ()
-    return output.animation.Section(own.heading, more, Table(tuple(columns)))
-
-
-def _warnings(warnings: Sequence[dict[str, Any]]) -> list[output.animation.Section]:
-
-    lines = tuple(": ".join(filter(None, (one["where"], one["text"]))) for one in warnings)
-    return [output.animation.Section("Warnings", lines, warning=True)] if lines else []

@@ -11,6 +11,7 @@ import numpy as np
 
 from gimcli.mechanism import BoolArray, ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.output.scene import Scene
+from gimcli.rounding import Section
 from gimcli.table import Table
 
 if TYPE_CHECKING:
@@ -68,16 +69,6 @@ class Graph:
 
     columns: tuple[str, ...]
     over: str = ""
-
-
-@dataclass(frozen=True)
-class Section:
-    """A part of a report on the page."""
-
-    heading: str
-    lines: tuple[str, ...] = ()  # paragraphs
-    table: Table | None = None
-    warning: bool = False
 
 
 @dataclass(frozen=True)

@@ -9,9 +9,8 @@ from bundled import MODELS
 from pages import OpenPage
 
 import gimcli
-from gimcli.output.animation import Section
 from gimcli.output.page import page, page_json
-from gimcli.table import Column, Table
+from gimcli.rounding import Section
 
 
 @pytest.fixture(scope="module")
@@ -95,22 +94,19 @@ def test_a_listener_hears_of_rows(opened):
 
 
 def test_a_report_is_on_the_page(browser, crank, tmp_path):
-    table = Table(
-        (
-            Column("quantity", np.array(["<i>swing</i>", "ratio"])),
-            Column("value", np.array([12.3456789, np.nan]), "deg"),
-        )
-    )
+    rows = [("<i>swing</i>", "12.3457"), ("ratio", "")]
     report = (
-        Section("Type", ("Grashof <b>crank-rocker</b>",)),
-        Section("Warning", ("no duration",), table, warning=True),
+        Section("Type", ("quantity", "value [deg]"), rows, left_out=3),
+        Section("Warning", warnings=("Grashof <b>crank-rocker</b>", "no duration")),
     )
     motion = replace(gimcli.trace(crank, 12).animation(), report=report)
     path = tmp_path / "report.html"
     path.write_text(page(motion), encoding="utf-8")
     opened = OpenPage(browser, path)
     assert opened.texts("#report h2") == ["Type", "Warning"]
-    assert opened.texts("#report p") == ["Grashof <b>crank-rocker</b>", "no duration"]
+    assert opened.texts("#report p") == [
+        "and 3 more: the file .json or .csv lists all", "Grashof <b>crank-rocker</b>", "no duration",
+    ]  # fmt: skip
     assert opened.texts("#report th") == ["quantity", "value [deg]"]
     assert opened.texts("#report td") == ["<i>swing</i>", "12.3457", "ratio", ""]
     assert opened.texts("#report .warning h2") == ["Warning"]

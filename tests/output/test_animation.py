@@ -15,10 +15,10 @@ from bundled import MODELS
 from in_process import gim
 
 import gimcli
-from gimcli.output.animation import MOST_ROWS, Section, shown_rows
+from gimcli.output.animation import MOST_ROWS, shown_rows
 from gimcli.output.page import page, page_json
 from gimcli.output.page.data import page_data, rounded
-from gimcli.table import Column, Table
+from gimcli.rounding import Section
 
 
 def model(name, **actuator):
@@ -206,7 +206,7 @@ def test_graphs_of_plot_come_first():
 
 def test_texts_are_inert():
     hostile = "</script><script>alert(1)</script>\u2028<!--"
-    section = Section(hostile, (hostile,), Table((Column(hostile, np.array([hostile, hostile])),)))
+    section = Section(hostile, (hostile,), [(hostile,), (hostile,)], warnings=(hostile,))
     found = gimcli.trace(model("crank_rocker"), 4).animation()
     from dataclasses import replace
 

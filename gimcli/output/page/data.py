@@ -17,14 +17,15 @@ from numpy.typing import NDArray
 
 from gimcli.output import style
 from gimcli.output.anchors import Anchor
-from gimcli.output.animation import Animation, Clip, Moment, Section
+from gimcli.output.animation import Animation, Clip, Moment
 from gimcli.output.axis import value_window
 from gimcli.output.scene import Scene
 from gimcli.output.style import LONGEST_VECTOR, Mark, Pen
 from gimcli.output.symbols import ARROWHEAD, NECK, Seat, Stroke, Symbol, mark_strokes
 from gimcli.output.vectors import HEAD, HEADS, PENS, SHORT
+from gimcli.rounding import Section
 from gimcli.status import Status
-from gimcli.table import Column, Table, labelled, per_second
+from gimcli.table import Column, per_second
 
 DIGITS = 6
 """Significant digits of the columns."""
@@ -120,23 +121,11 @@ def _reason(word: str) -> str:
 
 
 def _section(section: Section) -> dict[str, Any]:
+    more = [f"and {section.left_out} more: the file .json or .csv lists all"] * bool(section.left_out)
     return {
-        "heading": section.heading, "lines": list(section.lines), "warning": section.warning,
-        "table": None if section.table is None else _table(section.table),
+        "heading": section.heading, "lines": [*more, *section.warnings], "warning": bool(section.warnings),
+        "table": {"head": section.head, "rows": section.rows} if section.rows else None,
     }  # fmt: skip
-
-
-def _table(table: Table) -> dict[str, Any]:
-    return {
-        "head": [labelled(column.name, column.unit) for column in table.columns],
-        "rows": [[_cell(column.values[row]) for column in table.columns] for row in range(len(table))],
-    }
-
-
-def _cell(value: Any) -> float | str | None:
-    if isinstance(value, str | np.str_):
-        return str(value)
-    return float(value) if np.isfinite(value) else None
 
 
 LENGTH_DIGITS = 10

@@ -110,15 +110,11 @@ function fillReport(app) {
 
 function reportTable({ head, rows }) {
   const table = document.createElement("table"), first = table.createTHead().insertRow();
-  head.forEach((words, k) => first.appendChild(create("th", rows.some(row => typeof row[k] === "number") ? "number" : "", words)));
+  head.forEach(words => first.appendChild(create("th", "", words)));
   const body = table.createTBody();
   for (const row of rows) {
     const line = body.insertRow();
-    for (const cell of row) {
-      const place = line.insertCell();
-      place.textContent = typeof cell === "number" ? shown(cell) : cell === null ? "" : cell;
-      if (typeof cell === "number") place.className = "number";
-    }
+    for (const words of row) line.insertCell().textContent = words;
   }
   return table;
 }
