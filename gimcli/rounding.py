@@ -60,6 +60,16 @@ def length(mechanism: Mechanism, value: float) -> str:
     return number(value, mechanism.size * mechanism.scale)
 
 
+def spaced(unit: str) -> str:
+    """Return a unit after a space; nothing where lengths have no physical unit."""
+    return "" if unit == "unit" else f" {unit}"
+
+
+def length_with_unit(mechanism: Mechanism, value: float) -> str:
+    """Return a coordinate or a length in the file's unit, and this unit."""
+    return length(mechanism, value) + spaced(mechanism.length_unit)
+
+
 def input_value(mechanism: Mechanism, name: str, value: float) -> str:
     """Return the value of an actuator in the file's unit."""
     return number(value, _turn(mechanism)) if _actuator(mechanism, name).rotary else length(mechanism, value)
@@ -117,9 +127,8 @@ def _turn(mechanism: Mechanism) -> float:
 
 
 def _unit(mechanism: Mechanism, name: str) -> str:
-    """Return the unit of an actuator after a space; nothing where lengths have no physical unit."""
-    unit = mechanism.unit_of(_actuator(mechanism, name))
-    return "" if unit == "unit" else f" {unit}"
+    """Return the unit of an actuator after a space."""
+    return spaced(mechanism.unit_of(_actuator(mechanism, name)))
 
 
 def _actuator(mechanism: Mechanism, name: str) -> Input:

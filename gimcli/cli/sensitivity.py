@@ -15,7 +15,7 @@ from gimcli.library.record import Records, RowField
 from gimcli.library.sensitivity import sensitivity
 from gimcli.library.sensitivity_result import SensitivityResult
 from gimcli.mechanism import FloatArray
-from gimcli.rounding import at_inputs, number
+from gimcli.rounding import at_inputs, number, spaced
 from gimcli.table import labelled
 
 HELP = (
@@ -51,7 +51,7 @@ def _print(found: SensitivityResult) -> None:
 
 
 def _title(found: SensitivityResult, k: int) -> str:
-    unit = "" if found.units[k] == "unit" else f" {found.units[k]}"
+    unit = spaced(found.units[k])
     value = found.value[found.names[k]]
     if not found.by_rows:
         return f"{found.names[k]} = {number(value)}{unit}"

@@ -15,7 +15,7 @@ import numpy as np
 from gimcli import graphs, output
 from gimcli.mechanism import ComplexArray, Mechanism
 from gimcli.motion.motion import Motion
-from gimcli.rounding import ZERO, Section, at_inputs, input_value, interval, length, number
+from gimcli.rounding import ZERO, Section, at_inputs, input_value, interval, length, length_with_unit, number, spaced
 from gimcli.table import Column, Table
 
 MOST = 12
@@ -24,19 +24,25 @@ MOST = 12
 LOOP = 4
 """Number of links of a mechanism that is one loop."""
 
+ENDS = ("least", "greatest")
+"""Keys of the ends of a range."""
+
 Rows = list[tuple[str, ...]]
 
 
 def check_sections(mechanism: Mechanism, report: dict[str, Any]) -> list[Section]:
     """Return the sections that are not empty, in the order in which they are read."""
-    texts = _Texts(mechanism, report)
     speeds = f"Greatest speeds and accelerations (duration {number(report['duration'])} s)"
+    inputs, outputs, joints = (
+        [cells(mechanism, one) for one in report[key]]
+        for key, cells in (("inputs", _input_cells), ("outputs", _output_cells), ("transmission", _joint_cells))
+    )
     found = [
-        Section("Mechanism", ("", ""), texts.mechanism()),
-        Section("Inputs", ("input", "law", "range on the circuit"), texts.inputs()),
-        _limited("Outputs", ("output", "range", "from", "to", "time ratio"), texts.outputs()),
-        _limited("Worst transmission angles", ("joint", "angle", "at"), texts.transmission()),
-        _limited(speeds, ("", "speed", "at", "acceleration", "at"), texts.peaks()),
+        Section("Mechanism", ("", ""), _mechanism_rows(mechanism, report)),
+        Section("Inputs", ("input", "law", "range on the circuit"), inputs),
+        _limited("Outputs", ("output", "range", "from", "to", "time ratio"), outputs),
+        _limited("Worst transmission angles", ("joint", "angle", "at"), joints),
+        _limited(speeds, ("", "speed", "at", "acceleration", "at"), _peak_rows(mechanism, report["peaks"])),
     ]
     return [section for section in found if section.rows]
 
@@ -46,128 +52,102 @@ def _limited(heading: str, head: tuple[str, ...], rows: Rows) -> Section:
     return Section(heading, head, rows[:MOST], max(0, len(rows) - MOST))
 
 
-class _Texts:
-    def __init__(self, mechanism: Mechanism, report: dict[str, Any]) -> None:
-        self.own, self.report = mechanism, report
-        self.unit = _unit(mechanism.length_unit)
-
-    def mechanism(self) -> Rows:
-        """Return type, dimensions, loops, formula, mobility, groups and initial coordinates."""
-        report = self.report
-        rows: Rows = [
-            ("type", report["type"]),
-            *self._loops(),
-            ("multiple joints", ", ".join(report["multiple_joints"])),
-            ("Grübler's formula", report["formula"]),
-            ("mobility", "not known" if report["mobility"] is None else str(report["mobility"])),
-            ("redundant constraints", ", ".join(report["redundant"]) or "none"),
-            ("undriven nodes", ", ".join(report["undriven"])),
-            ("over-driven by", ", ".join(report["overdriven"])),
-            ("groups", "; ".join(f"{g['kind']} ({', '.join(g['links'])})" for g in report["groups"])),
-        ]
-        return [*((title, text) for title, text in rows if text), *self._drawing()]
-
-    def _loops(self) -> Rows:
-        """Return the dimensions of the mechanism if it is one loop, else one row for each loop."""
-        loops = [loop for loop in self.report["loops"] if not loop["type"].startswith("loop")]
-        if self.report["links"] == LOOP and len(loops) == 1:
-            sizes, rule = self._dimensions(loops[0]), self._grashof(loops[0])
-            return [*([("dimensions", sizes)] if sizes else []), *([("Grashof", rule)] if rule else [])]
-        texts = [f"{loop['type']}: {loop['kind']}" if loop["kind"] else loop["type"] for loop in loops[:MOST]]
-        parts = ((text, self._dimensions(one), self._grashof(one)) for text, one in zip(texts, loops, strict=False))
-        return [("loop", "; ".join(filter(None, own))) for own in parts]
-
-    def _dimensions(self, loop: dict[str, Any]) -> str:
-        sizes = ", ".join(f"{name} {length(self.own, value)}" for name, value in loop["dimensions"].items())
-        return f"{sizes}{self.unit}" if sizes else ""
-
-    def _grashof(self, loop: dict[str, Any]) -> str:
-        """Return the comparison of the sums of lengths, for four-bar linkages."""
-        if loop["grashof"] is None:
-            return ""
-        s, p, q, most = sorted(loop["dimensions"].values())
-        sign = "=" if loop["margin"] == 0.0 else "<" if loop["margin"] > 0.0 else ">"
-        sums = length(self.own, s + most), length(self.own, p + q)
-        return f"s + l = {sums[0]} {sign} p + q = {sums[1]} (Barker: {loop['code']})"
-
-    def _drawing(self) -> Rows:
-        """Return how far nodes are from their initial coordinates."""
-        drawing = self.report["drawing"]
-        if drawing is None:
-            return []
-        away, part = length(self.own, drawing["distance"]), number(100.0 * drawing["relative"], 100.0)
-        moved = f"nodes move at most {away}{self.unit} ({part} % of the size) to the assembled position"
-        return [("initial coordinates", "an assembled position" if away == "0" else f"{moved}: {drawing['node']}")]
-
-    def inputs(self) -> Rows:
-        """Return law and range of each input."""
-        return [
-            (
-                one["name"], self._law(one),
-                interval(self.own, one["name"], one["range"][0], one["range"][1], one["full_turn"])
-                if one["range"]
-                else "not known",
-            )
-            for one in self.report["inputs"]
-        ]  # fmt: skip
-
-    def _law(self, one: dict[str, Any]) -> str:
-        """Return the law of an input, and what it follows."""
-        unit, keys = _unit(one["unit"]), ("least", "greatest")
-        first, last, least, most = (input_value(self.own, one["name"], v) for v in (*one["law"], *map(one.get, keys)))
-        law = f"{first} to {last}{unit}" if one["moves"] else f"constant, {first}{unit}"
-        beyond = one["moves"] and sorted(one["law"]) != [one["least"], one["greatest"]]
-        follows = f", with {' and '.join(one['follows'])}" if one["follows"] else ""
-        return law + f", between {least} and {most}{unit}" * beyond + follows
-
-    def outputs(self) -> Rows:
-        """Return range, ends and time ratio of each output."""
-        return [self._output(one) for one in self.report["outputs"]]
-
-    def _output(self, one: dict[str, Any]) -> tuple[str, ...]:
-        slider = one["kind"] == "slider"
-        unit = _unit(one["unit"])
-        name = f"{one['name']} on {one['guide']}" if slider else one["name"]
-        ratio, strokes = one["time_ratio"], one["strokes_per_turn"] or 0.0
-        times = f"{number(strokes)} strokes a turn" * (strokes > 1.0) if ratio is None else number(ratio)
-        if slider:
-            ends = [self._at(one, key) for key in ("least_", "greatest_")]
-            return name, f"stroke {length(self.own, one['range'])}{unit}", *ends, times
-        values = {key: one[key] * (abs(one[key]) > ZERO * one["range"]) for key in ("least", "greatest")}
-        ends = [f"{number(value)}{unit} at {self._at(one, f'{key}_')}" for key, value in values.items()]
-        return name, "full turn" if one["full_turn"] else f"swing {number(one['range'])}{unit}", *ends, times
-
-    def transmission(self) -> Rows:
-        """Return the worst transmission angle of each joint."""
-        return [
-            (
-                f"{' / '.join(one['parts'])} at {one['node']}", f"{number(one['worst'])} {one['unit']}",
-                self._at(one),
-            )
-            for one in self.report["transmission"]
-        ]  # fmt: skip
-
-    def peaks(self) -> Rows:
-        """Return greatest speed and acceleration of points and members."""
-        by_name: dict[tuple[str, bool], list[str]] = {}
-        for one in self.report["peaks"]:
-            rotary, second = "angular" in one["quantity"], "acceleration" in one["quantity"]
-            cells = by_name.setdefault((one["name"], rotary), ["", "", "", ""])
-            value = one["greatest"]
-            text = "no bound" if math.isinf(value) else f"{number(value)} {one['unit']}"
-            cells[2 * second : 2 * second + 2] = text, "constant" if one["constant"] else self._at(one)
-        return [(name, *cells) for (name, _), cells in by_name.items()]
-
-    def _at(self, one: dict[str, Any], key: str = "") -> str:
-        """Return the input, or the time if there are several inputs, of an extreme."""
-        if len(self.own.drivers) > 1:
-            return f"time = {number(one[f'{key}time'])} s"
-        return at_inputs(self.own, one[f"{key}at"])
+def _mechanism_rows(mechanism: Mechanism, report: dict[str, Any]) -> Rows:
+    """Return type, dimensions, loops, formula, mobility, groups and initial coordinates."""
+    rows: Rows = [
+        ("type", report["type"]),
+        *_loop_rows(mechanism, report),
+        ("multiple joints", ", ".join(report["multiple_joints"])),
+        ("Grübler's formula", report["formula"]),
+        ("mobility", "not known" if report["mobility"] is None else str(report["mobility"])),
+        ("redundant constraints", ", ".join(report["redundant"]) or "none"),
+        ("undriven nodes", ", ".join(report["undriven"])),
+        ("over-driven by", ", ".join(report["overdriven"])),
+        ("groups", "; ".join(f"{g['kind']} ({', '.join(g['links'])})" for g in report["groups"])),
+        ("initial coordinates", _moved(mechanism, report["drawing"]) if report["drawing"] else ""),
+    ]
+    return [(title, text) for title, text in rows if text]
 
 
-def _unit(unit: str) -> str:
-    """Return a unit after a space; nothing where lengths have no physical unit."""
-    return "" if unit == "unit" else f" {unit}"
+def _loop_rows(mechanism: Mechanism, report: dict[str, Any]) -> Rows:
+    """Return the dimensions of the mechanism if it is one loop, else one row for each loop."""
+    loops = [loop for loop in report["loops"] if not loop["type"].startswith("loop")]
+    texts = [
+        (": ".join(filter(None, (one["type"], one["kind"]))), _dimensions(mechanism, one), _grashof(mechanism, one))
+        for one in loops[:MOST]
+    ]
+    if report["links"] == LOOP and len(loops) == 1:
+        return list(zip(("dimensions", "Grashof"), texts[0][1:], strict=True))
+    return [("loop", "; ".join(filter(None, own))) for own in texts]
+
+
+def _dimensions(mechanism: Mechanism, loop: dict[str, Any]) -> str:
+    sizes = ", ".join(f"{name} {length(mechanism, value)}" for name, value in loop["dimensions"].items())
+    return f"{sizes}{spaced(mechanism.length_unit)}" if sizes else ""
+
+
+def _grashof(mechanism: Mechanism, loop: dict[str, Any]) -> str:
+    """Return the comparison of the sums of lengths, for four-bar linkages."""
+    if loop["grashof"] is None:
+        return ""
+    s, p, q, most = sorted(loop["dimensions"].values())
+    sign = "=" if loop["margin"] == 0.0 else "<" if loop["margin"] > 0.0 else ">"
+    sums = length(mechanism, s + most), length(mechanism, p + q)
+    return f"s + l = {sums[0]} {sign} p + q = {sums[1]} (Barker: {loop['code']})"
+
+
+def _moved(mechanism: Mechanism, drawing: dict[str, Any]) -> str:
+    """Return how far nodes are from their initial coordinates."""
+    if length(mechanism, drawing["distance"]) == "0":
+        return "an assembled position"
+    away, part = length_with_unit(mechanism, drawing["distance"]), number(100.0 * drawing["relative"], 100.0)
+    return f"nodes move at most {away} ({part} % of the size) to the assembled position: {drawing['node']}"
+
+
+def _input_cells(mechanism: Mechanism, one: dict[str, Any]) -> tuple[str, ...]:
+    """Return name, law and range of an input, and what it follows."""
+    name, unit, span, ends = one["name"], spaced(one["unit"]), [one[end] for end in ENDS], one["range"]
+    first, last, least, most = (input_value(mechanism, name, value) for value in (*one["law"], *span))
+    law = f"{first} to {last}{unit}" if one["moves"] else f"constant, {first}{unit}"
+    beyond = f", between {least} and {most}{unit}" * (one["moves"] and sorted(one["law"]) != span)
+    follows = f", with {' and '.join(one['follows'])}" if one["follows"] else ""
+    reach = interval(mechanism, name, ends[0], ends[1], one["full_turn"]) if ends else "not known"
+    return name, law + beyond + follows, reach
+
+
+def _output_cells(mechanism: Mechanism, one: dict[str, Any]) -> tuple[str, ...]:
+    """Return name, range, ends and time ratio of an output."""
+    ratio, strokes = one["time_ratio"], one["strokes_per_turn"] or 0.0
+    times = f"{number(strokes)} strokes a turn" * (strokes > 1.0) if ratio is None else number(ratio)
+    at = {end: _at(mechanism, one, f"{end}_") for end in ENDS}
+    if one["kind"] == "slider":
+        stroke = f"stroke {length_with_unit(mechanism, one['range'])}"
+        return f"{one['name']} on {one['guide']}", stroke, *at.values(), times
+    swing = "full turn" if one["full_turn"] else f"swing {number(one['range'])} {one['unit']}"
+    values = {end: one[end] * (abs(one[end]) > ZERO * one["range"]) for end in ENDS}
+    return one["name"], swing, *(f"{number(values[end])} {one['unit']} at {at[end]}" for end in ENDS), times
+
+
+def _joint_cells(mechanism: Mechanism, one: dict[str, Any]) -> tuple[str, ...]:
+    """Return name, worst transmission angle and its place of a joint."""
+    return f"{' / '.join(one['parts'])} at {one['node']}", f"{number(one['worst'])} {one['unit']}", _at(mechanism, one)
+
+
+def _peak_rows(mechanism: Mechanism, peaks: Sequence[dict[str, Any]]) -> Rows:
+    """Return greatest speed and acceleration of points and members."""
+    by_name: dict[tuple[str, bool], list[str]] = {}
+    for one in peaks:
+        rotary, second = "angular" in one["quantity"], "acceleration" in one["quantity"]
+        cells = by_name.setdefault((one["name"], rotary), ["", "", "", ""])
+        text = "no bound" if math.isinf(one["greatest"]) else f"{number(one['greatest'])} {one['unit']}"
+        cells[2 * second : 2 * second + 2] = text, "constant" if one["constant"] else _at(mechanism, one)
+    return [(name, *cells) for (name, _), cells in by_name.items()]
+
+
+def _at(mechanism: Mechanism, one: dict[str, Any], key: str = "") -> str:
+    """Return the input, or the time if there are several inputs, of an extreme."""
+    several = len(mechanism.drivers) > 1
+    return f"time = {number(one[f'{key}time'])} s" if several else at_inputs(mechanism, one[f"{key}at"])
 
 
 HEAD = ("section", "name", "quantity", "value", "unit", "at")
@@ -176,20 +156,40 @@ FACTS = ("type", "links", "pairs", "formula", "gruebler", "mobility")
 LISTS = ("redundant", "undriven", "overdriven", "multiple_joints")
 """Keys of the report about the whole mechanism: one value, and lists of names."""
 
-ENDS = ("law from", "law to", "range from", "range to")
+LAW = ("law from", "law to", "range from", "range to")
 
 
 def check_table(mechanism: Mechanism, report: dict[str, Any]) -> Table:
     """Return one row for each value; numbers have all digits, `at` has the inputs."""
-    length = _unit(mechanism.length_unit).strip()
+    length = spaced(mechanism.length_unit).strip()
     drawings = [one["drawing"] or {"nodes": {}} for one in report.get("machines", [report])]
     rows = [
         *(("mechanism", "", key, str(report[key]), "", "") for key in FACTS),
         *(("mechanism", "", key, " ".join(report[key]), "", "") for key in LISTS),
-        *(row for loop in report["loops"] for row in _loop(loop, length)),
+        *(
+            ("loop", " ".join(loop["links"]), quantity, value, unit, "")
+            for loop in report["loops"]
+            for quantity, value, unit in (
+                (loop["type"], loop["kind"], ""),
+                *((link, repr(size), length) for link, size in loop["dimensions"].items()),
+            )
+        ),
         *(("group", " ".join(one["links"]), one["kind"], one["class"], "", "") for one in report["groups"]),
-        *(row for one in report["inputs"] for row in _input(one)),
-        *(row for one in report["outputs"] for row in _output(mechanism, one)),
+        *(
+            ("input", one["name"], end, repr(value), spaced(one["unit"]).strip(), "")
+            for one in report["inputs"]
+            for end, value in zip(LAW, [*one["law"], *(one["range"] or ())], strict=False)  # the range may be unknown
+        ),
+        *(
+            ("output", one["name"], quantity, repr(value), spaced(unit).strip(),
+             "; ".join(at_inputs(mechanism, one[f"{end}_at"]) for end in ENDS))
+            for one in report["outputs"]
+            for quantity, value, unit in (
+                ("stroke" if one["kind"] == "slider" else "swing", one["range"], one["unit"]),
+                ("time ratio", one["time_ratio"], ""),
+            )
+            if value is not None
+        ),
         *(
             ("transmission", "/".join(one["parts"]), "worst angle", repr(one["worst"]), one["unit"],
              at_inputs(mechanism, one["at"]))
@@ -207,24 +207,6 @@ def check_table(mechanism: Mechanism, report: dict[str, Any]) -> Table:
         *(("warning", one["where"], "", one["text"], "", "") for one in report["warnings"]),
     ]  # fmt: skip
     return Table(tuple(Column(n, np.array(c, dtype=str)) for n, c in zip(HEAD, zip(*rows, strict=True), strict=True)))
-
-
-def _loop(loop: dict[str, Any], unit: str) -> Rows:
-    name = " ".join(loop["links"])
-    sizes: Rows = [("loop", name, link, repr(value), unit, "") for link, value in loop["dimensions"].items()]
-    return [("loop", name, loop["type"], loop["kind"], "", ""), *sizes]
-
-
-def _input(one: dict[str, Any]) -> Rows:
-    ends = zip(ENDS, [*one["law"], *(one["range"] or ())], strict=False)  # the range may be unknown
-    return [("input", one["name"], end, repr(value), _unit(one["unit"]).strip(), "") for end, value in ends]
-
-
-def _output(mechanism: Mechanism, one: dict[str, Any]) -> Rows:
-    where = "; ".join(at_inputs(mechanism, one[f"{end}_at"]) for end in ("least", "greatest"))
-    what, ratio = "stroke" if one["kind"] == "slider" else "swing", one["time_ratio"]
-    ratios: Rows = [("output", one["name"], "time ratio", repr(ratio), "", where)] * (ratio is not None)
-    return [("output", one["name"], what, repr(one["range"]), _unit(one["unit"]).strip(), where), *ratios]
 
 
 def check_page(

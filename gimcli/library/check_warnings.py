@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from gimcli.mechanism import Mechanism
-from gimcli.rounding import at_inputs, interval, length, number
+from gimcli.rounding import at_inputs, interval, length_with_unit, number
 from gimcli.status import Status
 
 Where = tuple[str | int, ...]
@@ -70,12 +70,11 @@ def _drawing(mechanism: Mechanism, report: dict[str, Any]) -> Iterator[tuple[Whe
     if drawing is None:
         return
     for name in drawing["far"][:1]:
-        away, unit = length(mechanism, drawing["distance"]), mechanism.length_unit
         others = f" ({', '.join(drawing['far'][1:])} too)" if len(drawing["far"]) > 1 else ""
         yield (
             ("nodes", name),
-            f"node {name} is assembled {away}{'' if unit == 'unit' else f' {unit}'} from its initial coordinates, "
-            f"{100.0 * drawing['relative']:.0f} % of the size{others}: correct the coordinates or the lengths",
+            f"node {name} is assembled {length_with_unit(mechanism, drawing['distance'])} from its initial coordinates,"
+            f" {100.0 * drawing['relative']:.0f} % of the size{others}: correct the coordinates or the lengths",
         )
     for name in drawing["mirrored_members"]:
         yield (

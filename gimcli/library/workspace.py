@@ -30,7 +30,7 @@ from gimcli.reach.report import (
     reach_table,
     region_table,
 )  # fmt: skip
-from gimcli.rounding import at_inputs, interval, length, number
+from gimcli.rounding import at_inputs, interval, length, number, spaced
 from gimcli.structure.carried import carried_point
 from gimcli.structure.mobility import assembled
 from gimcli.structure.plan import make_plan
@@ -176,7 +176,7 @@ def region_curves(found: Workspace) -> Records:
 def region_facts(found: Workspace) -> Records:
     """Return area, extent, parts and curves of a region as a single row."""
     mechanism, scale = found.task.mechanism, found.task.mechanism.scale
-    unit = "" if mechanism.length_unit == "unit" else f" {mechanism.length_unit}"
+    unit = spaced(mechanism.length_unit)
     area, error, perimeter = found.area * scale**2, found.area_error * scale**2, found.perimeter * scale
     size, bounds = number(area, (mechanism.size * scale) ** 2), bounds_of(mechanism, found.bounds)
     spans = (f"{axis} {_span(mechanism, ends)}{unit}" for axis, ends in bounds.items())

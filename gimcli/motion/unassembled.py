@@ -16,7 +16,7 @@ from gimcli.motion.solve import solve
 from gimcli.numerics.along import bisected
 from gimcli.positions.dispatch import plain
 from gimcli.positions.options import TOLERANCE, Options
-from gimcli.rounding import input_value, interval, length, number
+from gimcli.rounding import input_value, interval, length_with_unit, number
 from gimcli.status import Status
 from gimcli.structure.plan import make_plan
 from gimcli.structure.residual import Check, checks, errors
@@ -300,8 +300,7 @@ class Unassembled:
         return f"{one[0]} ({self._length(one[1])})"
 
     def _length(self, value: float) -> str:
-        unit = self.mechanism.length_unit
-        return length(self.mechanism, float(value) * self.mechanism.scale) + ("" if unit == "unit" else f" {unit}")
+        return length_with_unit(self.mechanism, float(value) * self.mechanism.scale)
 
     def _input(self, k: int, value: float) -> str:
         own = float(self.mechanism.value_to_file(k, np.array([value]))[0])
