@@ -120,12 +120,12 @@ def check(refs: References) -> None:
         for name, part in getattr(refs.model, section).items():
             _check_member(refs, (section, name), part)
     refs.record((), those(
-        (not refs.every and refs.sure and used_nodes(refs.model) <= refs.ground, PartFault(
+        not refs.every and refs.sure and used_nodes(refs.model) <= refs.ground and PartFault(
             (), "no members and no moving node; add `links:`, `elements:` or `actuators:`"
-        )),
-        (refs.every and refs.sure and refs.placed and not SIZES[0] < refs.size < SIZES[1], PartFault(
+        ),
+        refs.every and refs.sure and refs.placed and not SIZES[0] < refs.size < SIZES[1] and PartFault(
             ("nodes",), f"the size of the mechanism is {refs.size:g}; use another unit of length"
-        )),
+        ),
     ))  # fmt: skip
     for name, pair in refs.model.prismatic.items():
         check_pair(refs, ("prismatic", name), pair)
@@ -147,37 +147,36 @@ def check(refs: References) -> None:
 
 
 def _check_names(refs: References) -> None:
-    seen: dict[str, str] = {}
+    first, keys = dict[str, str](), refs.source.keys
     for section, name in ((key, name) for key in SECTIONS for name in getattr(refs.model, key)):
-        first = seen.setdefault(name, section) if section in CONSTRAINTS else section
+        sign, other = name.lstrip()[:1], first.setdefault(name, section) if section in CONSTRAINTS else section
         reserved = ("ground", *COLUMNS) if section in ("actuators", "gears") else ("ground",)
-        line, sign = refs.source.keys.get((first, name), (1, 1))[0], name.lstrip()[:1]
         refs.record((section, name), those(
-            (sign in FORMULA, PartFault(
+            sign in FORMULA and PartFault(
                 (), f"the name '{name}' begins with '{sign}', which a spreadsheet reads as a formula; rename it",
                 key=True,
-            )),
-            (first != section, PartFault(
-                (), f"'{name}' is given twice, first under `{first}:` in line {line}; rename one", key=True
-            )),
-            (section in CONSTRAINTS and first == section and name in reserved, PartFault(
+            ),
+            other != section and PartFault(
+                (), f"'{name}' is given twice, first under `{other}:` in line {keys[other, name][0]}; rename one",
+                key=True,
+            ),
+            section in CONSTRAINTS and other == section and name in reserved and PartFault(
                 (), f"the name '{name}' is reserved; rename it", key=True
-            )),
+            ),
         ))  # fmt: skip
 
 
 def _check_ground(refs: References) -> None:
     ground = refs.model.ground
-    cases = (
-        (ground.member is not None and ground.nodes, PartFault(
+    sound = refs.sound(("ground",), those(
+        ground.member is not None and ground.nodes and PartFault(
             (), "expected `nodes` or `member`, got both; remove one"
-        )),
-        (ground.member == "ground", PartFault(("member",), "expected a link or an element, got 'ground'")),
-        (ground.member is None and not ground.nodes and ("ground",) not in refs.doubtful, PartFault(
+        ),
+        ground.member == "ground" and PartFault(("member",), "expected a link or an element, got 'ground'"),
+        ground.member is None and not ground.nodes and ("ground",) not in refs.doubtful and PartFault(
             (), "no node is fixed; write `ground: [NODES]` or `ground: {member: NAME}`"
-        )),
-    )  # fmt: skip
-    sound = refs.sound(("ground",), those(*cases))
+        ),
+    ))  # fmt: skip
     if sound and ground.member is not None and refs.member(("ground", "member"), ground.member):
         refs.drawn(("ground", "member"), refs.every[ground.member])
     refs.nodes(("ground", "nodes"), ground.nodes)
@@ -193,23 +192,22 @@ def _check_member(refs: References, where: Where, member: Link | Element) -> Non
         at, places, cure = "shape", shape, " in its shape; move one"
     own = {n: places[n] for n in nodes if n in places}
     refs.record(where, those(
-        (known and refs.held is None and set(nodes) <= refs.ground, PartFault(
+        known and refs.held is None and set(nodes) <= refs.ground and PartFault(
             (), f"'{name}' has ground nodes only; remove it: the frame joins them already"
-        )),
-        (length is not None and length <= CLOSEST * refs.size, PartFault(
-            ("length",),
-            f"length {length or 0.0:g} is too small for a mechanism of size {refs.size:g}; make it longer",
-        )),
-        *((shape is not None and n not in shape, PartFault(
+        ),
+        length is not None and length <= CLOSEST * refs.size and PartFault(
+            ("length",), f"length {length:g} is too small for a mechanism of size {refs.size:g}; make it longer"
+        ),
+        *(shape is not None and n not in shape and PartFault(
             ("shape",), f"the shape of '{name}' has no node {n}; add its coordinates"
-        )) for n in nodes),
-        *((True, PartFault(
+        ) for n in nodes),
+        *(PartFault(
             ("shape", n),
             f"'{n}' is not a node of '{name}'{near(n, nodes) or '; remove it or add it to `nodes`'}", key=True,
-        )) for n in shape or () if n not in nodes),
-        *((True, PartFault(
+        ) for n in shape or () if n not in nodes),
+        *(PartFault(
             (at,), f"nodes {a} and {b} of '{name}' coincide{cure}"
-        )) for a, b in refs.coincident(own)),
+        ) for a, b in refs.coincident(own)),
     ))  # fmt: skip
 
 
@@ -224,17 +222,16 @@ def _check_points(refs: References) -> None:
     known, used = {**model.points, **model.nodes}, used_nodes(model)
     doubted = {where[-1] for where in refs.doubtful if where[0] in ("nodes", "points")}
     for k, name in enumerate(trace):
-        hint = "" if name in known else near(name, known)
         refs.record(("trace", k), those(
-            (name not in known and not {name, "points"} & doubted, PartFault(
-                (), f"'{name}' is neither a point nor a node{hint}"
-            )),
-            (name in model.nodes and refs.sure and name not in used, PartFault(
+            name not in known and not {name, "points"} & doubted and PartFault(
+                (), f"'{name}' is neither a point nor a node{near(name, known)}"
+            ),
+            name in model.nodes and refs.sure and name not in used and PartFault(
                 (), f"node '{name}' belongs to no member; add it to one, or remove it from `trace`"
-            )),
-            (name in trace[:k] and name not in trace[k + 1 :], PartFault(
+            ),
+            name in trace[:k] and name not in trace[k + 1 :] and PartFault(
                 (), f"'{name}' is listed twice in `trace`; remove one"
-            )),
+            ),
         ))  # fmt: skip
 
 

@@ -45,31 +45,33 @@ def check_inputs(refs: References) -> None:
 
 def _check_following(refs: References, where: Where, actuator: Actuator) -> None:
     """Record the errors of an actuator that follows another."""
-    known, leader = refs.model.actuators, actuator.follows
-    if leader is None:
-        key = min(FOLLOWING & actuator.given)
-        refs.lack(where, ("follows",), f"`{key}` belongs to an actuator that follows another; add `follows: NAME`")
-    elif leader not in known:
-        if not {("actuators",), ("actuators", leader)} & set(refs.doubtful):
-            others = [name for name in known if name != where[1]]
-            refs.fault((*where, "follows"), f"no actuator '{leader}'; {guess(leader, others, 'actuators')}")
-    else:
-        names, own = _leaders(refs, str(where[1])), [key for key in OWN if key in actuator.given][:1]
-        chain, ratio = " -> ".join(f"'{name}'" for name in names), actuator.ratio
-        limits = f"expected a ratio of {1.0 / GREATEST:g} to {GREATEST:g}, got {ratio or 0.0:g}"
-        cases = (
-            (names[-1] == where[1], PartFault(
-                ("follows",), f"'{where[1]}' follows itself: {chain}; one of them must have a law of its own"
-            )),
-            (own, PartFault(
-                (*own,), f"`{''.join(own)}` does not belong to an actuator that follows '{leader}'; remove it", key=True
-            )),
-            (ratio == 0.0, PartFault(
-                ("ratio",), "the ratio 0 holds the input constant; use a `law` instead of `follows`"
-            )),
-            (not 1.0 / GREATEST <= abs(ratio or 1.0) <= GREATEST, PartFault(("ratio",), limits)),
-        )  # fmt: skip
-        refs.sound(where, those(*cases))
+    known, leader, ratio = refs.model.actuators, actuator.follows, actuator.ratio
+    others, doubted = [name for name in known if name != where[1]], {("actuators",), ("actuators", leader)}
+    names, own = _leaders(refs, str(where[1])), [key for key in OWN if key in actuator.given][:1]
+    chain = " -> ".join(f"'{name}'" for name in names)
+    refs.sound(where, those(
+        leader is None and PartFault(
+            (),
+            f"`{min(FOLLOWING & actuator.given)}` belongs to an actuator that follows another; add `follows: NAME`",
+            lacking=("follows",),
+        ),
+        leader is not None and leader not in known and PartFault(
+            ("follows",),
+            "" if doubted & set(refs.doubtful) else f"no actuator '{leader}'; {guess(leader, others, 'actuators')}",
+        ),
+        names[-1] == where[1] and PartFault(
+            ("follows",), f"'{where[1]}' follows itself: {chain}; one of them must have a law of its own"
+        ),
+        own and PartFault(
+            (*own,), f"`{''.join(own)}` does not belong to an actuator that follows '{leader}'; remove it", key=True
+        ),
+        ratio == 0.0 and PartFault(
+            ("ratio",), "the ratio 0 holds the input constant; use a `law` instead of `follows`"
+        ),
+        not 1.0 / GREATEST <= abs(ratio or 1.0) <= GREATEST and PartFault(
+            ("ratio",), f"expected a ratio of {1.0 / GREATEST:g} to {GREATEST:g}, got {ratio:g}"
+        ),
+    ))  # fmt: skip
 
 
 def _leaders(refs: References, name: str) -> list[str]:
@@ -86,33 +88,32 @@ def check_span(refs: References, where: Where, guide: Sequence[str], sliding: Se
         return
     carriers = refs.carriers(*guide)
     nodes = f"guide nodes {guide[0]} and {guide[1]}"
-    cases = (
-        (not carriers and refs.sure, PartFault(
+    refs.record(where, those(
+        not carriers and refs.sure and PartFault(
             ("guide",), f"{nodes} belong to no common member; name two nodes of one member, or of the ground"
-        )),
-        (carriers and not refs.apart(*guide), PartFault(
+        ),
+        carriers and not refs.apart(*guide) and PartFault(
             ("guide",), f"{nodes} coincide and define no direction; move one"
-        )),
-    )  # fmt: skip
-    refs.sound(where, those(*cases))
-    held = refs.having(carriers[0]) if carriers else ()
-    for node in (node for node in sliding if node in held):
-        text = f"node {node} belongs to '{carriers[0]}', which carries the guide; name a node of another member"
-        refs.fault(where, text)
+        ),
+        *(node in refs.having(carrier) and PartFault(
+            (), f"node {node} belongs to '{carrier}', which carries the guide; name a node of another member"
+        ) for carrier in carriers[:1] for node in sliding),
+    ))  # fmt: skip
 
 
 def check_pair(refs: References, where: Where, pair: Prismatic) -> None:
     """Record the errors in a sliding pair."""
-    if (pair.node is None) == (pair.nodes is None):
-        text = f"'{where[1]}' needs either `node` (pin in a slot) or `nodes` (no relative rotation)"
-        refs.lack(where, ("node", "nodes"), text)
-    elif pair.node is not None and refs.node((*where, "node"), pair.node):
-        check_span(refs, where, pair.guide, [pair.node])
-    elif pair.nodes is not None and refs.nodes((*where, "nodes"), pair.nodes):
-        check_span(refs, where, pair.guide, pair.nodes)
-        if refs.sure and not refs.carriers(*pair.nodes):
-            text = f"nodes {' and '.join(pair.nodes)} belong to no common member; name two nodes of the sliding member"
-            refs.fault((*where, "nodes"), text)
+    nodes = pair.nodes or []
+    one = refs.sound(where, those((pair.node is None) == (pair.nodes is None) and PartFault(
+        (), f"'{where[1]}' needs either `node` (pin in a slot) or `nodes` (no relative rotation)",
+        lacking=("node", "nodes"),
+    )))  # fmt: skip
+    if one and refs.nodes((*where, "node" if pair.node is not None else "nodes"), pair.sliding):
+        check_span(refs, where, pair.guide, pair.sliding)
+        refs.record(where, those(nodes and refs.sure and not refs.carriers(*nodes) and PartFault(
+            ("nodes",),
+            f"nodes {' and '.join(nodes)} belong to no common member; name two nodes of the sliding member",
+        )))  # fmt: skip
 
 
 # -- nodes ----------------------------------------------------------------------------------
@@ -124,23 +125,22 @@ def check_nodes(refs: References, where: Where, gauge: Gauge, stated: str | None
     kind = stated or ("rotary" if given & set(ROTARY) else "linear")
     if not refs.sound(where, _of_kind(where[1], stated, given)):
         return
-    needed, optional = {"node", "guide"}, set[str]()
+    needed, optional = {"nodes"} if "nodes" in given else {"node", "guide"}, set[str]()
     if kind == "rotary":
         needed, optional = {"pivot", "arm"}, {"reference"}
-    elif "nodes" in given:
-        needed = {"nodes"}
-    for key in sorted(given - needed - optional):
-        refs.fault((*where, key), f"`{key}` does not belong to this {kind} {what}; remove it", key=True)
-    if needed - given:
-        either = "`nodes`, or " if kind == "linear" else ""
-        missing = " and ".join(f"`{key}`" for key in sorted(needed - given, reverse=kind == "rotary"))
-        added = "one of the two" if either else "it" if len(needed - given) == 1 else "both"
-        refs.lack(where, KEYS, f"{what} '{where[1]}' needs {either}{missing}; add {added}")
-    elif kind == "rotary":
+    lacking, either = needed - given, "`nodes`, or " if kind == "linear" else ""
+    missing = " and ".join(f"`{key}`" for key in sorted(lacking, reverse=kind == "rotary"))
+    added = "one of the two" if either else "it" if len(lacking) == 1 else "both"
+    refs.record(where, those(
+        *(PartFault((key,), f"`{key}` does not belong to this {kind} {what}; remove it", key=True)
+          for key in given - needed - optional),
+        lacking and PartFault((), f"{what} '{where[1]}' needs {either}{missing}; add {added}", lacking=KEYS),
+    ))  # fmt: skip
+    if kind == "rotary" and not lacking:
         _check_rotary(refs, where, gauge)
-    elif gauge.nodes is not None:
+    elif kind == "linear" and gauge.nodes is not None:
         _check_telescope(refs, where, gauge.nodes)
-    elif refs.node((*where, "node"), str(gauge.node)):
+    elif not lacking and refs.node((*where, "node"), str(gauge.node)):
         check_span(refs, where, gauge.guide or [], [str(gauge.node)])
 
 
@@ -149,18 +149,18 @@ def _of_kind(name: Any, stated: str | None, given: set[str]) -> Iterator[PartFau
     turning, sliding = (" and ".join(f"`{key}`" for key in keys if key in given) for keys in (ROTARY, LINEAR))
     own, other, kind = (turning, sliding, "linear") if stated == "rotary" else (sliding, turning, "rotary")
     return those(
-        (stated is not None and other and not own, PartFault(
+        stated is not None and other and not own and PartFault(
             ("type",),
             f"`type: {stated}` contradicts {other} of a {kind} actuator; remove `type`: it follows from these",
-        )),
-        (stated is None and turning and sliding, PartFault(
+        ),
+        stated is None and turning and sliding and PartFault(
             (),
             f"{turning} of a rotary actuator and {sliding} of a linear one exclude each other; remove one of the two",
-        )),
-        (stated is None and not given, PartFault(
+        ),
+        stated is None and not given and PartFault(
             (), f"actuator '{name}' needs `pivot` and `arm` (rotary), `nodes`, or `node` and `guide` (linear)",
             lacking=KEYS,
-        )),
+        ),
     )  # fmt: skip
 
 
@@ -174,40 +174,40 @@ def _check_rotary(refs: References, where: Where, gauge: Gauge) -> None:
         _check_reference(refs, (*where, "reference"), pivot, reference, arms[0])
         return
     both = " and ".join(f"'{member}'" for member in (*arms[:1], *others[:1]))
-    cases = (
-        (not arms and (refs.sure or pivot == arm), PartFault(
+    refs.sound(where, those(
+        not arms and (refs.sure or pivot == arm) and PartFault(
             ("arm",),
             f"pivot {pivot} and arm {arm} belong to no common moving member; name two nodes of one member",
-        )),
-        (arms and pivot not in refs.ground and refs.sure and others, PartFault(
+        ),
+        arms and pivot not in refs.ground and refs.sure and others and PartFault(
             ("pivot",), f"pivot {pivot} joins {both}, which both move; add a `reference` node on one"
-        )),
-    )  # fmt: skip
-    refs.sound(where, those(*cases))
+        ),
+    ))  # fmt: skip
 
 
 def _check_reference(refs: References, where: Where, pivot: str, reference: str, arm: str) -> None:
     others, joint = [m for m in refs.carriers(pivot, reference) if m != arm], f"pivot {pivot} and reference {reference}"
-    cases = (
-        (reference == pivot, PartFault(
+    refs.sound(where, those(
+        reference == pivot and PartFault(
             (), f"reference {reference} is the pivot itself and defines no direction; name another node"
-        )),
-        (not others and refs.sure, PartFault(
+        ),
+        not others and refs.sure and PartFault(
             (),
             f"{joint} belong to no common member other than '{arm}'; name a node of the member on which '{arm}' turns",
-        )),
-        (others and not refs.apart(pivot, reference), PartFault(
+        ),
+        others and not refs.apart(pivot, reference) and PartFault(
             (), f"{joint} coincide and define no direction; move one"
-        )),
-    )  # fmt: skip
-    refs.sound(where, those(*cases))
+        ),
+    ))  # fmt: skip
 
 
 def _check_telescope(refs: References, where: Where, nodes: Sequence[str]) -> None:
     holders = refs.carriers(*nodes) if refs.nodes((*where, "nodes"), nodes) else []
-    if holders:
-        text = f"nodes {nodes[0]} and {nodes[1]} belong to the same member '{holders[0]}': their distance is constant"
-        refs.fault((*where, "nodes"), f"{text}; name nodes of two members")
+    refs.record(where, those(holders and PartFault(
+        ("nodes",),
+        f"nodes {nodes[0]} and {nodes[1]} belong to the same member '{holders[0]}': their distance is constant; name"
+        " nodes of two members",
+    )))  # fmt: skip
 
 
 # -- laws -----------------------------------------------------------------------------------
@@ -221,13 +221,18 @@ def _check_laws(refs: References) -> None:
         if law is None or not refs.sound(at, _of_profile(law.profile)):
             continue
         profile = law.profile
-        if profile.name not in PROFILES:
-            choice = f"expected one of {', '.join(PROFILES)}, got '{profile.name}'{near(profile.name, PROFILES)}"
-            refs.fault((*at, "profile"), f"profile: {choice}")
+        given = [f"`{key.rstrip('_')}`" for key in ("from_", *ENDS, "rate") if getattr(law, key) is not None]
+        refs.record(at, those(
+            profile.name not in PROFILES and PartFault(
+                ("profile",),
+                f"profile: expected one of {', '.join(PROFILES)}, got '{profile.name}'{near(profile.name, PROFILES)}",
+            ),
+            profile.table is not None and given and PartFault(
+                (), f"a table gives times and absolute values; remove {' and '.join(given)}"
+            ),
+        ))  # fmt: skip
         if profile.table is not None:
             values[name] = _check_table(refs, (*at, "profile", "table"), profile.table, tables)
-            if given := [f"`{key.rstrip('_')}`" for key in ("from_", *ENDS, "rate") if getattr(law, key) is not None]:
-                refs.fault(at, f"a table gives times and absolute values; remove {' and '.join(given)}")
         if profile.table is not None or refs.sound(at, _of_ends(actuator, law)):
             sound.add(name)
     duration = _check_times(refs, tables, sound)
@@ -237,10 +242,11 @@ def _check_laws(refs: References) -> None:
 
 
 def _of_profile(profile: Profile) -> Iterator[PartFault]:
-    """Yield the error of a law with several profiles."""
-    if len(profile.given) > 1:
-        keys = " and ".join(f"`{key}`" for key in sorted(profile.given))
-        yield PartFault(("profile",), f"expected one of `name`, `polynomial` and `table`, got {keys}")
+    """Return the error of a law with several profiles."""
+    keys = " and ".join(f"`{key}`" for key in sorted(profile.given))
+    return those(len(profile.given) > 1 and PartFault(
+        ("profile",), f"expected one of `name`, `polynomial` and `table`, got {keys}"
+    ))  # fmt: skip
 
 
 # -- ends -------------------------------------------------------------------------------------
@@ -252,22 +258,22 @@ def _of_ends(actuator: Actuator, law: Law) -> Iterator[PartFault]:
     first, last, *_ = _extremes(shape) if shape is not None and ended(law) else (0.0, 1.0)
     named = " and ".join(f"`{key}`" for key in ends)
     return those(
-        (len(ends) > 1, PartFault(
+        len(ends) > 1 and PartFault(
             (*ends[-1:],), f"expected one of `to`, `by` and `turns`, got {named}; remove one", key=True
-        )),
-        (law.turns is not None and not actuator.rotary, PartFault(
+        ),
+        law.turns is not None and not actuator.rotary and PartFault(
             ("turns",), "`turns` are of a rotary input, this one is linear; write `by` or `to`", key=True
-        )),
-        (law.from_ is not None and not ended(law), PartFault(
+        ),
+        law.from_ is not None and not ended(law) and PartFault(
             (), "`to` is missing beside `from`; add `to`, or `by`, `turns` or `rate`", lacking=(*ENDS, "rate")
-        )),
-        (law.rate == 0.0, PartFault(
+        ),
+        law.rate == 0.0 and PartFault(
             ("rate",), "the rate 0 does not move the input; give another rate, or the law `{by: 0}`"
-        )),
-        (not (abs(first) <= 1e-9 and abs(last - 1.0) <= 1e-9), PartFault(
+        ),
+        not (abs(first) <= 1e-9 and abs(last - 1.0) <= 1e-9) and PartFault(
             ("profile", "polynomial"),
             f"with given ends the polynomial must go from 0 to 1, got {first:g} to {last:g}; correct it",
-        )),
+        ),
     )  # fmt: skip
 
 
@@ -276,18 +282,21 @@ def _of_ends(actuator: Actuator, law: Law) -> Iterator[PartFault]:
 
 def _check_table(refs: References, where: Where, name: str, tables: list[Times]) -> list[float]:
     """Check the table of a law and its duration; return its values, an empty list if it cannot be read."""
-    found = refs.table(where, name)
+    found, duration = refs.table(where, name), refs.model.duration
     if found is None:
         return []
     time, values = found
     span = time[-1] - time[0]
-    duration = refs.model.duration
     tables.append((name, span))
-    if not SHORTEST <= span <= LONGEST:
-        refs.fault(where, f"table {name}: expected a duration of {SHORTEST:g} to {LONGEST:g} s, got {span:g} s")
     other, wanted = tables[0] if duration is None else ("`duration`", duration)
-    if abs(span - wanted) > 1e-9 * wanted:
-        refs.fault(where, f"table {name} covers {span:g} s, {other} is {wanted:g} s; make them equal")
+    refs.record(where, those(
+        not SHORTEST <= span <= LONGEST and PartFault(
+            (), f"table {name}: expected a duration of {SHORTEST:g} to {LONGEST:g} s, got {span:g} s"
+        ),
+        abs(span - wanted) > 1e-9 * wanted and PartFault(
+            (), f"table {name} covers {span:g} s, {other} is {wanted:g} s; make them equal"
+        ),
+    ))  # fmt: skip
     return values
 
 
@@ -301,30 +310,23 @@ def _check_times(refs: References, tables: list[Times], sound: set[str]) -> floa
             continue
         other, wanted = known[0] if known else ("", seconds)
         cure = "remove one of them" if other == "`duration`" else "make them equal, or add `duration` and remove one"
-        cases = (
-            (seconds <= 0.0, PartFault(
-                (), _wrong_way(model.actuators[name].law or Law(), seconds) if seconds <= 0.0 else ""
-            )),
-            (not SHORTEST <= seconds <= LONGEST, PartFault(
+        sure = refs.sound(("actuators", name, "law", "rate"), those(
+            seconds <= 0.0 and PartFault((), _wrong_way(model.actuators[name].law or Law(), seconds)),
+            not SHORTEST <= seconds <= LONGEST and PartFault(
                 (), f"expected a duration of {SHORTEST:g} to {LONGEST:g} s, {text} takes {seconds:g} s"
-            )),
-            (abs(seconds - wanted) > 1e-9 * wanted, PartFault(
+            ),
+            abs(seconds - wanted) > 1e-9 * wanted and PartFault(
                 (), f"{text} takes {seconds:g} s, {other} is {wanted:g} s; {cure}"
-            )),
-        )  # fmt: skip
-        if refs.sound(("actuators", name, "law", "rate"), those(*cases)) and not known:
+            ),
+        ))  # fmt: skip
+        if sure and not known:
             known.append((f"that of '{name}'", seconds))
-    for name in sorted(sound if not known else ()):
-        actuator = model.actuators[name]
-        if (
-            actuator.law is not None
-            and actuator.law.rate is not None
-            and {"pivot", "arm", "nodes", "node", "guide"} & actuator.given
-            and actuator.law.end is None
-            and not actuator.rotary
-        ):
-            text = "a rate needs an end or a time: add `to` or `by` to the law, or `duration` to the file"
-            refs.fault(("actuators", name, "law", "rate"), text)
+    for name in sound if not known else ():
+        actuator, law = model.actuators[name], model.actuators[name].law or Law()
+        endless = law.rate is not None and law.end is None and not actuator.rotary and actuator.given & {*KEYS}
+        refs.record(("actuators", name, "law", "rate"), those(endless and PartFault(
+            (), "a rate needs an end or a time: add `to` or `by` to the law, or `duration` to the file"
+        )))  # fmt: skip
     return known[0][1] if known else None
 
 
@@ -378,9 +380,13 @@ def check_values(
     refs: References, at: Where, actuator: Actuator, values: list[float], by: float = 0.0, what: str = "the law"
 ) -> None:
     """Record an error for distances not above 0, and for values beyond MOST_TURNS turns or sizes (file's unit)."""
-    if actuator.nodes is not None and min(values, default=1.0) <= 0.0:
-        refs.fault(at, f"expected a distance above 0, got {min(values):g}; correct {what}")
     most = MOST_TURNS * (TURN[refs.model.units.angle] if actuator.rotary else refs.size)
-    farthest = max([*values, by], key=abs)
-    if abs(farthest) > most > 0.0:
-        refs.fault(at, f"{what} reaches {farthest:g}, more than the limit {most:g}; shorten it")
+    least, farthest = min(values, default=1.0), max([*values, by], key=abs)
+    refs.record(at, those(
+        actuator.nodes is not None and least <= 0.0 and PartFault(
+            (), f"expected a distance above 0, got {least:g}; correct {what}"
+        ),
+        abs(farthest) > most > 0.0 and PartFault(
+            (), f"{what} reaches {farthest:g}, more than the limit {most:g}; shorten it"
+        ),
+    ))  # fmt: skip

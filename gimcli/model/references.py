@@ -32,9 +32,9 @@ class PartFault(NamedTuple):
     lacking: Sequence[str] = ()
 
 
-def those(*cases: tuple[object, PartFault]) -> Iterator[PartFault]:
-    """Return the errors whose conditions hold."""
-    return (fault for holds, fault in cases if holds)
+def those(*cases: object) -> Iterator[PartFault]:
+    """Return the errors among some cases; the others, `condition and PartFault(...)`, do not hold."""
+    return (one for one in cases if isinstance(one, PartFault))
 
 
 class References:
