@@ -8,7 +8,8 @@ the starts at every second value lead to the same solutions shows whether there 
 from __future__ import annotations
 
 from dataclasses import replace
-from itertools import product
+from itertools import compress, product
+from operator import itemgetter
 
 import numpy as np
 
@@ -45,52 +46,39 @@ class LinkedFinder:
 
     def row(self, inputs: FloatArray) -> Configurations:
         """Return the configurations at inputs (actuators,), of which those that follow the linkage do not count."""
-        starts = [self._starts(inputs, values) for values in self.values]
-        halves = [self._solved(inputs, [x for own in starts[k::2] for x in own]) for k in (0, 1)]
-        every = self._distinct([*halves[0], *halves[1]])
-        found = [self._at(read_inputs(self.mechanism, z, inputs), z) for z in every]
-        proved = [one for one in found if len(one)]
-        agreed = len(proved) == len(every) and all(len(half) == len(every) for half in halves)
+        found, seen = np.empty((0, len(self.mechanism.nodes)), dtype=complex), set[tuple[int, int]]()
+        for half, z in self._solved(inputs):
+            known = self._same(z, found)
+            if not known:
+                found = np.concatenate([found, z[None]])
+            seen.add((half, known[0] if known else len(found) - 1))
+        every = [(z, self.roots.row(read_inputs(self.mechanism, z, inputs))) for z in found]
+        proved = [(one, k) for z, one in every for k in self._same(z, one.z)[:1]]
+        agreed = len(proved) == len(found) and len(seen) == 2 * len(found)
+        z, residual, radius, branches = (
+            [getattr(one, name)[k] for one, k in proved] for name in ("z", "residual", "radius", "branches")
+        )
         return replace(
-            proved[0] if proved else self.roots.row(inputs), mechanism=self.mechanism, inputs=inputs,
-            z=np.array([one.z[0] for one in proved]).reshape(-1, len(self.mechanism.nodes)),
-            residual=np.array([one.residual[0] for one in proved]), radius=np.array([one.radius[0] for one in proved]),
-            branches=tuple(one.branches[0] for one in proved), searched=AGREED if agreed else OPEN,
+            proved[0][0] if proved else self.roots.row(inputs), mechanism=self.mechanism, inputs=inputs,
+            z=np.array(z).reshape(-1, len(self.mechanism.nodes)), residual=np.array(residual), radius=np.array(radius),
+            branches=tuple(branches), searched=AGREED if agreed else OPEN,
         )  # fmt: skip
 
-    def _starts(self, inputs: FloatArray, values: FloatArray) -> list[FloatArray]:
-        """Return the unknowns (n,) at the configurations at some values (followers,) of the inputs that follow."""
-        at = inputs.copy()
-        at[self.linked] = values
-        return [self.system.coordinates(z, read_inputs(self.mechanism, z, at)) for z in self.roots.row(at).z]
-
-    def _solved(self, inputs: FloatArray, starts: list[FloatArray]) -> list[ComplexArray]:
-        """Return the different positions (nodes,) near starts at which the constraints hold."""
-        x = np.array(starts).reshape(-1, self.system.n)
+    def _solved(self, inputs: FloatArray) -> list[tuple[int, ComplexArray]]:
+        """Return positions (nodes,) at which the constraints hold, and the half of the starts from which each comes."""
+        at, starts = inputs.copy(), list[tuple[int, FloatArray]]()
+        for number, values in enumerate(self.values):
+            at[self.linked] = values
+            near = self.roots.row(at).z
+            starts += [(number % 2, self.system.coordinates(z, read_inputs(self.mechanism, z, at))) for z in near]
+        starts.sort(key=itemgetter(0))
+        x = np.array([x for _, x in starts]).reshape(-1, self.system.n)
         x, good = gauss_newton.settle(self.system.equations_at(inputs), x)
-        every = [self.system.nodes(one) for one in x[good]]
-        return self._distinct([z for z in every if self._holds(z, inputs)])
+        z, halves = self.system.nodes(x[good].T), np.array([half for half, _ in starts], dtype=int)[good].tolist()
+        own = np.reshape([read_inputs(self.mechanism, one, inputs) for one in z.T], (-1, len(inputs))).T
+        return [*compress(zip(halves, z.T, strict=True), holds(self.mechanism, z, own, FITS))]
 
-    def _holds(self, z: ComplexArray, inputs: FloatArray) -> bool:
-        own = read_inputs(self.mechanism, z, inputs)
-        return bool(holds(self.mechanism, z[:, None], own[:, None], FITS)[0])
-
-    def _distinct(self, every: list[ComplexArray]) -> list[ComplexArray]:
-        """Return different positions (nodes,), each once."""
-        found: list[ComplexArray] = []
-        for z in every:
-            if all(self._apart(z, other) > SAME * self.mechanism.size for other in found):
-                found.append(z)
-        return found
-
-    def _apart(self, z: ComplexArray, other: ComplexArray) -> float:
-        return float(np.max(self.mechanism.apart(z, other), initial=0.0))
-
-    def _at(self, inputs: FloatArray, z: ComplexArray) -> Configurations:
-        """Return the configuration at all inputs (actuators,) that is near positions (nodes,), if there is one."""
-        found = self.roots.row(inputs)
-        near = [k for k, one in enumerate(found.z) if self._apart(one, z) <= SAME * self.mechanism.size][:1]
-        return replace(
-            found, z=found.z[near], residual=found.residual[near], radius=found.radius[near],
-            branches=tuple(found.branches[k] for k in near),
-        )  # fmt: skip
+    def _same(self, z: ComplexArray, others: ComplexArray) -> list[int]:
+        """Return which of others (rows, nodes) are the same as positions z (nodes,)."""
+        apart = np.max(self.mechanism.apart(others.T, z[:, None]), axis=0, initial=0.0)
+        return np.flatnonzero(apart <= SAME * self.mechanism.size).tolist()
