@@ -55,12 +55,12 @@ class LinkedFinder:
         every = [(z, self.roots.row(read_inputs(self.mechanism, z, inputs))) for z in found]
         proved = [(one, k) for z, one in every for k in self._same(z, one.z)[:1]]
         agreed = len(proved) == len(found) and len(seen) == 2 * len(found)
-        z, residual, radius, branches = (
+        positions, residual, radius, branches = (
             [getattr(one, name)[k] for one, k in proved] for name in ("z", "residual", "radius", "branches")
         )
         return replace(
             proved[0][0] if proved else self.roots.row(inputs), mechanism=self.mechanism, inputs=inputs,
-            z=np.array(z).reshape(-1, len(self.mechanism.nodes)), residual=np.array(residual), radius=np.array(radius),
+            z=np.array(positions).reshape(-1, len(self.mechanism.nodes)), residual=np.array(residual), radius=np.array(radius),
             branches=tuple(branches), searched=AGREED if agreed else OPEN,
         )  # fmt: skip
 

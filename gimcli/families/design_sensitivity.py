@@ -136,22 +136,10 @@ class DesignSensitivity:
         found, good = self.family.slopes.moving(self.family.nominal[None], z[None], inputs[None], self.run)
         return found, good[0]
 
-    def _linked(self, z: ComplexArray, own: Dual) -> Dual:
-        """Return inputs with derivatives (orders, actuators, rows) with the slopes of those that follow the linkage."""
-        from gimcli.families.linked_slopes import LinkedSlopes  # imported late: few mechanisms have such inputs
-
-        def rates(inputs: Dual, order: int) -> Any:
-            at = self._moving(z, inputs[0])[0]
-            if not order:
-                return at
-            return self.family.rates(order)(self.family.nominal[None], at, inputs[None, : order + 1], "off")[0][0]
-
-        return LinkedSlopes(self.mechanism, self.family.names)(self.family.nominal, own[: self.order + 1], rates)
-
     def _block(self, z: ComplexArray, given: FloatArray, time: FloatArray) -> QuantitySlopes:
         nominal, own = self.family.nominal[None], self.family.couplings.moving(self.family.nominal, given)
         if self.family.linked:
-            own = self._linked(z, own)
+            own = self.family.linked_slopes(self.family.nominal, z, own[: self.order + 1], self.run)
         (at, good), jit = self._moving(z, own[0]), "off" if self.run is plain else "on"
         state = DesignState(self.family, nominal, at, self.tables, own[None], time[None], self.quantities, jit=jit)
         values, slopes = state.values(self.quantities)[:, 0], state.slopes(self.quantities)[:, 0]

@@ -8,23 +8,27 @@ for each derivative by the time, whose part that depends on itself has the same 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from gimcli.calculus.dual import Dual
 from gimcli.calculus.numbers import nominal
 from gimcli.calculus.series import Series
-from gimcli.mechanism import FloatArray, Mechanism
+from gimcli.mechanism import ComplexArray, FloatArray
+from gimcli.positions.newton import Run
 from gimcli.structure.carried import measured
+
+if TYPE_CHECKING:
+    from gimcli.families.planned_family import PlannedFamily
 
 
 class LinkedSlopes:
     """The inputs that follow the linkage, as functions of dimensions, positions and the inputs of the drivers."""
 
-    def __init__(self, mechanism: Mechanism, names: tuple[str, ...]) -> None:
-        recorded, self.recording = mechanism.written.recorded(mechanism, names)
+    def __init__(self, family: PlannedFamily) -> None:
+        self.family, mechanism = family, family.mechanism
+        recorded, self.recording = mechanism.written.recorded(mechanism, family.names)
         x, y, u = (
             [self.recording.variable(value) for value in values]
             for values in (mechanism.drawn.real, mechanism.drawn.imag, mechanism.drawn_inputs)
@@ -40,33 +44,38 @@ class LinkedSlopes:
         ]  # fmt: skip
         self.ratios = np.array([[nominal(one.reads[0][1])] for one in linked])
 
-    def __call__(self, dimensions: FloatArray, own: Dual, rates: Callable[[Dual, int], Any]) -> Dual:
+    def __call__(self, design: FloatArray, z: ComplexArray, own: Dual, run: Run) -> Dual:
         """Return inputs with derivatives (orders, actuators, rows) in dual numbers, with the tangents of the followers.
 
-        dimensions: (dimensions,) of the design. own: the inputs with tangents of the dimensions and of all inputs.
-        rates: returns the nodes with their derivatives by the time up to an order (order + 1, nodes, rows), for inputs
-        in dual numbers.
+        design: (dimensions,). z: its nodes (nodes, rows). own: the inputs with tangents, of which the dimensions are
+        the first.
         """
-        slopes, linked = own.slopes.copy(), self.followers
-        tangents = [len(dimensions) + k for k in linked]
+        linked, count = self.followers, len(own.slopes)
+        slopes = np.concatenate([own.slopes, np.zeros((len(linked), *own.shape))])
+        tangents = [*range(count, count + len(linked))]
         slopes[:, :, linked] = 0.0
         slopes[tangents, 0, linked] = 1.0
         turns = np.zeros((len(linked), own.shape[-1]))
         for order in range(len(own)):
             found = Dual(own.value, slopes)
-            nodes = rates(found, order)
+            nodes = self._nodes(design, z, found[: order + 1], run)
             if order == 0:
-                near = [one.value for one in self._derivatives(dimensions, nodes, found[:1], turns)]
+                near = [one.value for one in self._derivatives(design, nodes, found[:1], turns)]
                 turns = (own.value[0, linked] - near) / self.ratios
-            every = self._derivatives(dimensions, nodes, found[: order + 1], turns)
+            every = self._derivatives(design, nodes, found[: order + 1], turns)
             w = np.moveaxis(np.array([one.slopes for one in every]), (0, 1, 2), (2, 1, 0))
             if order == 0:
                 freed = np.linalg.inv(np.eye(len(linked)) - w[:, tangents])
                 slopes[tangents] = w[:, tangents] = 0.0
             slopes[:, order, linked] = np.moveaxis(w @ freed, 0, -1)
-        return Dual(own.value, slopes)
+        return Dual(own.value, slopes[:count])
 
-    def _derivatives(self, dimensions: FloatArray, nodes: Dual, own: Dual, turns: FloatArray) -> list[Any]:
+    def _nodes(self, design: FloatArray, z: ComplexArray, own: Dual, run: Run) -> Any:
+        """Return the nodes with their derivatives by the time (orders, nodes, rows) in dual numbers."""
+        at, order = self.family.slopes.moving(design[None], z[None], own[:1], run)[0], len(own) - 1
+        return self.family.rates(order)(design[None], at, own[None], "off")[0][0] if order else at
+
+    def _derivatives(self, design: FloatArray, nodes: Dual, own: Dual, turns: FloatArray) -> list[Any]:
         """Return the derivative of an order by the time (rows,) of each follower.
 
         nodes (order + 1, nodes, rows), inputs (order + 1, actuators, rows) with derivatives by the time, and the full
@@ -77,7 +86,7 @@ class LinkedSlopes:
         start = np.eye(order + 1, 1)
         designs = [
             Series(Dual(start * value, np.eye(tangents)[k][:, None, None] * start))
-            for k, value in enumerate(dimensions.tolist())
+            for k, value in enumerate(design.tolist())
         ]
         x, y = ([Series(part(nodes[:, n]) * factors) for n in range(nodes.shape[1])] for part in (np.real, np.imag))
         inputs = [Series(own[:, k] * factors) for k in range(own.shape[1])]

@@ -22,6 +22,7 @@ from gimcli.structure.plan import make_plan
 
 if TYPE_CHECKING:
     from gimcli.families.design_forces import DesignForces
+    from gimcli.families.linked_slopes import LinkedSlopes
 
 KEPT = 64
 """Number of designs that are kept as mechanisms of their own: their curves are not followed again."""
@@ -138,6 +139,13 @@ class PlannedFamily:
     def slopes(self) -> PositionSlopes:
         """What computes the derivatives of nodes by the dimensions and by the inputs."""
         return PositionSlopes(*self.recorded)
+
+    @cached_property
+    def linked_slopes(self) -> LinkedSlopes:
+        """What computes the derivatives of inputs that follow the linkage."""
+        from gimcli.families.linked_slopes import LinkedSlopes  # imported late: few mechanisms have such inputs
+
+        return LinkedSlopes(self)
 
     @cached_property
     def forces(self) -> DesignForces | None:

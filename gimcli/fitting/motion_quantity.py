@@ -14,7 +14,7 @@ from gimcli.calculus.dual import Dual, variables
 from gimcli.families.design_state import DesignState
 from gimcli.families.designs import Designs
 from gimcli.families.family import Family
-from gimcli.mechanism import ComplexArray, FloatArray
+from gimcli.mechanism import FloatArray
 from gimcli.positions.dispatch import choose
 from gimcli.progress import Notify
 from gimcli.quantities.quantity import Item
@@ -88,30 +88,16 @@ class MotionQuantity:
         every = self._every(moving, own)
         found = self._solved(designs, every.value)
         if self.family.linked:
-            every = self._with_linked(found, every)
+            slopes = every.slopes.copy()
+            for d, design in enumerate(found.designs):
+                given = Dual(found.inputs[d : d + 1], slopes[:, d : d + 1])
+                slopes[:, d] = self.family.linked_slopes(design, found.z[d], given, self._run).slopes[:, 0]
+            every = Dual(found.inputs, slopes)
         z, _ = self.family.slopes.moving(designs, found.z, every, self._run)
         at = DesignState(self.family, designs, z, self.family.tables(moving))
         values = np.moveaxis(at.values(self.items), 0, -1) * self._units
         rates = np.moveaxis(at.slopes(self.items), 0, -1) * self._units  # (designs, dimensions + input, rows, columns)
         return QuantityRates(values, np.moveaxis(rates[:, :-1], 1, -1), rates[:, -1])
-
-    def _with_linked(self, found: Designs, every: Dual) -> Dual:
-        """Return inputs (designs, actuators, rows) in dual numbers, with those that follow the linkage as solved."""
-        from gimcli.families.linked_slopes import LinkedSlopes  # imported late: few mechanisms have such inputs
-
-        family, slopes, count = self.family, every.slopes.copy(), len(self.family.names)
-        linked = LinkedSlopes(family.mechanism, family.names)
-        for d, design in enumerate(found.designs):
-            one, z = found.designs[d : d + 1], found.z[d : d + 1]
-
-            def nodes(inputs: Dual, _: int, one: FloatArray = one, z: ComplexArray = z) -> Dual:
-                return family.slopes.moving(one, z, inputs[:1], self._run)[0]
-
-            given = family.couplings.moving(design, found.inputs[d : d + 1])
-            own = linked(design, given, nodes).slopes[:, 0, linked.followers]
-            slopes[:, d, linked.followers] = slopes[:, d, None, self.driver] * own[count + self.driver]
-            slopes[:count, d, linked.followers] += own[:count]
-        return Dual(found.inputs, slopes)
 
     def _solved(self, designs: FloatArray, every: FloatArray) -> Designs:
         return self.family.solve(designs, inputs=np.ascontiguousarray(every), notify=self.notify)
