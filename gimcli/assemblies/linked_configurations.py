@@ -60,8 +60,8 @@ class LinkedFinder:
         )
         return replace(
             proved[0][0] if proved else self.roots.row(inputs), mechanism=self.mechanism, inputs=inputs,
-            z=np.array(positions).reshape(-1, len(self.mechanism.nodes)), residual=np.array(residual), radius=np.array(radius),
-            branches=tuple(branches), searched=AGREED if agreed else OPEN,
+            z=np.array(positions).reshape(-1, len(self.mechanism.nodes)), residual=np.array(residual),
+            radius=np.array(radius), branches=tuple(branches), searched=AGREED if agreed else OPEN,
         )  # fmt: skip
 
     def _solved(self, inputs: FloatArray) -> list[tuple[int, ComplexArray]]:
