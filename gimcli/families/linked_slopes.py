@@ -8,27 +8,29 @@ for each derivative by the time, whose part that depends on itself has the same 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
 from gimcli.calculus.dual import Dual
 from gimcli.calculus.numbers import nominal
 from gimcli.calculus.series import Series
-from gimcli.mechanism import ComplexArray, FloatArray
+from gimcli.families.design_rates import DesignRates, PositionSlopes
+from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.positions.newton import Run
 from gimcli.structure.carried import measured
-
-if TYPE_CHECKING:
-    from gimcli.families.planned_family import PlannedFamily
 
 
 class LinkedSlopes:
     """The inputs that follow the linkage, as functions of dimensions, positions and the inputs of the drivers."""
 
-    def __init__(self, family: PlannedFamily) -> None:
-        self.family, mechanism = family, family.mechanism
-        recorded, self.recording = mechanism.written.recorded(mechanism, family.names)
+    def __init__(
+        self, mechanism: Mechanism, names: tuple[str, ...], slopes: PositionSlopes, rates: Callable[[int], DesignRates]
+    ) -> None:  # fmt: skip
+        """Take the dimensions, and what computes nodes of designs and their derivatives by the time up to an order."""
+        recorded, self.recording = mechanism.written.recorded(mechanism, names)
+        self._slopes, self._rates = slopes, rates
         x, y, u = (
             [self.recording.variable(value) for value in values]
             for values in (mechanism.drawn.real, mechanism.drawn.imag, mechanism.drawn_inputs)
@@ -72,8 +74,8 @@ class LinkedSlopes:
 
     def _nodes(self, design: FloatArray, z: ComplexArray, own: Dual, run: Run) -> Any:
         """Return the nodes with their derivatives by the time (orders, nodes, rows) in dual numbers."""
-        at, order = self.family.slopes.moving(design[None], z[None], own[:1], run)[0], len(own) - 1
-        return self.family.rates(order)(design[None], at, own[None], "off")[0][0] if order else at
+        at, order = self._slopes.moving(design[None], z[None], own[:1], run)[0], len(own) - 1
+        return self._rates(order)(design[None], at, own[None], "off")[0][0] if order else at
 
     def _derivatives(self, design: FloatArray, nodes: Dual, own: Dual, turns: FloatArray) -> list[Any]:
         """Return the derivative of an order by the time (rows,) of each follower.

@@ -145,7 +145,7 @@ class PlannedFamily:
         """What computes the derivatives of inputs that follow the linkage."""
         from gimcli.families.linked_slopes import LinkedSlopes  # imported late: few mechanisms have such inputs
 
-        return LinkedSlopes(self)
+        return LinkedSlopes(self.mechanism, self.names, self.slopes, self.rates)
 
     @cached_property
     def forces(self) -> DesignForces | None:

@@ -182,7 +182,7 @@ def initial_paths(task: WorkspaceTask, progress: Progress = no_progress) -> Init
         begin = task.coordinates(task.system.coordinates(task.mechanism.drawn))
     else:
         branches = all_circuits(first, progress)
-        circuits, complete, begin = branches.circuits, branches.complete, _x(task, first.places[first.start].p)
+        circuits, complete, begin = branches.circuits, branches.complete, task.coordinates(first.places[first.start].p)
     parts = [(circuit, part) for circuit in circuits for part in within(task, circuit)]
     if not parts:
         raise UnassembledError(f"{unreached(task)}, or search all assemblies")
@@ -201,15 +201,10 @@ def nearest(task: WorkspaceTask, curves: list[CriticalCurve], x: FloatArray) -> 
     return first_least(np.array(apart), SETTLED)
 
 
-def _x(task: WorkspaceTask, p: FloatArray) -> FloatArray:
-    """Return the task's coordinates of a point of a circuit."""
-    return task.coordinates(p)
-
-
 def _connected(task: WorkspaceTask, parts: list[tuple[Circuit, CriticalCurve]], first: int) -> list[int]:
     """Return the indices of the parts that are connected with the first one by points that they share."""
     points = [
-        *(_x(task, met.p) for circuit, _ in parts for met in circuit.crossings.values()),
+        *(task.coordinates(met.p) for circuit, _ in parts for met in circuit.crossings.values()),
         *(part.x[end] for _, part in parts if not part.closed for end in (0, -1)),
     ]
     shared = [{k for k, (_, part) in enumerate(parts) if _has(task, part, point)} for point in points]
