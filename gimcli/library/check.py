@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from dataclasses import replace
 from functools import cached_property
 from typing import Any
@@ -31,6 +32,7 @@ from gimcli.quantities.initial_coordinates import initial_coordinates
 from gimcli.quantities.motion_summary import MotionSummary, Output, Peak, motion_summary
 from gimcli.quantities.quantity import angle_to_file
 from gimcli.rounding import Section
+from gimcli.status import Status
 from gimcli.structure.drive_check import explained
 from gimcli.structure.loop_types import LoopType
 from gimcli.structure.mechanism_types import MechanismType, mechanism_type
@@ -42,6 +44,12 @@ DRAWN = 360
 
 OTHER_INPUTS = "an assembled position at other inputs than those of the law"
 """The note on the position of a page, where the start of the law cannot be assembled."""
+
+NOT_DRIVEN = "not driven"
+"""The status of a mechanism that the inputs do not drive."""
+
+FULL_TURN = 2.0 * math.pi * (1.0 - 1e-9)
+"""The least range of a full turn [rad]."""
 
 QUANTITIES = {
     (False, 1): "speed", (False, 2): "acceleration", (True, 1): "angular speed", (True, 2): "angular acceleration",
@@ -73,15 +81,16 @@ class CheckResult(Result):
         self.mechanism, self.error, self.whole = mechanism, "", whole  # error: why there is no motion
         self._found = self._position()
         self._kind = self._type()
+        moves = bool(mechanism.actuators) and not self.error
         progress("following the circuit")
-        self._circuit = self._followed()
+        self._circuit = self._followed() if moves else None
         progress("searching extremes of the motion")
-        self._summary = self._extremes()
+        self._summary = self._extremes() if moves else None
 
     @property
     def type(self) -> str:
-        """The type of the mechanism, such as "four-bar linkage: crank-rocker" or "Watt II six-bar"."""
-        return self._kind.name
+        """The type of each machine, such as "four-bar linkage: crank-rocker" or "Watt II six-bar"."""
+        return str(self.report()["type"])
 
     @property
     def warnings(self) -> list[dict[str, str]]:
@@ -100,8 +109,8 @@ class CheckResult(Result):
 
     @property
     def complete(self) -> bool:
-        """Whether the mechanism is assembled."""
-        return self._found is None or self._found.status.value == 0
+        """Whether the mechanism, that is all its machines, are assembled."""
+        return self.report()["status"] in (Status.OK.word, NOT_DRIVEN)
 
     def headline(self) -> str:
         """Return the result in one line."""
@@ -154,20 +163,15 @@ class CheckResult(Result):
 
     def _followed(self) -> Circuit | None:
         """Return the circuit of the start of the laws; None if it is not known."""
-        if self.error or not self.mechanism.actuators:
-            return None
-        try:
+        with suppress(GimError):
             return drawn_circuit(self.mechanism, TOLERANCE)
-        except GimError:
-            return None
+        return None
 
     @cached_property
     def _limits(self) -> list[Any]:
         return limits(self._circuit) if self._circuit is not None else []
 
     def _extremes(self) -> MotionSummary | None:
-        if self.error or not self.mechanism.actuators:
-            return None
         curve = self._circuit.curve if self._circuit is not None else None
         ends = [(curve.nodes(one.p), curve.inputs(one.p)) for one in self._limits if curve is not None]
         try:
@@ -190,11 +194,11 @@ class CheckResult(Result):
             "peaks": [self._peak(one) for one in summary.peaks] if summary else [],
             "drawing": self._drawing(),
         }  # fmt: skip
-        report["warnings"] = motion_warnings(self.mechanism, report, self.error)
-        report["status"] = "not driven" if self._found is None else self._found.status.word
-        if self.whole:
-            report["warnings"] += file_warnings(self.mechanism, self.error)
-        return report
+        of_file = file_warnings(self.mechanism, self.error) if self.whole else []
+        return report | {
+            "warnings": motion_warnings(self.mechanism, report, self.error) + of_file,
+            "status": NOT_DRIVEN if self._found is None else self._found.status.word,
+        }
 
     def _structure(self) -> dict[str, Any]:
         chain, formation = self._kind.chain, self._kind.formation
@@ -202,17 +206,15 @@ class CheckResult(Result):
             found = mobility(self.mechanism).report()
         except StructureError:
             found = dict.fromkeys(("mobility", "start")) | {"redundant": [], "undriven": [], "overdriven": []}
-        groups = [] if formation is None else formation.groups
         return {
-            "type": self.type, "links": len(chain.links), "pairs": chain.pairs, "couplings": list(chain.couplings),
-            "multiple_joints": list(chain.multiple), "formula": chain.formula, "gruebler": chain.gruebler,
-            "mobility": found["mobility"], "redundant": found["redundant"], "undriven": found["undriven"],
-            "overdriven": found["overdriven"], "start": found["start"],
+            "type": self._kind.name, "links": len(chain.links), "pairs": chain.pairs,
+            "couplings": list(chain.couplings), "multiple_joints": list(chain.multiple), "formula": chain.formula,
+            "gruebler": chain.gruebler, "mobility": found["mobility"], "redundant": found["redundant"],
+            "undriven": found["undriven"], "overdriven": found["overdriven"], "start": found["start"],
             "loops": [self._loop(loop) for loop in self._kind.loops],
-            "groups": [
+            "groups": [] if formation is None else [
                 {"kind": g.description, "class": g.numeral, "links": [formation.links[k] for k in g.links]}
-                for g in groups
-                if formation is not None
+                for g in formation.groups
             ],
         }  # fmt: skip
 
@@ -226,54 +228,46 @@ class CheckResult(Result):
         }  # fmt: skip
 
     def _inputs(self) -> list[dict[str, Any]]:
-        mechanism = self.mechanism
-        reach = self._reach()
+        mechanism, summary, reach = self.mechanism, self._summary, self._reach()
         laws = law_inputs(mechanism)(np.linspace(0.0, 1.0, 1001)) if mechanism.actuators else np.zeros((0, 1))
-        limit = self._summary.motion.limit if self._summary else None
-        turning = self._circuit is not None and self._circuit.turning
-        found = []
-        for k, actuator in enumerate(mechanism.actuators):
-            values = mechanism.value_to_file(k, laws[k])
-            low, high = reach.get(actuator.name, [math.nan, math.nan])
-            turn = 2.0 * math.pi * (1.0 - 1e-9)
-            span = mechanism.value_to_file(k, np.array([turn]))[0]
-            found.append(
-                {
-                    "name": actuator.name, "unit": mechanism.unit_of(actuator), "follows": leaders(mechanism, k),
-                    "law": [float(values[0]), float(values[-1])], "least": float(values.min()),
-                    "greatest": float(values.max()), "moves": bool(np.ptp(laws[k]) > 0.0),
-                    "range": [low, high] if reach else None,
-                    "full_turn": bool(turning and actuator.rotary and high - low >= span) if reach else None,
-                    "limit": None if limit is None else self._at(limit)[actuator.name],
-                }
-            )  # fmt: skip
-        return found
+        values = [mechanism.value_to_file(k, law) for k, law in enumerate(laws)]
+        limit = self._at(summary.motion.limit) if summary and summary.motion.limit is not None else {}
+        turn = self._in_file(FULL_TURN) if self._circuit is not None and self._circuit.turning else math.inf
+        return [
+            {
+                "name": one.name, "unit": mechanism.unit_of(one), "follows": leaders(mechanism, k),
+                "law": [float(own[0]), float(own[-1])], "least": float(own.min()), "greatest": float(own.max()),
+                "moves": bool(np.ptp(laws[k]) > 0.0), "range": reach.get(one.name),
+                "full_turn": one.rotary and float(np.ptp(reach[one.name])) >= turn if reach else None,
+                "limit": limit.get(one.name),
+            }
+            for k, (one, own) in enumerate(zip(mechanism.actuators, values, strict=True))
+        ]  # fmt: skip
 
     def _reach(self) -> dict[str, list[float]]:
         """Return the interval of every input on the circuit; empty if the circuit is not known."""
-        circuit = self._circuit
-        if circuit is None:
+        if self._circuit is None:
             return {}
-        ends = input_ends(circuit, interval(circuit, self._limits))
+        ends = input_ends(self._circuit, interval(self._circuit, self._limits))
         return interval_of(*(in_file_units(self.mechanism, end) for end in ends))
 
     def _at(self, time: float) -> dict[str, float]:
         """Return the inputs at a normalised time in the file's units."""
         return in_file_units(self.mechanism, law_inputs(self.mechanism)(np.array([time]))[:, 0])
 
+    def _in_file(self, value: float, slides: bool = False) -> float:
+        """Return an angle, or a length, in the file's unit."""
+        return value * self.mechanism.scale if slides else float(angle_to_file(self.mechanism, np.array([value]))[0])
+
     def _output(self, one: Output) -> dict[str, Any]:
-        mechanism = self.mechanism
-        ends = [one.found.least, one.found.greatest]
-
-        def in_file(value: float) -> float:
-            return value * mechanism.scale if one.slides else float(angle_to_file(mechanism, np.array([value]))[0])
-
+        mechanism, ends = self.mechanism, [one.found.least, one.found.greatest]
         return {
             "name": one.name, "kind": "slider" if one.slides else "link", "guide": one.guide or None,
-            "unit": mechanism.length_unit if one.slides else mechanism.angle_unit, "range": in_file(one.range),
-            "least": None if one.slides else in_file(ends[0].value),
-            "greatest": None if one.slides else in_file(ends[1].value),
-            "full_turn": not one.slides and one.range >= 2.0 * math.pi * (1.0 - 1e-9),
+            "unit": mechanism.length_unit if one.slides else mechanism.angle_unit,
+            "range": self._in_file(one.range, one.slides),
+            "least": None if one.slides else self._in_file(ends[0].value),
+            "greatest": None if one.slides else self._in_file(ends[1].value),
+            "full_turn": not one.slides and one.range >= FULL_TURN,
             "least_at": self._at(ends[0].time), "greatest_at": self._at(ends[1].time),
             "least_time": ends[0].time * mechanism.duration, "greatest_time": ends[1].time * mechanism.duration,
             "time_ratio": one.time_ratio, "strokes_per_turn": one.strokes or None,
@@ -284,17 +278,17 @@ class CheckResult(Result):
         return [
             {
                 "node": mechanism.nodes[one.joint.node], "parts": [one.joint.first.name, one.joint.second.name],
-                "worst": float(angle_to_file(mechanism, np.array([one.angle]))[0]), "unit": mechanism.angle_unit,
+                "worst": self._in_file(one.angle), "unit": mechanism.angle_unit,
                 "at": self._at(one.time), "time": one.time * mechanism.duration,
             }
             for one in (self._summary.angles if self._summary else ())
         ]  # fmt: skip
 
     def _peak(self, one: Peak) -> dict[str, Any]:
-        mechanism, value = self.mechanism, one.found.value
-        own = float(angle_to_file(mechanism, np.array([value]))[0]) if one.rotary else value * mechanism.scale
+        mechanism = self.mechanism
         return {
-            "name": one.name, "quantity": QUANTITIES[one.rotary, one.order], "greatest": own,
+            "name": one.name, "quantity": QUANTITIES[one.rotary, one.order],
+            "greatest": self._in_file(one.found.value, not one.rotary),
             "unit": per_second(mechanism.angle_unit if one.rotary else mechanism.length_unit, one.order),
             "at": self._at(one.found.time), "time": one.found.time * mechanism.duration, "constant": one.constant,
         }  # fmt: skip
@@ -323,16 +317,6 @@ class MachinesCheck(CheckResult):
         self.mechanism = mechanism
         self.each = {one.name: CheckResult(one.mechanism, progress, whole=False) for one in mechanism.machines}
         self.error = "; ".join(f"{name}: {one.error}" for name, one in self.each.items() if one.error)
-
-    @property
-    def type(self) -> str:
-        """The types of the machines."""
-        return str(self.report()["type"])
-
-    @property
-    def complete(self) -> bool:
-        """Whether all machines are assembled."""
-        return all(one.complete for one in self.each.values())
 
     def _sections(self) -> list[Section]:
         """Return the sections of each machine; their headings begin with its name."""

@@ -214,13 +214,12 @@ def check_page(
     warnings: Sequence[str], note: str = "",
 ) -> output.animation.Animation:  # fmt: skip
     """Return a page with the report and the motion, or else with a position z (nodes,) and a note on it."""
-    shown = (
+    moving = (
         None
         if motion is None
         else graphs.motion_animation.law_animation(motion, graphs.extras.Extras(mechanism), len(motion.time) - 1)
     )
-    if shown is None:
-        shown = output.animation.Animation(mechanism.name, mechanism, (_position(mechanism, z, note),))
+    shown = moving or output.animation.Animation(mechanism.name, mechanism, (_position(mechanism, z, note),))
     last = [Section("Warnings", warnings=tuple(warnings))] if warnings else []
     return replace(shown, report=(*sections, *last))
 
@@ -230,5 +229,6 @@ def _position(mechanism: Mechanism, z: ComplexArray | None, note: str) -> output
     status = "not-assembled" if z is None else "ok"
     place = np.full(len(mechanism.nodes), complex(np.nan, np.nan)) if z is None else mechanism.to_file(z)
     table = Table((Column("time", np.zeros(1), "s"), Column("status", np.array([status]))))
-    name = note or "initial configuration"
-    return output.animation.Clip(name, place[None, :], np.zeros(1), (status,), table, note=note)
+    return output.animation.Clip(
+        note or "initial configuration", place[None, :], np.zeros(1), (status,), table, note=note
+    )

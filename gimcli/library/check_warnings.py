@@ -26,7 +26,8 @@ def file_warnings(mechanism: Mechanism, error: str) -> list[dict[str, str]]:
 
 def _placed(mechanism: Mechanism, found: list[tuple[Where, str]]) -> list[dict[str, str]]:
     """Return warnings with their places in the file."""
-    return [{"where": _place(mechanism, where), "text": text} for where, text in found]
+    written = mechanism.written
+    return [{"where": written.place(at) if written is not None and at else "", "text": text} for at, text in found]
 
 
 def short_table_warnings(mechanism: Mechanism) -> Iterator[tuple[Where, str]]:
@@ -39,10 +40,6 @@ def short_table_warnings(mechanism: Mechanism) -> Iterator[tuple[Where, str]]:
         covers, runs = (interval(mechanism, actuator, low, high, 0.0) for low, high in (own, law))
         text = f"the table of load {load} covers {actuator} = {covers}, its law runs over {runs}"
         yield ("loads", load), f"{text}: outside the load keeps the factor of the nearest row; add rows"
-
-
-def _place(mechanism: Mechanism, where: Where) -> str:
-    return mechanism.written.place(where) if mechanism.written is not None and where else ""
 
 
 def _member(mechanism: Mechanism, name: str) -> Where:
