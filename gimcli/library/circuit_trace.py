@@ -33,83 +33,10 @@ DENSE = 720
 """Least number of rows of a circuit for which no member is expected to turn by half a turn between two rows."""
 
 
-class CircuitTrace(UnderWay[TraceResult]):
-    """A circuit, or all circuits that meet it: first the tables, then the result."""
-
-    def __init__(
-        self, mechanism: Mechanism, steps: int, tolerance: float, branch: int, every: bool,
-        extras: Callable[[], Extras], progress: Phases,
-    ) -> None:  # fmt: skip
-        """Follow the circuits; `extras` makes the measures and graphs of one circuit."""
-        follow = progress("following the circuit")
-        circuits: tuple[Circuit, ...] = (drawn_circuit(mechanism, tolerance),)
-        if every or branch > 1:
-            follow = progress("following branches")
-            circuits = all_circuits(circuits[0], progress=follow).circuits
-        if branch > len(circuits):
-            raise UsageError(
-                f"branch: expected a number from 1 to {len(circuits)}, got {branch}; 1 is the circuit of the initial"
-                " configuration, the others cross it (see `gim singularities`)"
-                if len(circuits) > 1
-                else f"branch {branch}: no branch crosses the circuit of the initial configuration; remove branch"
-            )
-        self.mechanism, self.steps, self.tolerance, self.every = mechanism, steps, tolerance, every
-        self.numbers = list(range(1, len(circuits) + 1)) if every else [branch]
-        progress("positions along the circuit")
-        self.circuits = [circuits[n - 1] for n in self.numbers]
-        self.motions = [circuit_motion(circuit, steps + 1, tolerance) for circuit in self.circuits]
-        self.extras = [extras() for _ in self.numbers]
-        self.expected = sum(len(motion.time) for motion in self.motions)
-        self._dense: dict[int, Motion] = {}
-
-    def angles(self, motion: Motion, member: int) -> FloatArray:
-        """Return the directions of a member (rows,) along a circuit, full turns counted."""
-        number = next(k for k, own in enumerate(self.motions) if own is motion)
-        circuit = self.circuits[number]
-        each = -(-max(DENSE, len(circuit.places)) // self.steps)
-        if number not in self._dense:
-            self._dense[number] = circuit_motion(circuit, each * self.steps + 1, self.tolerance)
-        found = direction(self.mechanism, member, self._dense[number].z)
-        return counted(found, full_turn(self.mechanism))[::each]
-
-    @cached_property
-    def _tables(self) -> list[Table]:
-        tables = []
-        for number, motion, extras in zip(self.numbers, self.motions, self.extras, strict=True):
-            table = extras.table(motion, self.angles)
-            extras.keep(table, np.arange(len(motion.time)))
-            branch = (Column("branch", np.full(len(table), number)),) if self.every else ()
-            tables.append(Table((*table.columns, *branch)))
-        return tables
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the columns."""
-        return self._tables[0].names
-
-    def tables(self) -> Iterator[Table]:
-        """Yield the table of each circuit; if all are followed, the last column is `branch`."""
-        yield from self._tables
-
-    def points(self) -> list[dict[str, dict[str, Any]]]:
-        """Return the ranges of the traced points on each circuit."""
-        found = []
-        for motion, table in zip(self.motions, self._tables, strict=True):
-            ranges = PointRanges(self.mechanism)
-            ranges.add(table)
-            found.append(ranges.report(motion))
-        return found
-
-    def result(self, table: Table | None) -> CircuitTraceResult:
-        """Return the result, after all tables were read; `table` is None if they were written to a file."""
-        return CircuitTraceResult(self, table)
-
-
 class CircuitTraceResult(TraceResult):
     """Rows along whole circuits, one circuit after another; `circuits` describes each."""
 
-    def __init__(self, found: CircuitTrace, table: Table | None) -> None:
-        self.mechanism, self._found, self._motions, self._table = found.mechanism, found, found.motions, table
+    _found: CircuitTrace
 
     @cached_property
     def circuits(self) -> list[dict[str, Any]]:
@@ -191,6 +118,76 @@ class CircuitTraceResult(TraceResult):
     def animation(self) -> output.animation.Animation:
         """Return the circuits with their events and columns."""
         return graphs.circuit_animation.circuit_trace_animation(self._motions, self.circuits, self._found.extras)
+
+
+class CircuitTrace(UnderWay[TraceResult]):
+    """A circuit, or all circuits that meet it: first the tables, then the result."""
+
+    made = CircuitTraceResult
+
+    def __init__(
+        self, mechanism: Mechanism, steps: int, tolerance: float, branch: int, every: bool,
+        extras: Callable[[], Extras], progress: Phases,
+    ) -> None:  # fmt: skip
+        """Follow the circuits; `extras` makes the measures and graphs of one circuit."""
+        follow = progress("following the circuit")
+        circuits: tuple[Circuit, ...] = (drawn_circuit(mechanism, tolerance),)
+        if every or branch > 1:
+            follow = progress("following branches")
+            circuits = all_circuits(circuits[0], progress=follow).circuits
+        if branch > len(circuits):
+            raise UsageError(
+                f"branch: expected a number from 1 to {len(circuits)}, got {branch}; 1 is the circuit of the initial"
+                " configuration, the others cross it (see `gim singularities`)"
+                if len(circuits) > 1
+                else f"branch {branch}: no branch crosses the circuit of the initial configuration; remove branch"
+            )
+        self.mechanism, self.steps, self.tolerance, self.every = mechanism, steps, tolerance, every
+        self.numbers = list(range(1, len(circuits) + 1)) if every else [branch]
+        progress("positions along the circuit")
+        self.circuits = [circuits[n - 1] for n in self.numbers]
+        self.motions = [circuit_motion(circuit, steps + 1, tolerance) for circuit in self.circuits]
+        self.extras = [extras() for _ in self.numbers]
+        self.expected = sum(len(motion.time) for motion in self.motions)
+        self._dense: dict[int, Motion] = {}
+
+    def angles(self, motion: Motion, member: int) -> FloatArray:
+        """Return the directions of a member (rows,) along a circuit, full turns counted."""
+        number = next(k for k, own in enumerate(self.motions) if own is motion)
+        circuit = self.circuits[number]
+        each = -(-max(DENSE, len(circuit.places)) // self.steps)
+        if number not in self._dense:
+            self._dense[number] = circuit_motion(circuit, each * self.steps + 1, self.tolerance)
+        found = direction(self.mechanism, member, self._dense[number].z)
+        return counted(found, full_turn(self.mechanism))[::each]
+
+    @cached_property
+    def _tables(self) -> list[Table]:
+        tables = []
+        for number, motion, extras in zip(self.numbers, self.motions, self.extras, strict=True):
+            table = extras.table(motion, self.angles)
+            extras.keep(table, np.arange(len(motion.time)))
+            branch = (Column("branch", np.full(len(table), number)),) if self.every else ()
+            tables.append(Table((*table.columns, *branch)))
+        return tables
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the columns."""
+        return self._tables[0].names
+
+    def tables(self) -> Iterator[Table]:
+        """Yield the table of each circuit; if all are followed, the last column is `branch`."""
+        yield from self._tables
+
+    def points(self) -> list[dict[str, dict[str, Any]]]:
+        """Return the ranges of the traced points on each circuit."""
+        found = []
+        for motion, table in zip(self.motions, self._tables, strict=True):
+            ranges = PointRanges(self.mechanism)
+            ranges.add(table)
+            found.append(ranges.report(motion))
+        return found
 
 
 def _of_circuit(mechanism: Mechanism, number: int, circuit: Circuit, found: list[Any]) -> dict[str, Any]:

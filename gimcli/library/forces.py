@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import cached_property, partial
-from itertools import chain
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -22,6 +21,7 @@ from gimcli.library.machine_forces import ForcesBeside, MachineForces
 from gimcli.library.machines import accepted, loaded_machines
 from gimcli.library.record import Records, RowField
 from gimcli.library.result import RowsResult, UnderWay, in_parts
+from gimcli.library.trace_result import MotionUnderWay
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.motion.motion import Motion, stream
 from gimcli.motion.summary import events, reachable
@@ -30,9 +30,7 @@ from gimcli.positions.options import Options
 from gimcli.progress import Notify, Phases, no_phases
 from gimcli.quantities.motion_table import input_or_time, motion_events
 from gimcli.quantities.state import MotionState, State
-from gimcli.rates.member_angles import LawAngles
 from gimcli.rounding import greatest, input_value, number
-from gimcli.structure.drive_check import require_consistent
 from gimcli.table import Column, Table, labelled
 
 DRAWN = 4096
@@ -87,94 +85,19 @@ def forces(
     return ForcesBeside(mechanism, begun, texts(measure), texts(plot))
 
 
-class ForcesAlong(UnderWay["ForcesResult"]):
-    """The forces of a motion that is being solved in pieces: first the tables of the pieces, then the result."""
-
-    def __init__(
-        self, mechanism: Mechanism, steps: int, tolerance: float, jit: str, measure: str | Sequence[str],
-        plot: str | Sequence[str], notify: Notify | None, progress: Phases,
-    ) -> None:  # fmt: skip
-        """Begin to solve the motion."""
-        chosen = Options(tolerance=tolerance, jit=jit)
-        self.steps, self.options, self.expected = steps, chosen, steps + 1
-        solve = partial(stream, mechanism, steps, chosen)
-        self._pieces = solve(notify=notify, progress=progress("forces along the motion"))
-        self._first: Motion = next(self._pieces)
-        first = self._first
-        require_consistent(mechanism, first.start, first.inputs[:, 0], first.first_status, tolerance)
-        self.found = ForceMotion(mechanism, steps + 1, jit, notify)
-        self.statistics = ForceStatistics(self.found.statics, steps)
-        self.angles = partial(LawAngles, mechanism, steps, solve)
-        self._counted, self.pieces = self.angles(), list[Motion]()
-        self.choose(measure, plot)
-
-    def choose(self, measure: str | Sequence[str], plot: str | Sequence[str]) -> None:
-        """Choose quantities of the table and graphs of the picture by texts; raise UsageError for an unknown one."""
-        mechanism, units = self.found.statics.mechanism, None
-        if texts(plot):
-            units = {column.name: column.unit for column in self._start[1].columns}
-        self.extras = Extras(mechanism, measure, plot, columns=units, usual=usual_graphs(mechanism))
-        if self.extras.plans:
-            state, table = self._start
-            self.extras.check(Table((*table.columns, *self.extras.beside(state, table.names))))
-
-    @cached_property
-    def _start(self) -> tuple[MotionState, Table]:
-        """The first row and its table, without measures."""
-        state = MotionState(self._first.rows(np.arange(1)))
-        return state, force_table(state.motion, state.forces)
-
-    @property
-    def head(self) -> Table:
-        """The table of the first row."""
-        state, table = self._start
-        measured = Extras(state.mechanism, self.extras.specs).beside(state, table.names)
-        return Table((*table.columns, *measured))
-
-    def knows(self, measure: Sequence[str], plot: Sequence[str]) -> bool:
-        """Return whether the mechanism has the quantities of texts."""
-        return accepted(self.choose, measure, plot)
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the columns."""
-        return self.head.names
-
-    def tables(self) -> Iterator[Table]:
-        """Yield the table of each piece of the motion."""
-        for piece in chain((self._first,), self._pieces):
-            first = self.found.summary.seen
-            self.pieces += [piece] * self.keeps
-            forces = self.found.take(piece)
-            table = force_table(piece, forces, first)
-            self.statistics.add(table, piece, forces)
-            state = MotionState(piece, self._counted, self.extras.record.memory)
-            state.forces = forces
-            table = Table((*table.columns, *self.extras.measured(state, table.names)))
-            yield table
-            table = Table((*table.columns, *self.extras.beside(state, table.names)))
-            self.extras.keep(_bounded(table, forces.bounded), self.found.rows)
-
-    def result(self, table: Table | None) -> ForcesResult:
-        """Return the result, after all tables were read; `table` is None if they were written to a file."""
-        return ForcesResult(self, table)
-
-
 class ForcesResult(RowsResult):
     """Driving efforts, reactions, shaking force and powers along a motion, as columns by name."""
 
     KIND = "forces"
 
     def __init__(self, along: ForcesAlong, table: Table | None) -> None:
-        self.mechanism, self._found, self.steps = along.found.statics.mechanism, along.found, along.steps
-        self._options, self._rows = along.options, along.statistics
-        self._table, self._extras = table, along.extras
-        self._pieces, self._angles = along.pieces, along.angles
+        super().__init__(along, table)
+        self._along, self._found, self.steps = along, along.found, along.steps
 
     @cached_property
     def _summary(self) -> ForceSummary:
         """Statistics, work and mean bearing loads; extremes are refined between the rows."""
-        return self._rows.summary(self._amounts_at, self._inputs_at)
+        return self._along.statistics.summary(self._amounts_at, self._inputs_at)
 
     @property
     def statistics(self) -> dict[str, Statistic]:
@@ -198,7 +121,7 @@ class ForcesResult(RowsResult):
             wanted = np.union1d(times, np.linspace(0.0, 1.0, min(self.steps, DRAWN) + 1))  # angles beyond half a turn
         apart = np.append(0.0, wanted)
         apart = apart[np.diff(apart, prepend=-1.0) > CLOSE]
-        piece = next(stream(mechanism, 1, self._options, between=lambda _: apart))
+        piece = next(stream(mechanism, 1, self._along.options, between=lambda _: apart))
         forces = ForceMotion(mechanism, len(apart), "off").take(piece)
         found = amounts(force_table(piece, forces), forces.bounded)
         rows = np.searchsorted(apart, times + CLOSE) - 1
@@ -212,17 +135,18 @@ class ForcesResult(RowsResult):
     @cached_property
     def _state(self) -> State | None:
         """The rows of the motion, of which any quantity may be asked by its name; None if they are not kept."""
-        return MotionState(Motion.joined(self._pieces), self._angles()) if self._pieces else None
+        motions = self._along.motions
+        return MotionState(Motion.joined(motions), self._along.angles()) if motions else None
 
     @property
     def measured(self) -> dict[str, Any]:
         """Ranges of the measures, and their results for the whole motion."""
-        return self._extras.report(self._found.summary.motion)
+        return self._along.extras.report(self._found.summary.motion)
 
     @property
     def complete(self) -> bool:
         """Whether the forces of all rows are determined."""
-        return self._found.determined == self.steps + 1
+        return bool(self._found.determined == self.steps + 1)
 
     @property
     def events(self) -> list[dict[str, Any]]:
@@ -261,13 +185,77 @@ class ForcesResult(RowsResult):
 
     def _shown(self) -> tuple[list[PlannedGraph], list[str]]:
         """Return the graphs, and the constant quantities that have none."""
-        own = self._extras
+        own = self._along.extras
         return (own.plans, []) if own.plans else varying(usual_graphs(self.mechanism), own.kept)
 
     def _graphs(self, plans: Sequence[PlannedGraph]) -> list[output.graph.CurveGraph]:
-        motion, columns = self._found.summary.motion, self._extras.kept
+        motion, columns = self._found.summary.motion, self._along.extras.kept
         over, marks = input_or_time(self.mechanism, motion.time, motion.inputs), motion_events(motion)
         return [with_marks(drawn(plan, columns, over, marks), over) for plan in plans]
+
+
+class ForcesAlong(MotionUnderWay[ForcesResult]):
+    """The forces of a motion that is being solved in pieces: first the tables of the pieces, then the result."""
+
+    made = ForcesResult
+
+    def __init__(
+        self, mechanism: Mechanism, steps: int, tolerance: float, jit: str, measure: str | Sequence[str],
+        plot: str | Sequence[str], notify: Notify | None, progress: Phases,
+    ) -> None:  # fmt: skip
+        """Begin to solve the motion."""
+        options = Options(tolerance=tolerance, jit=jit)
+        super().__init__(mechanism, steps, options, notify, progress("forces along the motion"))
+        self.found = ForceMotion(mechanism, steps + 1, jit, notify)
+        self.statistics = ForceStatistics(self.found.statics, steps)
+        self._counted = self.angles()
+        self.choose(measure, plot)
+
+    def choose(self, measure: str | Sequence[str], plot: str | Sequence[str]) -> None:
+        """Choose quantities of the table and graphs of the picture by texts; raise UsageError for an unknown one."""
+        mechanism, units = self.mechanism, None
+        if texts(plot):
+            units = {column.name: column.unit for column in self._start[1].columns}
+        self.extras = Extras(mechanism, measure, plot, columns=units, usual=usual_graphs(mechanism))
+        if self.extras.plans:
+            state, table = self._start
+            self.extras.check(Table((*table.columns, *self.extras.beside(state, table.names))))
+
+    @cached_property
+    def _start(self) -> tuple[MotionState, Table]:
+        """The first row and its table, without measures."""
+        state = MotionState(self._first.rows(np.arange(1)))
+        return state, force_table(state.motion, state.forces)
+
+    @property
+    def head(self) -> Table:
+        """The table of the first row."""
+        state, table = self._start
+        measured = Extras(state.mechanism, self.extras.specs).beside(state, table.names)
+        return Table((*table.columns, *measured))
+
+    def knows(self, measure: Sequence[str], plot: Sequence[str]) -> bool:
+        """Return whether the mechanism has the quantities of texts."""
+        return accepted(self.choose, measure, plot)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the columns."""
+        return self.head.names
+
+    def tables(self) -> Iterator[Table]:
+        """Yield the table of each piece of the motion."""
+        for piece in self.pieces():
+            first = self.found.summary.seen
+            forces = self.found.take(piece)
+            table = force_table(piece, forces, first)
+            self.statistics.add(table, piece, forces)
+            state = MotionState(piece, self._counted, self.extras.record.memory)
+            state.forces = forces
+            table = Table((*table.columns, *self.extras.measured(state, table.names)))
+            yield table
+            table = Table((*table.columns, *self.extras.beside(state, table.names)))
+            self.extras.keep(_bounded(table, forces.bounded), self.found.rows)
 
 
 def _bounded(table: Table, bounded: NDArray[np.bool_]) -> Table:

@@ -84,7 +84,7 @@ class ReduceResult(RowsResult):
     @property
     def complete(self) -> bool:
         """Whether all rows are solved."""
-        return self._found.solved == len(self._found.q)
+        return bool(self._found.solved == len(self._found.q))
 
     @property
     def _overall(self) -> Status:

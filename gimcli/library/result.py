@@ -323,7 +323,9 @@ class Result(Columns):
 class RowsResult(Result):
     """A result with one row for each step; a row that is not solved has a status and NaN."""
 
-    _table: Table | None
+    def __init__(self, found: Any, table: Table | None) -> None:
+        """Keep what was under way, and its table unless that was written to a file."""
+        self.mechanism, self._found, self._table = found.mechanism, found, table
 
     def table(self) -> Table:
         """Return one row for each step."""
@@ -365,6 +367,8 @@ class UnderWay(ABC, Generic[Found]):
     keeps = False
     """Whether the parts are kept, so that any quantity may be asked of all rows."""
 
+    made: Callable[[Any, Table | None], Found]  # the class of the result
+
     @property
     @abstractmethod
     def names(self) -> tuple[str, ...]:
@@ -374,9 +378,9 @@ class UnderWay(ABC, Generic[Found]):
     def tables(self) -> Iterator[Table]:
         """Yield the table of each part."""
 
-    @abstractmethod
     def result(self, table: Table | None) -> Found:
         """Return the result, after all tables were read; `table` is None if they were written to a file."""
+        return self.made(self, table)
 
     def whole(self) -> Found:
         """Return the result with all rows."""

@@ -174,27 +174,12 @@ def _header(job: SweepJob) -> dict[str, Any]:
     }  # fmt: skip
 
 
-class SweepUnderWay(SweepTables, UnderWay["SweepResult"]):
-    """A sweep that is being computed: first the tables of its chunks, then the result."""
-
-    def whole(self) -> SweepResult:
-        """Return the result with all designs; the parts in the folder are removed."""
-        found = super().whole()
-        self.clear()
-        return found
-
-    def result(self, table: Table | None) -> SweepResult:
-        """Return the result, after all tables were read; `table` is None if they were written to a file."""
-        return SweepResult(self, table)
-
-
 class SweepResult(RowsResult):
     """One row for each design: its number, its dimensions, what is kept, and its status."""
 
     KIND = "sweep"
 
-    def __init__(self, found: SweepTables, table: Table | None) -> None:
-        self.mechanism, self._found, self._table = found.mechanism, found, table
+    _found: SweepTables
 
     @property
     def designs(self) -> int:
@@ -291,6 +276,18 @@ class SweepResult(RowsResult):
         text = "a sweep has no film; write a page (.html), or trace one design"
         refuse(*((Path(given).suffix.lower() in FILMS, f"{given}: {text}") for given in out))
         return super().destinations(out, stem, picture, more)
+
+
+class SweepUnderWay(SweepTables, UnderWay[SweepResult]):
+    """A sweep that is being computed: first the tables of its chunks, then the result."""
+
+    made = SweepResult
+
+    def whole(self) -> SweepResult:
+        """Return the result with all designs; the parts in the folder are removed."""
+        found = super().whole()
+        self.clear()
+        return found
 
 
 def _listed(table: Table) -> list[dict[str, Any]]:

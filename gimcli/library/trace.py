@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from functools import cached_property, partial
-from itertools import chain
 from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import numpy as np
@@ -25,15 +24,13 @@ from gimcli.library.inputs import (
     refuse_unmoved,
 )
 from gimcli.library.result import UnderWay, in_parts
-from gimcli.library.trace_result import TraceResult
+from gimcli.library.trace_result import MotionUnderWay, TraceResult
 from gimcli.mechanism import FloatArray, Mechanism
-from gimcli.motion.motion import PIECE, Motion, stream
+from gimcli.motion.motion import PIECE, Motion
 from gimcli.motion.summary import Summary, events, reachable, traced_paths
 from gimcli.positions.options import Options
 from gimcli.progress import Notify, Phases, no_phases
 from gimcli.quantities.point_ranges import PointRanges
-from gimcli.rates.member_angles import LawAngles
-from gimcli.structure.drive_check import require_consistent
 from gimcli.table import Table
 
 if TYPE_CHECKING:
@@ -135,59 +132,10 @@ def _refuse_mixed(method: str, rates: int, at_limit: str = "stop", branch: int =
     )
 
 
-class MotionTrace(UnderWay[TraceResult]):
-    """A motion that is being solved in pieces: first the tables of the pieces, then the result."""
-
-    def __init__(
-        self, mechanism: Mechanism, steps: int, options: Options, extras: Extras, at_limit: str, branch: int,
-        notify: Notify | None, progress: Phases,
-    ) -> None:  # fmt: skip
-        self.mechanism, self.steps, self.options, self.extras = mechanism, steps, options, extras
-        rows = steps + 1 if at_limit != "stop" or branch > 1 else PIECE
-        solve = partial(stream, mechanism, steps, options, rows=rows, at_limit=at_limit, branch=branch)
-        self._pieces = solve(notify=notify, progress=progress("tracing"))
-        self.counted = partial(LawAngles, mechanism, steps, solve)
-        first = self._first = next(self._pieces)
-        require_consistent(mechanism, first.start, first.inputs[:, 0], first.first_status, options.tolerance)
-        self.summary, self.ranges = Summary(steps + 1), PointRanges(mechanism)
-        self.kept, self._notify, self.expected = list[Motion](), notify, steps + 1
-        extras.check(self._head) if extras.plans else None
-
-    @cached_property
-    def _rates(self) -> TracedRates | None:
-        return self.extras.traced(self.extras.order, self.steps + 1, self.options.jit, self._notify)
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the columns."""
-        return self._head.names
-
-    @cached_property
-    def _head(self) -> Table:
-        return self.extras.head(self._first.rows(np.arange(1)))
-
-    def tables(self) -> Iterator[Table]:
-        """Yield the table of each piece of the motion."""
-        angles = self.counted()
-        for piece in chain((self._first,), self._pieces):
-            own, first = self.extras, self.summary.seen
-            table = own.table(piece, angles, first, self._rates)
-            self.ranges.add(table)
-            yield table
-            own.keep(table, self.summary.add(piece))
-            self.kept += [piece] * self.keeps
-
-    def result(self, table: Table | None) -> MotionTraceResult:
-        """Return the result, after all tables were read; `table` is None if they were written to a file."""
-        self._pieces = iter(())
-        return MotionTraceResult(self, table)
-
-
 class MotionTraceResult(TraceResult):
     """Rows of a motion along the actuators' laws."""
 
-    def __init__(self, found: MotionTrace, table: Table | None) -> None:
-        self.mechanism, self._found, self._motions, self._table = found.mechanism, found, found.kept, table
+    _found: MotionTrace
 
     @cached_property
     def _motion(self) -> Motion:
@@ -273,7 +221,7 @@ class MotionTraceResult(TraceResult):
 
     def _turns(self, member: int) -> FloatArray:
         """Return the directions of a member (rows,) in the file's angle unit, full turns counted."""
-        angles = self._found.counted()
+        angles = self._found.angles()
         return np.concatenate([angles(motion, member) for motion in self._motions])
 
     def picture(self) -> output.picture.Content | None:
@@ -306,5 +254,45 @@ class MotionTraceResult(TraceResult):
     def animation(self) -> output.animation.Animation | None:
         """Return the motion with its events, velocities and columns; None if no row is solved."""
         return graphs.motion_animation.law_animation(
-            self._motion, self._found.extras, self._found.steps, self._found.counted()
+            self._motion, self._found.extras, self._found.steps, self._found.angles()
         )
+
+
+class MotionTrace(MotionUnderWay[TraceResult]):
+    """A motion that is being solved in pieces: first the tables of the pieces, then the result."""
+
+    made = MotionTraceResult
+
+    def __init__(
+        self, mechanism: Mechanism, steps: int, options: Options, extras: Extras, at_limit: str, branch: int,
+        notify: Notify | None, progress: Phases,
+    ) -> None:  # fmt: skip
+        rows = steps + 1 if at_limit != "stop" or branch > 1 else PIECE
+        form: dict[str, Any] = {"rows": rows, "at_limit": at_limit, "branch": branch}
+        super().__init__(mechanism, steps, options, notify, progress("tracing"), **form)
+        self.summary, self.ranges = Summary(steps + 1), PointRanges(mechanism)
+        self.extras, self._notify = extras, notify
+        extras.check(self._head) if extras.plans else None
+
+    @cached_property
+    def _rates(self) -> TracedRates | None:
+        return self.extras.traced(self.extras.order, self.steps + 1, self.options.jit, self._notify)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the columns."""
+        return self._head.names
+
+    @cached_property
+    def _head(self) -> Table:
+        return self.extras.head(self._first.rows(np.arange(1)))
+
+    def tables(self) -> Iterator[Table]:
+        """Yield the table of each piece of the motion."""
+        angles = self.angles()
+        for piece in self.pieces():
+            own, first = self.extras, self.summary.seen
+            table = own.table(piece, angles, first, self._rates)
+            self.ranges.add(table)
+            yield table
+            own.keep(table, self.summary.add(piece))

@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Sequence
-from functools import cached_property
+from collections.abc import Iterator
+from functools import cached_property, partial
+from itertools import chain
 from typing import Any
 
 import numpy as np
 
 from gimcli.library.by_name import ByName, angles, by_member, pairs, places
-from gimcli.library.result import Result, RowsResult
-from gimcli.mechanism import ComplexArray, FloatArray
-from gimcli.motion.motion import Motion
+from gimcli.library.result import Found, Result, RowsResult, UnderWay
+from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
+from gimcli.motion.motion import Motion, stream
+from gimcli.positions.options import Options
+from gimcli.progress import Notify, Progress
 from gimcli.quantities.state import MotionState, State
+from gimcli.rates.member_angles import LawAngles
+from gimcli.structure.drive_check import require_consistent
 
 POSES = 120
 """Largest number of positions that a picture chooses from."""
@@ -43,7 +48,10 @@ class TraceResult(Placed, RowsResult):
 
     KIND = ""
 
-    _motions: Sequence[Motion]
+    @property
+    def _motions(self) -> list[Motion]:
+        """The motions whose rows follow each other; none if they were written to a file."""
+        return self._found.motions  # type: ignore[no-any-return]
 
     @property
     def rows(self) -> int:
@@ -91,7 +99,7 @@ class TraceResult(Placed, RowsResult):
     @cached_property
     def _state(self) -> State:
         """The rows of the motion, of which any quantity may be asked by its name."""
-        whole = self._motions[0] if len(self._motions) == 1 else Motion.joined(list(self._motions))
+        whole = self._motions[0] if len(self._motions) == 1 else Motion.joined(self._motions)
         return MotionState(whole, lambda _, member: self._turns(member))
 
     @abstractmethod
@@ -107,3 +115,26 @@ class TraceResult(Placed, RowsResult):
     @cached_property
     def _z(self) -> ComplexArray:
         return np.concatenate([m.z for m in self._motions], axis=1)
+
+
+class MotionUnderWay(UnderWay[Found]):
+    """A result along the actuators' laws, of a motion that is being solved in pieces."""
+
+    def __init__(
+        self, mechanism: Mechanism, steps: int, options: Options, notify: Notify | None, progress: Progress,
+        **form: Any,
+    ) -> None:  # fmt: skip
+        """Begin to solve the motion; `form` are further arguments of `stream`."""
+        self.mechanism, self.steps, self.options, self.expected = mechanism, steps, options, steps + 1
+        solve = partial(stream, mechanism, steps, options, **form)
+        self.angles, self.motions = partial(LawAngles, mechanism, steps, solve), list[Motion]()
+        self._pieces = solve(notify=notify, progress=progress)
+        first = self._first = next(self._pieces)
+        require_consistent(mechanism, first.start, first.inputs[:, 0], first.first_status, options.tolerance)
+
+    def pieces(self) -> Iterator[Motion]:
+        """Yield the pieces of the motion, once; they are kept if the result keeps its parts."""
+        pieces, self._pieces = self._pieces, iter(())
+        for piece in chain((self._first,), pieces):
+            self.motions += [piece] * self.keeps
+            yield piece
