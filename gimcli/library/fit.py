@@ -26,7 +26,7 @@ from gimcli.library.fit_targets import FittedTask, columns_of, input_range, task
 from gimcli.library.fitted_design import FittedDesign, GoalChecker, TargetChecker
 from gimcli.library.inputs import OneOf, Range, Seed, refuse_unmoved
 from gimcli.library.machines import accepted, driven_machines, for_each_machine
-from gimcli.mechanism import BoolArray, FloatArray, Machine, Mechanism
+from gimcli.mechanism import FloatArray, Machine, Mechanism
 from gimcli.model.dimensions import written
 from gimcli.progress import Notify, Phases, Progress, WorkLimit, no_phases
 from gimcli.status import Status
@@ -123,8 +123,7 @@ def fit(
         with stop.listening():
             return _least_goal(quantities, lower, upper, starts, seed, report, stop)
     task, varied = _with_law(family, task, lower, upper)
-    problem = _problem(quantities, task, lower, upper, notify, varied)
-    problem = replace(problem, stop=stop.spend)
+    problem = _problem(quantities, task, lower, upper, notify, varied, stop)
     with stop.listening():
         return _least_error(quantities, problem, task, starts, seed, report, notify, stop)
 
@@ -136,13 +135,11 @@ def _least_goal(
     """Return the feasible design with the least goal."""
     assert quantities.goal is not None
     search = goal_search(quantities, lower, upper, starts, seed, progress, stop.spend)
-    checker, nominal = GoalChecker(quantities), quantities.family.mechanism
-    tried = zip(search.trials.designs[:MOST_CHECKED], search.trials.error.tolist(), strict=False)
-    found = next((one for design, goal in tried if (one := checker.checked(design, goal)) is not None), None)
+    found, family = _first_feasible(GoalChecker(quantities), search.trials), quantities.family
     hits = 0 if found is None else int(search.same(found.error, 0.0).sum())
     counts = FitCounts(search.drawn, search.started, hits, seed, _ended(stop))
-    names, goal, stand = quantities.family.names, quantities.goal.text, _stand(found, lower, upper)
-    return GoalResult(nominal, names, found, counts, stand=stand, goal=goal)
+    stand = _stand(found, family.names, lower, upper)
+    return GoalResult(family.mechanism, family.names, found, counts, stand=stand, goal=quantities.goal.text)
 
 
 def _least_error(
@@ -170,7 +167,7 @@ def _least_error(
             counts = replace(counts, hits=hits, ended=_ended(stop))
             free = undetermined(problem, best, found.design, family.names)
             break
-    stand = _stand(found, problem.least, problem.most)
+    stand = _stand(found, family.names, problem.least, problem.most)
     return FitResult(family.mechanism, family.names, found, counts, task, reason, stand, free)
 
 
@@ -179,13 +176,16 @@ def _ended(stop: SearchStop) -> str:
     return "interrupted" if stop.interrupted else (Status.WORK_LIMIT if stop.reached else Status.OK).word
 
 
-def _stand(found: FittedDesign | None, lower: FloatArray, upper: FloatArray) -> BoolArray:
-    """Return which dimensions (dimensions,) stand on a bound."""
+def _stand(
+    found: FittedDesign | None, names: Sequence[str], lower: FloatArray, upper: FloatArray
+) -> tuple[str, ...]:  # fmt: skip
+    """Return the names of the dimensions that stand on a bound."""
     if found is None:
-        return np.zeros(len(lower), dtype=bool)
+        return ()
     with np.errstate(invalid="ignore"):
         room = np.where(np.isfinite(upper - lower), SAME_LAW * (upper - lower), 0.0)
-    return np.asarray((found.design <= lower + room) | (found.design >= upper - room))
+    on = (found.design <= lower + room) | (found.design >= upper - room)
+    return tuple(name for name, one in zip(names, on, strict=True) if one)
 
 
 def _bounds(vary: Mapping[str, tuple[float, float]]) -> tuple[FloatArray, FloatArray]:
@@ -210,10 +210,8 @@ def _with_law(family: Family, task: FittedTask, lower: FloatArray, upper: FloatA
     They have none where the law is a full turn for all designs: its start alone decides nothing.
     """
     ends = varied_ends(family, lower, upper)
-    if not np.ptp(ends, axis=0).any():
-        return task, False
     turning = task.targets.range.turning and bool(np.all(np.abs(ends[:, 1] - ends[:, 0]) >= TURN * (1.0 - SAME_LAW)))
-    if turning:
+    if turning or not np.ptp(ends, axis=0).any():
         return task, False
     if task.targets.timing != FREE:
         count = len(family.names)
@@ -242,17 +240,17 @@ def _refuse_other_laws(family: Family, lower: FloatArray, upper: FloatArray) -> 
 
 def _problem(
     quantities: DesignQuantities, task: FittedTask, lower: FloatArray, upper: FloatArray, notify: Notify | None,
-    varied: bool,
+    varied: bool, stop: SearchStop,
 ) -> FitProblem:  # fmt: skip
     family = quantities.family
     quantity = MotionQuantity(family, task.components, notify, along_law=varied)
     rows = task.targets.range.grid(CONSTANTS.inputs)
     periodic = periodic_dimensions(quantity, family.nominal, lower, upper, rows)
     admits = partial(quantities.hold, steps=START_STEPS) if quantities.texts else None
-    return FitProblem(quantity, task.targets, lower, upper, periodic, admits=admits)
+    return FitProblem(quantity, task.targets, lower, upper, periodic, admits=admits, stop=stop.spend)
 
 
-def _first_feasible(checker: TargetChecker, at: Trials) -> FittedDesign | None:
+def _first_feasible(checker: GoalChecker | TargetChecker, at: Trials) -> FittedDesign | None:
     """Return the feasible design with the least error."""
     tried = (checker.checked(at[k : k + 1]) for k in range(min(len(at), MOST_CHECKED)))
     return next((found for found in tried if found is not None), None)

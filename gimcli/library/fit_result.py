@@ -3,24 +3,24 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gimcli import output
 from gimcli.fitting.targets import GIVEN
 from gimcli.library.fit_targets import FittedTask
-from gimcli.library.fitted_design import FitMotion, FittedDesign, column_of
+from gimcli.library.fitted_design import FitMotion, FittedDesign
 from gimcli.library.record import Records, RowField
 from gimcli.library.result import Result
 from gimcli.mechanism import FloatArray, Mechanism
 from gimcli.motion.motion import Motion
 from gimcli.quantities.state import State
+from gimcli.rates.member_angles import full_turn
 from gimcli.rounding import number
 from gimcli.status import Status
 from gimcli.table import Table
@@ -44,11 +44,10 @@ class FitResult(Result):
 
     def __init__(
         self, nominal: Mechanism, names: tuple[str, ...], found: FittedDesign | None, counts: FitCounts,
-        task: FittedTask | None = None, reason: str = "", stand: NDArray[np.bool_] | None = None,
+        task: FittedTask | None = None, reason: str = "", stand: tuple[str, ...] = (),
         undetermined: tuple[str, ...] = (), goal: str = "",
     ) -> None:  # fmt: skip
-        self.status, self.undetermined, self.goal = counts.ended, undetermined, goal
-        self.on_bounds = () if stand is None else tuple(n for n, on in zip(names, stand, strict=True) if on)
+        self.status, self.undetermined, self.on_bounds, self.goal = counts.ended, undetermined, stand, goal
         self.reason = reason  # why no design is feasible
         self.nominal, self.names, self._found, self._counts = nominal, names, found, counts
         self._task = cast(FittedTask, task)  # a goal has none
@@ -72,7 +71,7 @@ class FitResult(Result):
     @property
     def error(self) -> float:
         """The sum of squares on the real motion; of an angle in the file's unit. NaN if no design is feasible."""
-        return math.nan if self._found is None else self._found.error * self._unit**2
+        return math.nan if self._found is None else self._found.error * self._units[0] ** 2
 
     @property
     def rms(self) -> float:
@@ -80,10 +79,10 @@ class FitResult(Result):
         return math.sqrt(self.error / (len(self._task.targets.values) * max(1, self._task.points.shape[1])))
 
     @property
-    def _unit(self) -> float:
-        """The file's unit of angle per rad, if the output of a function is an angle; otherwise 1."""
-        angle = self._task.kind == "function" and self._task.components[0].quantity.circular
-        return math.degrees(1.0) if angle and self._degrees else 1.0
+    def _units(self) -> Sequence[float]:
+        """The file's unit of each component per its own: of angles per rad, else 1; the first is that of errors."""
+        turned = math.degrees(1.0) if self.nominal.angle_unit == "deg" else 1.0
+        return [turned if one.quantity.circular else 1.0 for one in self._task.components]
 
     def headline(self) -> str:
         """Return the result in one line."""
@@ -144,7 +143,7 @@ class FitResult(Result):
         residual, points = self._task.targets.residuals(self._found.motion.values), self._task.points
         centres = np.sum(points, axis=1, keepdims=True) / max(1, points.shape[1])
         apart = np.sum((points - centres) ** 2, axis=(1, 2))  # of pairs: their least possible error
-        return np.asarray(np.sqrt(np.sum(residual**2, axis=1) + apart) * self._unit)
+        return np.asarray(np.sqrt(np.sum(residual**2, axis=1) + apart) * self._units[0])
 
     @cached_property
     def _state(self) -> State | None:
@@ -173,14 +172,11 @@ class FitResult(Result):
             return Records()
         actuator = self.nominal.actuators[self.nominal.drivers[0]]
         own = {"target.": self._task.targets.values, "": self._found.motion.values}
-        heads = [one.head for one in self._task.components]
-        turned = [
-            math.degrees(1.0) if one.quantity.circular and self._degrees else 1.0 for one in self._task.components
-        ]
+        heads, units = [one.head for one in self._task.components], self._units
         columns = [
             (actuator.name, self._inputs, self.nominal.unit_of(actuator)),
             *(
-                (begin + head.name, values[:, k] * turned[k], head.unit)
+                (begin + head.name, values[:, k] * units[k], head.unit)
                 for begin, values in own.items()
                 for k, head in enumerate(heads)
             ),
@@ -216,13 +212,20 @@ class FitResult(Result):
         order = f"in order, with the input {self.sense}, " if self.sense else ""
         return f"the traced motion passes all targets {order}on one branch, over the whole law of the input"
 
-    @property
-    def _degrees(self) -> bool:
-        return self.nominal.angle_unit == "deg"
-
     def picture(self) -> output.picture.Content | None:
         """Return the mechanism, the curve of its point and the targets; for a function its graph too."""
-        return None if self._found is None else fit_picture(self._found.motion, self._task, self.table())
+        if self._found is None:
+            return None
+        task, motion, mechanism = self._task, self._found.motion, self._found.motion.trace.mechanism
+        poses = mechanism.to_file(motion.trace._motion.z[:, motion.places].T)
+        if task.kind == "function":
+            picture = output.drawing.motion_picture(mechanism, poses, {}, mechanism.name)
+            return output.panels.with_panels(picture, _graphs(motion, task, self.table()))
+        path = motion.trace.xy[task.point]
+        targets = (task.points[..., 0] + 1j * task.points[..., 1]).ravel().tolist()
+        return output.drawing.motion_picture(
+            mechanism, poses, {task.point: path[:, 0] + 1j * path[:, 1]}, mechanism.name, targets=targets
+        )  # fmt: skip
 
     def animation(self) -> output.animation.Animation | None:
         """Return the motion of the fitted mechanism; None if no design is feasible."""
@@ -243,11 +246,7 @@ class FitResult(Result):
 class GoalResult(FitResult):
     """A mechanism with the least goal: `mechanism`, `dimensions`, `error` (the goal); one row for each dimension."""
 
-    kind, sense, rms = "goal", "", math.nan
-
-    @property
-    def _unit(self) -> float:
-        return 1.0
+    kind, sense, rms, _units = "goal", "", math.nan, (1.0,)
 
     @cached_property
     def _state(self) -> State | None:
@@ -273,44 +272,23 @@ class GoalResult(FitResult):
         return None if self._found is None else self._found.motion.trace.picture()
 
 
-def fit_picture(motion: FitMotion, task: FittedTask, table: Table) -> output.picture.Content:
-    """Return the poses at the targets, the curve of the point and the targets; for a function also its graph.
+def _graphs(motion: FitMotion, task: FittedTask, table: Table) -> list[output.graph.CurveGraph]:
+    """Return the output over the input, with the targets, and its difference from the targets.
 
     `table` has one row for each target, with the columns of a FitResult.
     """
-    mechanism, z = motion.trace.mechanism, motion.trace._motion.z
-    poses = mechanism.to_file(z[:, motion.places].T)
-    if task.kind == "function":
-        picture = output.drawing.motion_picture(mechanism, poses, {}, mechanism.name)
-        return output.panels.with_panels(picture, _graphs(motion, task, table))
-    path = motion.trace.xy[task.point]
-    targets = (task.points[..., 0] + 1j * task.points[..., 1]).ravel().tolist()
-    return output.drawing.motion_picture(
-        mechanism, poses, {task.point: path[:, 0] + 1j * path[:, 1]}, mechanism.name, targets=targets
-    )
-
-
-def _graphs(motion: FitMotion, task: FittedTask, table: Table) -> list[output.graph.CurveGraph]:
-    """Return the output over the input, with the targets, and its difference from the targets."""
     (one,), (given, target, fitted) = task.components, table.columns[1:4]
     trace = motion.trace
-    found = column_of(trace, one)
-    if one.quantity.circular:
-        found = found + _turns(found[motion.places] - target.values, target.unit)
+    found = np.asarray(trace[one.head.name])
+    if one.quantity.circular:  # near its targets
+        turn = full_turn(trace.mechanism)
+        found = found - turn * np.rint(np.median(found[motion.places] - target.values) / turn)
     across, inputs = output.graph.Axis(given.name, given.unit), trace.table().floats(given.name)
     events = {"target": [complex(a, b) for a, b in zip(given.values, target.values, strict=True)]}
-    curve = output.graph.Curve(fitted.name, inputs, np.asarray(found))
+    curve = output.graph.Curve(fitted.name, inputs, found)
     order = np.argsort(given.values)
-    difference = output.graph.Curve(
-        "difference", given.values[order], (np.asarray(found)[motion.places] - target.values)[order]
-    )
+    difference = output.graph.Curve("difference", given.values[order], (found[motion.places] - target.values)[order])
     return [
         output.graph.CurveGraph(across, output.graph.Axis(fitted.name, fitted.unit), [curve], events=events),
         output.graph.CurveGraph(across, output.graph.Axis("difference", fitted.unit), [difference]),
     ]
-
-
-def _turns(difference: FloatArray, unit: str) -> float:
-    """Return the full turns to add to an angle so that it is near its targets."""
-    turn = 360.0 if unit == "deg" else 2.0 * np.pi
-    return -turn * float(np.rint(np.median(difference) / turn))

@@ -128,17 +128,15 @@ def _actuator(mechanism: Mechanism) -> str:
 
 def _refuse_beyond(mechanism: Mechanism, inputs: FloatArray, timing: str, limits: FitRange) -> None:
     """Raise UsageError for given inputs that the law does not reach."""
-    room = 1e-9 * (limits.high - limits.low)
-    beyond = (inputs < limits.low - room) | (inputs > limits.high + room)
     if limits.turning or timing == FREE:
         return
+    room, driver = 1e-9 * (limits.high - limits.low), mechanism.drivers[0]
+    beyond = np.any((inputs < limits.low - room) | (inputs > limits.high + room))
     if timing == STEP:
-        beyond = np.array([np.ptp(inputs) > limits.high - limits.low + room])
-    if beyond.any():
-        driver = mechanism.drivers[0]
-        low, high = mechanism.value_to_file(driver, np.array([limits.low, limits.high])).tolist()
-        name, unit = mechanism.actuators[driver].name, mechanism.unit_of(mechanism.actuators[driver])
-        raise UsageError(f"through: the inputs are beyond the law of {name}, {low:g} to {high:g} {unit}; change one")
+        beyond = np.ptp(inputs) > limits.high - limits.low + room
+    low, high = mechanism.value_to_file(driver, np.array([limits.low, limits.high])).tolist()
+    law, unit = f"the law of {mechanism.actuators[driver].name}", mechanism.unit_of(mechanism.actuators[driver])
+    refuse((beyond, f"through: the inputs are beyond {law}, {low:g} to {high:g} {unit}; change one"))
 
 
 def _compared(
@@ -150,9 +148,8 @@ def _compared(
     angle = own.pop("angle", None)
     count = len(own) // 2
     wanted = [f"{axis}{k or ''}" for k in (0, *range(2, count + 1)) for axis in "xy"]
-    if not count or sorted(own) != sorted(wanted):
-        known = ", ".join(own) or "none"
-        raise UsageError(f"through: expected the columns {COLUMNS}; got {known}")
+    known = ", ".join(own) or "none"
+    refuse((not count or sorted(own) != sorted(wanted), f"through: expected the columns {COLUMNS}; got {known}"))
     points = np.stack([np.stack([own[f"{a}{k or ''}"] for a in "xy"], -1) for k in (0, *range(2, count + 1))], axis=1)
     name = point or mechanism.traced[0]
     places = position_items(mechanism, _known_point(mechanism, name))

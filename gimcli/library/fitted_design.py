@@ -14,18 +14,21 @@ from typing import cast
 
 import numpy as np
 
-from gimcli.errors import GimError, UsageError
+from gimcli.errors import GimError
 from gimcli.families.design_state import position_items
 from gimcli.families.family import Family
 from gimcli.fitting.conditions import DesignQuantities
 from gimcli.fitting.least_squares import FitProblem, Trials
 from gimcli.fitting.motion_quantity import MotionQuantity
 from gimcli.fitting.targets import TURN, FitRange
-from gimcli.input_laws import InputLaw, SummedLaw
+from gimcli.input_laws import SummedLaw
 from gimcli.library.fit_targets import FittedTask, input_range
+from gimcli.library.machines import accepted
+from gimcli.library.sides import compiled
 from gimcli.library.trace import MotionTraceResult, trace
 from gimcli.mechanism import FRAME, FloatArray, IntArray, Mechanism
 from gimcli.model.edited_text import written_with
+from gimcli.model.laws import TableLaw
 from gimcli.model.read import read_text
 from gimcli.positions.inputs import divided
 from gimcli.quantities.kinds import quantities_of
@@ -36,22 +39,6 @@ ROWS = 360
 
 TOGETHER = 1e-9
 """Inputs at a smaller distance are one row [rad, or length in the normal frame]."""
-
-
-@dataclass(frozen=True, eq=False)
-class RowsLaw(InputLaw):
-    """A law that gives the values of rows at equidistant times."""
-
-    values: FloatArray  # (rows,)
-
-    def __call__(self, time: FloatArray, order: int = 0) -> FloatArray:
-        """Return the value, or its derivative with respect to the normalised time."""
-        last = len(self.values) - 1
-        at = np.asarray(time) * last
-        if order == 0:
-            return np.interp(at, np.arange(last + 1), self.values)
-        slope = np.diff(self.values) * last
-        return slope[np.clip(at.astype(int), 0, last - 1)] if order == 1 else np.zeros(np.shape(time))
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +63,8 @@ def fit_motion(mechanism: Mechanism, task: FittedTask, inputs: FloatArray) -> Fi
     """Trace a mechanism over its law, from its start, through the inputs (targets,) of the targets."""
     rows, places = _rows(mechanism, input_range(mechanism, task.targets.range.turning), inputs)
     actuators, driver = list(mechanism.actuators), mechanism.drivers[0]
-    actuators[driver] = replace(actuators[driver], law=RowsLaw(rows))
+    rows_law = TableLaw(np.linspace(0.0, 1.0, len(rows)).tolist(), rows.tolist())  # of which only the rows are read
+    actuators[driver] = replace(actuators[driver], law=rows_law)
     for one in mechanism.couplings:
         law = SummedLaw(tuple((ratio, actuators[k].law) for k, ratio in one.terms), one.phase)
         actuators[one.follower] = replace(actuators[one.follower], law=law)
@@ -110,24 +98,15 @@ def _rows(mechanism: Mechanism, limits: FitRange, inputs: FloatArray) -> tuple[F
     return begin + sense * divided(stops, counts), places[nearest]
 
 
-def column_of(found: MotionTraceResult, one: Item) -> FloatArray:
-    """Return a quantity (rows,) of a motion in the file's unit."""
-    return np.asarray(found[one.head.name])
-
-
 def _component(found: MotionTraceResult, one: Item) -> FloatArray:
     """Return a component (rows,) of a motion; angles in rad."""
-    values = column_of(found, one)
+    values = np.asarray(found[one.head.name])
     return np.radians(values) if one.quantity.circular and one.head.unit == "deg" else values
 
 
 def _measured(mechanism: Mechanism) -> tuple[str, ...]:
     """Return the measure of the transmission angles, if the mechanism has any."""
-    try:
-        quantities_of(mechanism, "transmission")
-    except UsageError:
-        return ()
-    return ("transmission",)
+    return ("transmission",) * accepted(quantities_of, mechanism, "transmission")
 
 
 AGREEMENT = 1e-6
@@ -201,19 +180,16 @@ class DesignChecker:
 
 def _as_written(mechanism: Mechanism) -> Mechanism:
     """Return a mechanism in the initial configuration that its model gives: a fitted file has no other one."""
-    from gimcli.model.compile import compile_model
-
-    own = mechanism.written
-    plain = compile_model(own.model, own.source.folder)
-    plain = replace(plain, files=mechanism.files, path=mechanism.path, written=own)
+    plain = compiled(mechanism, mechanism.written.model)
     return plain if mechanism.complete is None else mechanism.complete(plain)
 
 
 class GoalChecker(DesignChecker):
     """Checks designs on their real motion over the law, and their goals."""
 
-    def checked(self, design: FloatArray, goal: float) -> FittedDesign | None:
-        """Return a fitted design; None if it does not move over the whole law with this goal under the conditions."""
+    def checked(self, trial: Trials) -> FittedDesign | None:
+        """Return a fitted design; None if it does not move over the whole law with its goal under the conditions."""
+        design, goal = trial.designs[0], float(trial.error[0])
         for changes, mechanism in self.models(design):
             with suppress(GimError):
                 motion = law_motion(mechanism)
@@ -229,7 +205,6 @@ class TargetChecker(DesignChecker):
     def __init__(self, problem: FitProblem, task: FittedTask, quantities: DesignQuantities) -> None:
         super().__init__(quantities)
         self.problem, self.task = problem, task
-
         self.refused: Counter[str] = Counter()
 
     def checked(self, trial: Trials) -> FittedDesign | None:

@@ -76,8 +76,6 @@ def forces(
     """
     require_action(mechanism)
     refuse_unmoved(mechanism, "add an actuator")
-    if len(mechanism.machines) == 1:
-        return ForcesAlong(mechanism, steps, tolerance, jit, measure, plot, notify, progress)
     every = loaded_machines(mechanism)
     if len(every) == 1:
         return ForcesAlong(every[0].mechanism, steps, tolerance, jit, measure, plot, notify, progress)

@@ -20,12 +20,12 @@ from gimcli.library.inputs import Jit, Time, Tolerance, in_file_units, inputs_of
 from gimcli.library.machines import for_each_machine, loaded_machines
 from gimcli.library.record import quantity_rows
 from gimcli.library.result import Result
-from gimcli.library.solved_positions import separate
+from gimcli.library.solved_positions import positions_at_rest
 from gimcli.mechanism import Mechanism
 from gimcli.motion.solve import solve as solve_position
 from gimcli.positions.options import Options
 from gimcli.positions.position import Position
-from gimcli.quantities.state import AT_REST, SeparateState
+from gimcli.quantities.state import SeparateState
 from gimcli.rounding import titled
 from gimcli.status import Status
 from gimcli.structure.drive_check import require_consistent
@@ -87,9 +87,8 @@ class HoldingResult(Result):
         """The position at rest, of which any quantity may be asked by its name."""
         position, mechanism = self._found, self.mechanism
         z = np.where(position.status.value, complex(math.nan, math.nan), position.z)[:, None]
-        time, codes = np.array([self.time / mechanism.duration]), [int(position.status)]
         inputs, residual = position.inputs[:, None], position.residual.total
-        return SeparateState(separate(mechanism, time, inputs, z, residual, codes), rest=AT_REST)
+        return positions_at_rest(mechanism, self.time, inputs, z, residual, int(position.status))
 
     @cached_property
     def inputs(self) -> dict[str, float]:

@@ -281,8 +281,7 @@ def widened(tables: Sequence[Table], names: Sequence[str]) -> list[Table]:
     for table, name in zip(tables, names, strict=True):
         columns = [Column("machine", np.full(len(table), name))]
         for head, other in kinds.items():
-            text = other.values.dtype.kind == "U"
-            empty = np.full(len(table), "") if text else np.full(len(table), np.nan)
+            empty: Any = np.full(len(table), "" if other.values.dtype.kind == "U" else np.nan)
             columns.append(Column(head, table[head] if head in table.names else empty, other.unit))
         found.append(Table(tuple(columns)))
     return found

@@ -132,23 +132,25 @@ def sensitivity(
                 " steps, or name quantities (of) and dimensions (by)",
             )
         )
-        motion = _motion(mechanism, steps, jit, notify)
+        motion = trace(mechanism, steps, Options(jit=jit), notify=notify)
     else:
         motion = _position(mechanism, inputs_of(mechanism, at, inputs))
+    require_consistent(mechanism, motion.start, motion.inputs[:, 0], motion.first_status, 1e-10)
     work = BLOCK_SECONDS * (1 + len(chosen)) * len(make_plan(mechanism).steps) * (1 + len(motion.time) // 256)
     run = choose(jit, work, notify, ("play_designs",))
     chosen, fixed, rows = _derivatives(motion, quantities, chosen, bool(by), run)
-    allowed = _tolerances(mechanism, chosen)
+    known = tolerances(mechanism)
+    allowed = np.array([known.get(one.name, 0.0) for one in chosen])
     given = np.flatnonzero(allowed > 0.0)
     many = SAMPLES if len(given) and mechanism.complete is None else 0
     count = many if samples is None else samples
     if count and not len(given):
-        own = ", ".join(tolerances(mechanism))
+        own = ", ".join(known)
         why = f"those with a tolerance ({own}) move no node, or are not chosen" if own else "none has a tolerance"
         raise UsageError(f"samples: {why}; add `tolerances: {{NAME: VALUE}}` of others to the model, or remove samples")
     result = SensitivityResult(mechanism, motion, whole, quantities, reduced, chosen, rows, allowed, distribution)
     result.fixed = fixed
-    result.left_out = tuple(name for name in tolerances(mechanism) if name not in {one.name for one in chosen})
+    result.left_out = tuple(name for name in known if name not in {one.name for one in chosen})
     if count and result.good.any():
         changes = drawn(seed, count, allowed[given], distribution)
         names = [chosen[k].name for k in given]
@@ -188,16 +190,9 @@ def _law_states(motion: Motion) -> tuple[FloatArray, FloatArray]:
     return np.nan_to_num(np.append(time, 0.0)[:1]) * mechanism.duration, given[..., None]
 
 
-def _motion(mechanism: Mechanism, steps: int, jit: str, notify: Notify | None) -> Motion:
-    motion = trace(mechanism, steps, Options(jit=jit), notify=notify)
-    require_consistent(mechanism, motion.z[:, 0], motion.inputs[:, 0], motion.first_status, 1e-10)
-    return motion
-
-
 def _position(mechanism: Mechanism, values: FloatArray) -> Motion:
     """Return one position as a motion of one row."""
     position = solve(mechanism, values, Options())
-    require_consistent(mechanism, position.z, position.inputs, position.status, 1e-10)
     z = position.z if not position.status.value else np.full(len(position.z), complex(math.nan, math.nan))
     return Motion(
         mechanism, np.zeros(1), position.inputs[:, None], z[:, None], np.array([int(position.status)]),
@@ -249,12 +244,6 @@ def _moving(found: DesignSensitivity, chosen: Sequence[Dimension]) -> list[Dimen
     moves = dict(zip(own, moves_nodes(found.tables).tolist(), strict=False))
     moves |= dict.fromkeys(() if found.forces is None else found.forces.used, True)
     return [one for one in chosen if moves.get(one.name, True)]
-
-
-def _tolerances(mechanism: Mechanism, chosen: Sequence[Dimension]) -> FloatArray:
-    """Return the tolerances of dimensions (dimensions,) in the file's units; 0 for those that have none."""
-    known = tolerances(mechanism)
-    return np.array([known.get(one.name, 0.0) for one in chosen])
 
 
 def _linked_states(found: Designs, time: FloatArray) -> FloatArray:

@@ -143,8 +143,7 @@ class SensitivityResult(Result):
     @cached_property
     def status(self) -> Any:
         """The status word; of a motion those of the rows (rows,)."""
-        words = status_column(self.codes).values
-        return words if self.by_rows else str(next((w for w in words if w != Status.OK.word), Status.OK.word))
+        return status_column(self.codes).values if self.by_rows else self._word
 
     @property
     def reason(self) -> str:
@@ -224,7 +223,7 @@ class SensitivityResult(Result):
         }
         texts = {"reason": self.reason, "fixed": list(self.fixed), "tolerances_left_out": list(self.left_out)}
         report = {
-            "status": self._words(), "dimensions": given,
+            "status": self._word, "dimensions": given,
             **({"steps": len(self._motion.time) - 1} if self.whole else {"inputs": self.inputs}),
             **{key: value for key, value in texts.items() if value},
             "quantities": {name: self._quantity_report(k, name) for k, name in enumerate(self.names)},
@@ -236,9 +235,10 @@ class SensitivityResult(Result):
             }  # fmt: skip
         return report
 
-    def _words(self) -> str:
-        words = self.status if self.by_rows else [self.status]
-        return str(next((word for word in words if word != Status.OK.word), Status.OK.word))
+    @property
+    def _word(self) -> str:
+        """The status word of the first row that has another one than "ok", otherwise "ok"."""
+        return next((Status(code).word for code in self.codes.tolist() if code != Status.OK), Status.OK.word)
 
     def _quantity_report(self, k: int, name: str) -> dict[str, Any]:
         """Return value, derivatives and spread of a quantity; of a motion those with the largest magnitude."""
@@ -298,7 +298,7 @@ class SensitivityResult(Result):
             RowField("tolerance", allowed, float if spread else None),
             RowField("effect", np.abs(slopes) * allowed, float if spread else None),
             RowField("share", shares, float if spread else None),
-            RowField("status", [self._words()] * len(pairs), str),
+            RowField("status", [self._word] * len(pairs), str),
         ).table()
 
     def picture(self) -> output.picture.Content | None:

@@ -37,7 +37,7 @@ def with_rough_start(mechanism: Mechanism) -> Mechanism:
     own = mechanism.written
     for number in range(STARTS):
         model = with_rough(own.model, own.source.folder, number) if number else own.model
-        started = _compiled(mechanism, model)
+        started = compiled(mechanism, model)
         try:
             require_driven(started)
         except StructureError:
@@ -83,18 +83,18 @@ def with_sides_of(mechanism: Mechanism, plain: Mechanism, z: ComplexArray, chose
     if own is None or not own.model.open.parts:
         return mechanism
     at = _by_name(mechanism, z)
-    compiled = _compiled(mechanism, chosen_at(own.model, own.source.folder, at, chosen))
-    same = np.max(np.abs(compiled.to_file(compiled.drawn) - mechanism.to_file(z))) <= SAME * plain.size * plain.scale
+    found = compiled(mechanism, chosen_at(own.model, own.source.folder, at, chosen))
+    same = np.max(np.abs(found.to_file(found.drawn) - mechanism.to_file(z))) <= SAME * plain.size * plain.scale
     if same and np.array_equal(mechanism.drawn_inputs, plain.start_inputs):
-        return compiled
-    return replace(mechanism, written=compiled.written)
+        return found
+    return replace(mechanism, written=found.written)
 
 
-def _compiled(mechanism: Mechanism, model: Model) -> Mechanism:
+def compiled(mechanism: Mechanism, model: Model) -> Mechanism:
     """Return the mechanism of a model with other positions of its open nodes."""
     written = replace(mechanism.written, model=model)
-    compiled = compile_model(model, written.source.folder)
-    return replace(compiled, files=mechanism.files, path=mechanism.path, left_out=mechanism.left_out, written=written)
+    found = compile_model(model, written.source.folder)
+    return replace(found, files=mechanism.files, path=mechanism.path, left_out=mechanism.left_out, written=written)
 
 
 def _refused(mechanism: Mechanism, names: tuple[str, ...], text: str) -> ModelError:

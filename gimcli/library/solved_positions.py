@@ -52,10 +52,12 @@ def positions_state(
     return SeparateState(separate(mechanism, time, inputs, z, residual, codes), given)
 
 
-def positions_at_rest(mechanism: Mechanism, time: float, inputs: FloatArray, z: ComplexArray) -> SeparateState:
+def positions_at_rest(
+    mechanism: Mechanism, time: float, inputs: FloatArray, z: ComplexArray, residual: Any = 0.0, code: int = 0
+) -> SeparateState:  # fmt: skip
     """Return positions z (nodes, rows) at inputs (actuators, rows) and a time [s] as a state at rest."""
     rows = np.full(inputs.shape[1], time / mechanism.duration)
-    return SeparateState(separate(mechanism, rows, inputs, z, 0.0 * rows, 0 * rows), rest=AT_REST)
+    return SeparateState(separate(mechanism, rows, inputs, z, residual + 0.0 * rows, code + 0 * rows), rest=AT_REST)
 
 
 def separate(

@@ -89,18 +89,14 @@ def trace(
             along the laws has a status instead.
     """
     chosen = Options(method, strategy, tolerance, jit, moves=sequence)
-    extras = partial(Extras, mechanism, measure, plot, derivatives)
-    own = extras()
+    own = Extras(mechanism, measure, plot, derivatives)
     refuse_unmoved(mechanism, "add an actuator, or use `gim solve`")
     if circuit or all_branches:
         from gimcli.library.circuit_trace import CircuitTrace
+        from gimcli.library.machines import MachineTables, driven_machines
 
         _refuse_mixed(method, own.order, at_limit, branch, all_branches)
         circuits = partial(CircuitTrace, steps=steps, tolerance=tolerance, branch=branch, every=all_branches)
-        if len(mechanism.machines) == 1:
-            return circuits(mechanism, extras=extras, progress=progress)
-        from gimcli.library.machines import MachineTables, driven_machines
-
         begun = {
             name: circuits(one, extras=partial(Extras, one, measure, plot, derivatives), progress=progress)
             for name, one, *_ in driven_machines(mechanism)
