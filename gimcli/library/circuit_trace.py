@@ -16,7 +16,7 @@ from gimcli.branching.singularities import STATIONARY, input_ends, interval, sin
 from gimcli.canonical import counted
 from gimcli.continuation.branches import all_circuits
 from gimcli.continuation.circuit import Circuit
-from gimcli.errors import UsageError
+from gimcli.errors import refuse
 from gimcli.graphs.extras import Extras
 from gimcli.library.inputs import in_file_units, interval_of
 from gimcli.library.result import UnderWay
@@ -135,13 +135,17 @@ class CircuitTrace(UnderWay[TraceResult]):
         if every or branch > 1:
             follow = progress("following branches")
             circuits = all_circuits(circuits[0], progress=follow).circuits
-        if branch > len(circuits):
-            raise UsageError(
+        refuse(
+            (
+                branch > len(circuits) == 1,
+                f"branch {branch}: no branch crosses the circuit of the initial configuration; remove branch",
+            ),
+            (
+                branch > len(circuits),
                 f"branch: expected a number from 1 to {len(circuits)}, got {branch}; 1 is the circuit of the initial"
-                " configuration, the others cross it (see `gim singularities`)"
-                if len(circuits) > 1
-                else f"branch {branch}: no branch crosses the circuit of the initial configuration; remove branch"
-            )
+                " configuration, the others cross it (see `gim singularities`)",
+            ),
+        )
         self.mechanism, self.steps, self.tolerance, self.every = mechanism, steps, tolerance, every
         self.numbers = list(range(1, len(circuits) + 1)) if every else [branch]
         progress("positions along the circuit")

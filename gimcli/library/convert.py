@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from gimcli import output
-from gimcli.errors import ModelError, StructureError, UnassembledError, UsageError
+from gimcli.errors import ModelError, StructureError, UnassembledError, refuse
 from gimcli.exchange.registry import FORMATS, module_of
 from gimcli.library.inputs import OneOf
 from gimcli.mechanism import ComplexArray, Mechanism
@@ -26,8 +26,12 @@ def targets() -> dict[str, str]:
 def target_of(path: Path) -> str:
     """Return the word for `to` that the suffix of a file stands for; raise UsageError for another suffix."""
     known = {suffix: MODEL_FILE for suffix in SUFFIXES} | {form.suffix: form.writes for form in FORMATS if form.suffix}
-    if path.suffix.lower() not in known:
-        raise UsageError(f"{path}: expected one of the formats {', '.join(known)}, got '{path.suffix}'")
+    refuse(
+        (
+            path.suffix.lower() not in known,
+            f"{path}: expected one of the formats {', '.join(known)}, got '{path.suffix}'",
+        )
+    )
     return known[path.suffix.lower()]
 
 

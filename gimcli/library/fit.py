@@ -53,8 +53,12 @@ def _machine(mechanism: Mechanism, given: dict[str, Any]) -> list[Machine]:
     """Return the machine that has all dimensions; raise UsageError if several have some of them."""
     names = [written(mechanism).dimension(name).name for name in given["vary"]]
     found = [m for m in driven_machines(mechanism) if all(accepted(m.mechanism.written.dimension, n) for n in names)]
-    if len(found) != 1:
-        raise UsageError(f"vary {', '.join(names)}: a fit is of one machine; vary dimensions that only one machine has")
+    refuse(
+        (
+            len(found) != 1,
+            f"vary {', '.join(names)}: a fit is of one machine; vary dimensions that only one machine has",
+        )
+    )
     return found
 
 
@@ -234,8 +238,12 @@ def _refuse_other_laws(family: Family, lower: FloatArray, upper: FloatArray) -> 
                 own = family.mechanism.with_({name: float(bound)})
                 law = np.array([own.actuators[k].law(time) for k in own.drivers])
                 assumed = family.law_inputs(time, family.tables(design[None]))[0][list(own.drivers)]
-                if np.max(np.abs(law - assumed)) > SAME_LAW * (1.0 + np.max(np.abs(law))):
-                    raise UsageError(f"vary {name}: it changes the form of the law, which a fit cannot vary; remove it")
+                refuse(
+                    (
+                        np.max(np.abs(law - assumed)) > SAME_LAW * (1.0 + np.max(np.abs(law))),
+                        f"vary {name}: it changes the form of the law, which a fit cannot vary; remove it",
+                    )
+                )
 
 
 def _problem(

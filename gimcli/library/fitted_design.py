@@ -21,14 +21,13 @@ from gimcli.fitting.conditions import DesignQuantities
 from gimcli.fitting.least_squares import FitProblem, Trials
 from gimcli.fitting.motion_quantity import MotionQuantity
 from gimcli.fitting.targets import TURN, FitRange
-from gimcli.input_laws import SummedLaw
+from gimcli.input_laws import InputLaw, SummedLaw
 from gimcli.library.fit_targets import FittedTask, input_range
 from gimcli.library.machines import accepted
 from gimcli.library.sides import compiled
 from gimcli.library.trace import MotionTraceResult, trace
 from gimcli.mechanism import FRAME, FloatArray, IntArray, Mechanism
 from gimcli.model.edited_text import written_with
-from gimcli.model.laws import TableLaw
 from gimcli.model.read import read_text
 from gimcli.positions.inputs import divided
 from gimcli.quantities.kinds import quantities_of
@@ -39,6 +38,22 @@ ROWS = 360
 
 TOGETHER = 1e-9
 """Inputs at a smaller distance are one row [rad, or length in the normal frame]."""
+
+
+@dataclass(frozen=True, eq=False)
+class RowsLaw(InputLaw):
+    """A law that gives the values of rows at equidistant times."""
+
+    values: FloatArray  # (rows,)
+
+    def __call__(self, time: FloatArray, order: int = 0) -> FloatArray:
+        """Return the value, or its derivative with respect to the normalised time."""
+        last = len(self.values) - 1
+        at = np.asarray(time) * last
+        if order == 0:
+            return np.interp(at, np.arange(last + 1), self.values)
+        slope = np.diff(self.values) * last
+        return slope[np.clip(at.astype(int), 0, last - 1)] if order == 1 else np.zeros(np.shape(time))
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,8 +78,7 @@ def fit_motion(mechanism: Mechanism, task: FittedTask, inputs: FloatArray) -> Fi
     """Trace a mechanism over its law, from its start, through the inputs (targets,) of the targets."""
     rows, places = _rows(mechanism, input_range(mechanism, task.targets.range.turning), inputs)
     actuators, driver = list(mechanism.actuators), mechanism.drivers[0]
-    rows_law = TableLaw(np.linspace(0.0, 1.0, len(rows)).tolist(), rows.tolist())  # of which only the rows are read
-    actuators[driver] = replace(actuators[driver], law=rows_law)
+    actuators[driver] = replace(actuators[driver], law=RowsLaw(rows))
     for one in mechanism.couplings:
         law = SummedLaw(tuple((ratio, actuators[k].law) for k, ratio in one.terms), one.phase)
         actuators[one.follower] = replace(actuators[one.follower], law=law)

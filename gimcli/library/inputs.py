@@ -37,8 +37,13 @@ class Range:
 
     def refuse(self, argument: str, value: int) -> None:
         """Raise UsageError if the value is not a whole number of the range."""
-        if isinstance(value, bool) or not isinstance(value, int | np.integer) or not self.least <= value <= self.most:
-            raise UsageError(f"{argument}: expected a whole number from {self.least} to {self.most}, got {value}")
+        refuse(
+            (
+                isinstance(value, bool) or not isinstance(value, int | np.integer)
+                or not self.least <= value <= self.most,
+                f"{argument}: expected a whole number from {self.least} to {self.most}, got {value}",
+            )
+        )  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -177,5 +182,6 @@ def interval_of(low: Mapping[str, float], high: Mapping[str, float]) -> dict[str
 
 def refuse_unmoved(mechanism: Mechanism, cure: str) -> None:
     """Raise StructureError if a mechanism has no actuator, or only inputs that follow the linkage."""
-    if not mechanism.drivers:
-        raise StructureError(f"{mechanism.name} has no actuator: nothing moves; {cure}")
+    refuse(
+        (not mechanism.drivers, f"{mechanism.name} has no actuator: nothing moves; {cure}"), error=StructureError
+    )  # fmt: skip

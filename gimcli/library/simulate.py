@@ -178,8 +178,12 @@ def _step(mechanism: Mechanism, integrator: str, step: float | None, time: float
         raise UsageError(f"step: is for {STEPPED}; {integrator or 'the default integrator'} takes its steps from rtol")
     lengths = method.over_input and not any(mechanism.actuators[k].rotary for k in free_inputs(mechanism))
     unit, most = mechanism.scale if lengths else 1.0, 1.0 if method.over_input else max(time, STEP)
-    if not 0.0 < step <= most * unit:
-        raise UsageError(f"step: expected a number above 0 and at most {most * unit:g} [{method.unit}], got {step:g}")
+    refuse(
+        (
+            not 0.0 < step <= most * unit,
+            f"step: expected a number above 0 and at most {most * unit:g} [{method.unit}], got {step:g}",
+        )
+    )
     return step / unit
 
 

@@ -137,8 +137,12 @@ def _designs(given: Any) -> dict[str, Any]:
     if hasattr(given, "columns") and hasattr(given, "to_numpy"):
         return {str(name): given[name].to_numpy() for name in given.columns}
     rows = [dict(one) if isinstance(one, Mapping) else {} for one in given]
-    if not rows or not all(rows) or any(one.keys() != rows[0].keys() for one in rows):
-        raise UsageError("vary: expected a dict of values, or designs: a CSV file, a DataFrame, or dicts of equal keys")
+    refuse(
+        (
+            not rows or not all(rows) or any(one.keys() != rows[0].keys() for one in rows),
+            "vary: expected a dict of values, or designs: a CSV file, a DataFrame, or dicts of equal keys",
+        )
+    )
     return {name: [one[name] for one in rows] for name in rows[0]}
 
 

@@ -70,8 +70,13 @@ def workspace(
         StructureError: the mechanism has no actuator, or is not fully driven or over-driven.
         UnassembledError: no assembled position within the ranges of the laws was found.
     """
-    if mechanism.couplings and grid:
-        raise StructureError(f"grid: not with inputs that follow others, as in {mechanism.name}; remove grid")
+    refuse(
+        (
+            mechanism.couplings and grid,
+            f"grid: not with inputs that follow others, as in {mechanism.name}; remove grid",
+        ),
+        error=StructureError,
+    )
     name = _point(mechanism, point)
     mechanism = _machine_of(mechanism, name)
     held = _held(mechanism, orientation or {})
