@@ -8,7 +8,6 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gimcli import graphs, output
 from gimcli.assemblies import Configurations, all_configurations, drawn_configuration
@@ -67,6 +66,7 @@ class ConfigurationsResult(Placed):
 
     def __init__(self, found: Configurations, drawn: int | None) -> None:
         self.mechanism, self._found, self.drawn, self.limited = found.mechanism, found, drawn, found.limited
+        self.status, self.inputs = np.full(len(found), "ok"), in_file_units(found.mechanism, found.inputs)
 
     @property
     def count(self) -> int:
@@ -83,20 +83,10 @@ class ConfigurationsResult(Placed):
         """Whether the list is proved complete."""
         return bool(self._found.complete)
 
-    @cached_property
-    def status(self) -> NDArray[np.str_]:
-        """The status words (configurations,), all "ok"."""
-        return np.full(self.count, "ok")
-
     @property
     def signs(self) -> tuple[str, ...]:
         """The signs (configurations,), such as "+-": the sides of the dyads, "(2)" the number of a group's solution."""
         return self._found.signs
-
-    @cached_property
-    def inputs(self) -> dict[str, float]:
-        """The inputs in the file's units."""
-        return in_file_units(self.mechanism, self._found.inputs)
 
     @property
     def _z(self) -> ComplexArray:

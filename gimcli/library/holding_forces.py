@@ -75,6 +75,7 @@ class HoldingResult(Result):
 
     def __init__(self, position: Position, time: float, extras: Extras) -> None:
         self.mechanism, self._found, self.time = position.mechanism, position, time
+        self.inputs = in_file_units(position.mechanism, position.inputs)
         self._measured = extras.beside(self._state, ())
 
     @cached_property
@@ -89,11 +90,6 @@ class HoldingResult(Result):
         z = np.where(position.status.value, complex(math.nan, math.nan), position.z)[:, None]
         inputs, residual = position.inputs[:, None], position.residual.total
         return positions_at_rest(mechanism, self.time, inputs, z, residual, int(position.status))
-
-    @cached_property
-    def inputs(self) -> dict[str, float]:
-        """The inputs in the file's units."""
-        return in_file_units(self.mechanism, self._found.inputs)
 
     @cached_property
     def _table(self) -> Table:

@@ -78,7 +78,8 @@ class MobilityResult(Result):
         self, mechanism: Mechanism, found: Mobility, start: str, each: Mapping[str, MobilityResult] | None = None,
         coordinates: str = NATURAL,
     ) -> None:  # fmt: skip
-        self.mechanism, self._found, self.start, self.each = mechanism, found, start, each or {}
+        self.mechanism, self._found, self.each = mechanism, found, each or {}
+        self.status = self.start = start  # the kind of the drawn position: "regular", or that of a singular position
         self.coordinates, self.shows_jacobian = coordinates, False  # whether report and table are those of the matrix
 
     @cached_property
@@ -90,11 +91,6 @@ class MobilityResult(Result):
     def mobility(self) -> int:
         """The number of freedoms: confirmed by the rank at neighbouring positions where the position is singular."""
         return self._found.mobility
-
-    @cached_property
-    def status(self) -> str:
-        """The kind of the drawn position: "regular", or the kind of singular position."""
-        return self.start
 
     def headline(self) -> str:
         """Return the result in one line."""

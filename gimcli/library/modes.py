@@ -145,27 +145,18 @@ class ModesResult(Result):
         found: Linearised | None, time: float,
     ) -> None:  # fmt: skip
         self.mechanism, self._numbers, self._inputs, self._found = mechanism, released, values, found
-        self._code, self.time = status, time
+        self._code, self.time, self.status = status, time, status.word
+        self.inputs = in_file_units(mechanism, values, ROUND)
         solved = found if found is not None and status is Status.OK else None
         self.modes: tuple[Mode, ...] = natural_modes(solved) if solved is not None else ()
         self._shapes: tuple[ModeShape, ...] = tuple(mode_shape(solved, m) for m in self.modes) if solved else ()
 
     # -- what was found -------------------------------------------------------------------------------
 
-    @cached_property
-    def status(self) -> str:
-        """The status word; "ok" if the modes were found."""
-        return self._code.word
-
     @property
     def complete(self) -> bool:
         """Whether the modes were found."""
         return self._code is Status.OK
-
-    @cached_property
-    def inputs(self) -> dict[str, float]:
-        """The inputs of the position in the file's units."""
-        return in_file_units(self.mechanism, self._inputs, ROUND)
 
     @property
     def released(self) -> tuple[str, ...]:

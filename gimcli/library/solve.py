@@ -111,6 +111,7 @@ class SolveResult(Result):
         self, position: Position, law: ErrorLaw | None, moving: Instant | None, extras: graphs.extras.Extras | None
     ) -> None:
         self.mechanism, self._found, self._law, self._moving = position.mechanism, position, law, moving
+        self.status, self.inputs = position.status.word, in_file_units(position.mechanism, position.inputs)
         self._measured = extras.beside(self._state, ()) if extras is not None and extras.wanted else []
 
     @property
@@ -118,20 +119,10 @@ class SolveResult(Result):
         """Whether the position was found, and its velocities if they were requested."""
         return self._found.status.solved and not (self._moving is not None and self._moving.singular)
 
-    @cached_property
-    def status(self) -> str:
-        """The status word; "ok" if the position is solved."""
-        return self._found.status.word
-
     @property
     def residual(self) -> float:
         """The largest error of a constraint, relative to the mechanism's size."""
         return float(self._found.residual.total[0])
-
-    @cached_property
-    def inputs(self) -> dict[str, float]:
-        """The inputs in the file's units."""
-        return in_file_units(self.mechanism, self._found.inputs)
 
     @cached_property
     def reason(self) -> str:
@@ -222,7 +213,7 @@ class SolveResult(Result):
         """Return the report that --json prints."""
         position, law, moving = self._found, self._law, self._moving
         return {
-            "status": position.status.word,
+            "status": self.status,
             "residual": self.residual,
             "sweeps": position.sweeps,
             "nodes": coordinates({name: self.places[name] for name in self.mechanism.nodes}),

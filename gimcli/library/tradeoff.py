@@ -67,16 +67,12 @@ class TradeoffResult(Result):
 
     def __init__(self, found: Tradeoff, steps: int) -> None:
         self.mechanism, self._found, self.steps = found.mechanism, found, steps
+        self.status = found.motion.overall.word
 
     @property
     def complete(self) -> bool:
         """Whether the motion was solved."""
         return bool(self._found.reached)
-
-    @property
-    def status(self) -> str:
-        """The status word of the motion."""
-        return self._found.motion.overall.word
 
     def headline(self) -> str:
         """Return the result in one line."""
@@ -95,7 +91,7 @@ class TradeoffResult(Result):
             for a in advise(found)
         ]  # fmt: skip
         return {
-            "steps": self.steps, "solved": found.motion.solved, "status": found.motion.overall.word,
+            "steps": self.steps, "solved": found.motion.solved, "status": self.status,
             "compiled": found.compiled, "untold": found.unrefined,
             "entries": self._records.report(), "advice": advice,
         }  # fmt: skip
