@@ -99,16 +99,11 @@ class Unassembled:
     def sentences(self, tried: Collection[str] = ()) -> Iterator[str]:
         """Yield the cause, the inputs at which the mechanism can be assembled, and what to do."""
         gap = self._gap()
-        if gap is None:
-            yield "no position was found that satisfies all constraints" + self._largest_errors()
-            yield from self._late_start()
-            yield CORRECT
-            yield from (text for what, text in OTHERS.items() if what not in tried)
-            return
-        yield gap
+        none = "no position was found that satisfies all constraints"
+        yield none + self._largest_errors() if gap is None else gap
         yield from self._late_start()
-        yield from self._where_it_closes()
-        if self._after_a_choice:
+        yield from [CORRECT] if gap is None else self._where_it_closes()
+        if gap is None or self._after_a_choice:
             yield from (text for what, text in OTHERS.items() if what not in tried)
 
     def certain_gap(self) -> str:
@@ -211,7 +206,7 @@ class Unassembled:
             if found is None:
                 yield f"it closes at no value of {actuator.name} that was tried{fixed}"
             else:
-                low, high = (float(self.mechanism.value_to_file(k, np.array([v]))[0]) for v in found)
+                low, high = self.mechanism.value_to_file(k, np.array(found)).tolist()
                 yield f"it closes for {actuator.name} = {interval(self.mechanism, actuator.name, low, high)}{fixed}"
 
     def _interval(self, k: int) -> tuple[float, float] | None:
@@ -236,8 +231,8 @@ class Unassembled:
         """Return the constraints with the largest errors in the position that satisfies all of them best."""
         z = self._closest()
         found = [
-            (float(error), self._wrong(check, float(error), z))
-            for check, (_, _, error) in zip(checks(self.mechanism), self._errors(z), strict=True)
+            (error, self._wrong(check, error, z))
+            for check, error in zip(checks(self.mechanism), self._errors(z), strict=True)
             if error > NEGLIGIBLE
         ]
         sizes = np.array([error for error, _ in found])
@@ -257,16 +252,15 @@ class Unassembled:
 
         def all_errors(x: FloatArray) -> FloatArray:
             z[free] = x[: len(free)] + 1j * x[len(free) :]
-            found = np.array([error for _, _, error in self._errors(z)])
-            return np.asarray(np.nan_to_num(found, nan=1e3, posinf=1e3))
+            return np.asarray(np.nan_to_num(self._errors(z), nan=1e3, posinf=1e3))
 
         start = np.concatenate([z[free].real, z[free].imag])
         all_errors(least_squares(all_errors, start, max_nfev=200).x)
         return z
 
-    def _errors(self, z: ComplexArray) -> Iterator[tuple[str, bool, float]]:
-        for name, is_angle, error in errors(self.mechanism, z[:, None], self.inputs[:, None]):
-            yield name, is_angle, float(error[0])
+    def _errors(self, z: ComplexArray) -> list[float]:
+        """Return the errors of all constraints in positions (nodes,)."""
+        return [float(error[0]) for _, _, error in errors(self.mechanism, z[:, None], self.inputs[:, None])]
 
     def _wrong(self, check: Check, error: float, z: ComplexArray) -> str:
         """Return the error of one constraint with numbers."""
@@ -314,19 +308,17 @@ class Unassembled:
 
 def _nearest(closes: Callable[[float], bool], values: list[float], given: float) -> tuple[float, float] | None:
     """Return the interval around the value nearest to `given` at which something closes; None if it never does."""
-    good = [closes(value) for value in values]
-    if not any(good):
+    good = np.array([closes(value) for value in values])
+    if not good.any():
         return None
-    known = np.flatnonzero(good)[::-1]  # of two that are equally near the upper one
+    known, bad = np.flatnonzero(good)[::-1], np.flatnonzero(~good)  # of two that are equally near the upper one
     near = int(known[first_least(np.abs(np.array(values)[known] - given), NEGLIGIBLE * (values[-1] - values[0]))])
-    ends = []
-    for step, last in ((-1, 0), (1, len(values) - 1)):
-        n = near
-        while n != last and good[n + step]:
-            n += step
-        outside = values[n if n == last else n + step]
-        ends.append(bisected(lambda value: not closes(value), values[n], outside)[0])
-    return ends[0], ends[1]
+    below, above = np.max(bad[bad < near], initial=0), np.min(bad[bad > near], initial=len(values) - 1)
+    low, high = (
+        bisected(lambda value: not closes(value), values[n if good[n] else n + step], values[n])[0]
+        for n, step in ((below, 1), (above, -1))
+    )
+    return low, high
 
 
 def _and(texts: Iterator[str] | list[str]) -> str:

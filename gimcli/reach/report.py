@@ -14,9 +14,6 @@ from gimcli.reach.region import HOLE, INNER, OUTER, Edge
 from gimcli.reach.task import WorkspaceTask
 from gimcli.table import Column, Table, xy_columns
 
-REGION_COLUMNS = ("curve", "loop", "kind", "held", "x", "y")
-"""Columns of the table of a region."""
-
 
 def placed(mechanism: Mechanism, y: FloatArray) -> ComplexArray:
     """Return points (rows, 2) of the normal frame in the file's coordinates (rows, 2)."""
@@ -39,19 +36,18 @@ def _value(mechanism: Mechanism, actuator: int, value: float) -> float:
 
 def region_table(found: Workspace) -> Table:
     """Return one row per point of a curve; the region is to the left of its boundaries."""
-    task, unit = found.task, found.task.mechanism.length_unit
+    mechanism, edges = found.task.mechanism, found.edges
+    z = [placed(mechanism, edge.points(1)) for edge in edges]
+    row = np.array([k for k, path in enumerate(z) for _ in path], dtype=int)  # the edge of each row
     number = {id(edge): k for k, loop in enumerate(found.loops) for edge in loop.edges}
-    columns: list[list[Any]] = [[] for _ in REGION_COLUMNS]
-    for k, edge in enumerate(found.edges):
-        z = placed(task.mechanism, edge.points(1))
-        held = " ".join(f"{name}={value:.12g}" for name, value in held_inputs(task, edge).items())
-        same = (k, number.get(id(edge), -1), edge.kind, held)
-        for column, value in zip(columns, same, strict=False):
-            column.extend([value] * len(z))
-        columns[-2].extend(z.real)
-        columns[-1].extend(z.imag)
-    units = ("", "", "", "", unit, unit)
-    return Table(tuple(Column(n, np.array(c), u) for n, c, u in zip(REGION_COLUMNS, columns, units, strict=True)))
+    held = (held_inputs(found.task, edge) for edge in edges)
+    own = {
+        "curve": range(len(edges)), "loop": [number.get(id(edge), -1) for edge in edges],
+        "kind": [edge.kind for edge in edges],
+        "held": [" ".join(f"{name}={value:.12g}" for name, value in one.items()) for one in held],
+    }  # fmt: skip
+    columns = [Column(name, np.array(values)[row]) for name, values in own.items()]
+    return Table((*columns, *xy_columns("", np.concatenate([*z, np.zeros(0)]), mechanism.length_unit)))
 
 
 def outlines(found: Workspace) -> dict[str, list[ComplexArray]]:
