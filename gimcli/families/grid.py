@@ -6,7 +6,6 @@ The grid of inputs for `--grid`, from the ranges of the laws.
 from __future__ import annotations
 
 import hashlib
-import math
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -20,7 +19,7 @@ from gimcli.motion.scatter import InputGrid, Scatterer, scattered, with_kernel
 from gimcli.output.parts import Parts
 from gimcli.progress import Notify, Progress
 from gimcli.rates.plan_rates import carrier
-from gimcli.reach.task import FULL, law_range
+from gimcli.reach.task import FULL, law_range, periods
 from gimcli.version import __version__
 
 MOST = 50_000_000
@@ -30,13 +29,14 @@ MOST = 50_000_000
 def input_grid(mechanism: Mechanism, count: int) -> InputGrid:
     """Return a grid of `count` values per moving input over the range of its law; a full turn has no end value.
 
-    Raises UsageError for more than MOST positions.
+    It has the inputs that follow no other. Raises UsageError for more than MOST positions.
     """
-    spans = [law_range(mechanism, k) for k in range(len(mechanism.actuators))]
-    rotary = [a.rotary for a in mechanism.actuators]
-    turning = tuple(r and 2.0 * s.half >= FULL for s, r in zip(spans, rotary, strict=True))
-    high = [s.low + 2.0 * math.pi if t else s.high for s, t in zip(spans, turning, strict=True)]
-    grid = InputGrid(np.array([s.low for s in spans]), np.array(high), turning, count)
+    drivers = list(mechanism.drivers)
+    spans = [law_range(mechanism, k) for k in drivers]
+    low, high = (np.array([getattr(span, end) for span in spans]) for end in ("low", "high"))
+    period = periods(mechanism)[drivers]
+    turning = high - low >= FULL * period
+    grid = InputGrid(low, np.where(turning, low + period, high), tuple(turning.tolist()), count)
     if grid.rows > MOST:
         raise UsageError(f"grid {count}: {grid.rows} combinations of {len(spans)} inputs, more than {MOST}; reduce it")
     return grid
@@ -99,7 +99,10 @@ def solve_grid(
         progress(solved, job.parts)
     z = np.concatenate([parts[k] if store is None else store.get(k) for k in range(job.parts)], axis=1)
     places = mechanism.to_file(z).reshape(len(z), *job.grid.counts)
-    axes = {a.name: mechanism.value_to_file(k, job.grid.axis(k)) for k, a in enumerate(mechanism.actuators)}
+    axes = {
+        mechanism.actuators[k].name: mechanism.value_to_file(k, job.grid.axis(number))
+        for number, k in enumerate(mechanism.drivers)
+    }
     return Grid(places, axes, len(done), job.parts, store)
 
 

@@ -53,8 +53,8 @@ def workspace(
         point: node or point, by default the first of `trace` in the file.
         orientation: dict of members with a fixed direction, in the file's angle unit, such as {"platform": 0}.
         every: with one input: the paths of all assemblies; a region is always that of all.
-        grid: also solve all combinations of this number of values of each input, of which none may follow others; 0: no
-            grid.
+        grid: also solve all combinations of this number of values of each input that follows no other; 0: no grid. Not
+            where the linkage turns gears.
         jit: "auto" compiles the kernels where this saves time; "on", "off". The numbers are the same.
         folder: for the parts of the grid, so that an interrupted run can be resumed.
         resume: use the parts in `folder` of an interrupted run with the same model and options.
@@ -70,15 +70,12 @@ def workspace(
         StructureError: the mechanism has no actuator, or is not fully driven or over-driven.
         UnassembledError: no assembled position within the ranges of the laws was found.
     """
-    refuse(
-        (
-            mechanism.couplings and grid,
-            f"grid: not with inputs that follow others, as in {mechanism.name}; remove grid",
-        ),
-        error=StructureError,
-    )
     name = _point(mechanism, point)
     mechanism = _machine_of(mechanism, name)
+    refuse(
+        (mechanism.complete and grid, f"grid: not where the linkage turns gears, as in {mechanism.name}; remove grid"),
+        error=StructureError,
+    )
     held = _held(mechanism, orientation or {})
     refuse(
         (

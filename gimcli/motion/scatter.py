@@ -47,7 +47,7 @@ STARTS = (0.5, 0.2, 0.8, 0.35, 0.65, 0.05, 0.95)
 class InputGrid:
     """Inputs evenly spaced over their ranges; the last one changes fastest."""
 
-    low: FloatArray  # (actuators,)
+    low: FloatArray  # (inputs,)
     high: FloatArray
     turning: tuple[bool, ...]  # whether the range is a full turn, so that its end equals its start
     count: int  # number of values of each input that is not constant
@@ -67,7 +67,7 @@ class InputGrid:
         return np.linspace(self.low[k], self.high[k], self.counts[k], endpoint=not self.turning[k])
 
     def values(self, first: int, last: int) -> FloatArray:
-        """Return the inputs (actuators, rows) of rows first..last."""
+        """Return the inputs (inputs, rows) of rows first..last."""
         index = np.unravel_index(np.arange(first, last), self.counts)
         return np.array([self.axis(k)[i] for k, i in enumerate(index)])
 
@@ -78,7 +78,7 @@ class Scatterer:
 
     mechanism: Mechanism
     on: tuple[int, int, complex]  # nodes u, v and a factor: the point is z_u + factor (z_v - z_u)
-    grid: InputGrid
+    grid: InputGrid  # of the inputs that follow no other
     tolerance: float = 1e-10
     run: Run = plain
     plan: Plan = field(init=False)
@@ -118,12 +118,18 @@ class Scatterer:
         """Return the point (sides, rows) of a part, NaN if there is no assembled position."""
         first = number * self.part
         last = min(first + self.part, self.grid.rows)
-        values = np.ascontiguousarray(self.grid.values(first, last))
+        values = self._inputs(first, last)
         return self._in_closed_form(values) if self.closed else _line(self, values)[None, :]
 
     def ready(self) -> None:
         """Compile the kernel before several threads use it."""
-        self._in_closed_form(self.grid.values(0, 0))
+        self._in_closed_form(self._inputs(0, 0))
+
+    def _inputs(self, first: int, last: int) -> FloatArray:
+        """Return all inputs (actuators, rows) of rows first..last."""
+        values = np.zeros((len(self.mechanism.actuators), last - first))
+        values[list(self.mechanism.drivers)] = self.grid.values(first, last)
+        return self.mechanism.coupled(values)
 
     def _in_closed_form(self, values: FloatArray) -> ComplexArray:
         program = plan_program(self.mechanism, self.plan)
@@ -196,8 +202,8 @@ def _line(job: Scatterer, values: FloatArray) -> ComplexArray:
 
 def _entries(job: Scatterer, values: FloatArray) -> list[int]:
     """Return the start rows to try: that closest to the drawn input, then others."""
-    rows = values.shape[1]
-    nearest = int(np.argmin(np.abs(values[-1] - job.mechanism.drawn_inputs[-1])))
+    rows, last = values.shape[1], job.mechanism.drivers[-1]
+    nearest = int(np.argmin(np.abs(values[last] - job.mechanism.drawn_inputs[last])))
     return [nearest, *(min(int(part * rows), rows - 1) for part in STARTS)]
 
 

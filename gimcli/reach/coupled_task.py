@@ -16,7 +16,6 @@ import numpy as np
 
 from gimcli.continuation.released import ReleasedPositions
 from gimcli.mechanism import BoolArray, FloatArray
-from gimcli.positions.inputs import turns_until_repeated
 from gimcli.reach.task import WorkspaceTask
 from gimcli.structure.carried import measured, turned
 from gimcli.structure.quadric import Flat, Quadric
@@ -73,15 +72,6 @@ class CoupledTask(WorkspaceTask):
             base[r.actuator] = 0.0 if r.half else r.low
         along = mechanism.following[:, [mechanism.drivers.index(k) for k in self.moving]]
         return ReleasedPositions(mechanism, mechanism.coupled(base), along)
-
-    @cached_property
-    def _periods(self) -> FloatArray:
-        """The changes (actuators,) of drivers after which all inputs are the same but for full turns."""
-        found = super()._periods
-        for k in self.mechanism.drivers:
-            turns = turns_until_repeated(self.mechanism, k)
-            found[k] *= turns or math.inf
-        return found
 
     @cached_property
     def _parted(self) -> tuple[Flat, ReleasedForm]:

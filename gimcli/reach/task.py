@@ -18,6 +18,7 @@ import numpy as np
 from gimcli.errors import UsageError
 from gimcli.mechanism import FRAME, SPAN, BoolArray, ComplexArray, FloatArray, IntArray, Mechanism
 from gimcli.nearest import guess
+from gimcli.positions.inputs import turns_until_repeated
 from gimcli.positions.options import TOLERANCE
 from gimcli.structure.carried import carried_point
 from gimcli.structure.quadric import Flat, Quadric
@@ -81,8 +82,7 @@ class WorkspaceTask:
 
     @cached_property
     def _periods(self) -> FloatArray:
-        """The changes (actuators,) after which inputs are the same but for full turns."""
-        return np.where([a.rotary for a in self.mechanism.actuators], 2.0 * math.pi, math.inf)
+        return periods(self.mechanism)
 
     @cached_property
     def limited(self) -> tuple[InputRange, ...]:
@@ -273,6 +273,17 @@ def law_range(mechanism: Mechanism, actuator: int) -> InputRange:
     law = mechanism.actuators[actuator].law
     values = law(np.append(law.stops(), [0.0, 1.0]))
     return InputRange(actuator, float(np.min(values)), float(np.max(values)))
+
+
+def periods(mechanism: Mechanism) -> FloatArray:
+    """Return the changes (actuators,) of inputs after which all inputs are the same but for full turns.
+
+    Infinite if there is none.
+    """
+    found = np.where([a.rotary for a in mechanism.actuators], 2.0 * math.pi, math.inf)
+    for k in mechanism.drivers if mechanism.couplings else ():
+        found[k] *= turns_until_repeated(mechanism, k) or math.inf
+    return found
 
 
 def _independent(whole: Quadric, task: WorkspaceTask) -> Quadric:

@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+import yaml
+from bundled import MODELS
 from coupled_models import apex, five_bar, rack
 
 import gimcli
@@ -94,3 +96,33 @@ def test_the_arc_of_a_pinion():
     angle = 90.0 - np.degrees(np.array([0.0, 3.0]))
     assert path["length"] == pytest.approx(120.0, abs=1e-6)  # there and back
     assert path["bounds"]["y"][0] == pytest.approx(20.0 + 20.0 * np.sin(np.radians(angle[1])), abs=1e-6)
+
+
+@pytest.mark.parametrize(("ratio", "ends", "last"), [
+    (2.0, (120.0, 240.0), 240.0), (2.0, (0.0, 360.0), 320.0), (0.5, (0.0, 360.0), 360.0), (0.5, (0.0, 720.0), 640.0),
+])  # fmt: skip
+def test_the_grid_of_an_arm_with_a_gear(ratio, ends, last):
+    """All values of both motors; a law has no end value if the gear is back there."""
+    law = dict(zip(("from", "to"), ends, strict=True))
+    found = gimcli.workspace(gimcli.load(arm(ratio, law)), grid=9).arrays()
+    assert sorted(found) == ["input_one", "input_two", "x", "y"]
+    assert found["input_two"] == pytest.approx(np.linspace(ends[0], last, 9))
+    upper, base = np.exp(1j * np.radians(found["input_two"] - 180.0)), np.exp(1j * np.radians(found["input_one"]))
+    fore = np.exp(1j * ratio * np.radians(found["input_two"] - 180.0))
+    place = base[:, None] * (10.0 + upper * (40.0 + 10.0 * fore))
+    assert found["x"][0] + 1j * found["y"][0] == pytest.approx(place, abs=1e-11)
+
+
+def test_a_grid_that_is_followed_line_by_line():
+    """A link at the end of a crank of 40 turns with it by a ratio; the rest of the linkage has no closed form."""
+    data = yaml.safe_load((MODELS / "gim_fig11.yaml").read_text())
+    data["nodes"]["G"] = [220, 70]
+    data["links"]["DG"] = ["D", "G"]
+    data["actuators"]["gear"] = {"pivot": "D", "arm": "G", "reference": "F", "follows": "FD", "ratio": 3.0,
+                                 "phase": -90.0}  # fmt: skip
+    found = gimcli.workspace(gimcli.load(data), "G", grid=5).arrays()
+    assert found["x"].shape == (1, 5, 5)
+    assert np.ptp(found["input_OA"]) == pytest.approx(20.0)
+    crank = np.radians(found["input_FD"])[:, None] + 0.0 * found["x"][0]
+    place = 220.0 + 10.0j + np.exp(1j * crank) * (40.0 - 20.0 * np.exp(1j * (3.0 * crank - np.pi / 2.0)))
+    assert found["x"][0] + 1j * found["y"][0] == pytest.approx(place, abs=1e-7)

@@ -228,7 +228,7 @@ def rejecting(monkeypatch):
         return np.zeros_like(gate(mechanism, z, inputs, tolerance, swept, error))
 
     for name, module in list(sys.modules.items()):
-        if name.startswith("gimcli") and getattr(module, "holds", None) is gate:
+        if name.startswith("gimcli") and vars(module).get("holds") is gate:
             monkeypatch.setattr(module, "holds", never)
 
 
