@@ -12,8 +12,8 @@ import numpy as np
 
 from gimcli.errors import UsageError, refuse
 from gimcli.families.design_state import position_items
-from gimcli.families.number_columns import number_columns
 from gimcli.fitting.targets import FREE, GIVEN, STEP, TURN, FitRange, Targets
+from gimcli.library.number_columns import number_columns
 from gimcli.mechanism import FRAME, FloatArray, Mechanism
 from gimcli.nearest import guess
 from gimcli.quantities.quantity import Item

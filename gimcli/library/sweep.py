@@ -131,7 +131,7 @@ def _designs(given: Any) -> dict[str, Any]:
         name, _, values = given.partition("=")
         raise UsageError(f"vary: expected a dict of values, such as {{'{name}': '{values}'}}, got '{given}'")
     if isinstance(given, str | Path):
-        from gimcli.families.number_columns import number_columns
+        from gimcli.library.number_columns import number_columns
 
         return dict(number_columns(Path(given), "designs"))
     if hasattr(given, "columns") and hasattr(given, "to_numpy"):

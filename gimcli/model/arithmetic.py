@@ -9,6 +9,7 @@ from contextlib import suppress
 from graphlib import CycleError, TopologicalSorter
 from typing import Any
 
+from gimcli.errors import refuse
 from gimcli.language.expression import CONSTANTS, FUNCTIONS, Expression, ExpressionError, PartKind
 from gimcli.language.reader import NAMED, SIGNED, WORD, ExpressionReader, KnownNames
 from gimcli.model.part import Part
@@ -129,15 +130,13 @@ def _speed(data: dict[str, Any], where: Where) -> float | None:
 
 def _formula(text: str, names: Mapping[str, Any]) -> Expression:
     unit = _UNIT.match(text.strip())
-    cases = (
+    refuse(
         (unit is not None and unit[1] not in names, "set units once, under `units:`"),
         (is_number(text), "write it without quotes"),
         (len(names) > MOST_PARAMETERS,
          f"{len(names)} parameters are too many for formulas; at most {MOST_PARAMETERS} are read"),
+        error=ExpressionError,
     )  # fmt: skip
-    for holds, wrong in cases:
-        if holds:
-            raise ExpressionError(wrong)
     return parsed(text, names)
 
 

@@ -147,23 +147,26 @@ def check(refs: References) -> None:
 
 
 def _check_names(refs: References) -> None:
-    first, keys = dict[str, str](), refs.source.keys
-    for section, name in ((key, name) for key in SECTIONS for name in getattr(refs.model, key)):
-        sign, other = name.lstrip()[:1], first.setdefault(name, section) if section in CONSTRAINTS else section
-        reserved = ("ground", *COLUMNS) if section in ("actuators", "gears") else ("ground",)
-        refs.record((section, name), those(
-            sign in FORMULA and PartFault(
-                (), f"the name '{name}' begins with '{sign}', which a spreadsheet reads as a formula; rename it",
-                key=True,
-            ),
-            other != section and PartFault(
-                (), f"'{name}' is given twice, first under `{other}:` in line {keys[other, name][0]}; rename one",
-                key=True,
-            ),
-            section in CONSTRAINTS and other == section and name in reserved and PartFault(
-                (), f"the name '{name}' is reserved; rename it", key=True
-            ),
-        ))  # fmt: skip
+    model, keys = refs.model, refs.source.keys
+    first = {name: section for section in CONSTRAINTS[::-1] for name in getattr(model, section)}
+    names = [(section, name) for section in SECTIONS for name in getattr(model, section)]
+    own = [(section, name) for section, name in names if section in CONSTRAINTS]
+    refs.record((), (
+        *(PartFault(
+            (section, name),
+            f"the name '{name}' begins with '{name.lstrip()[0]}', which a spreadsheet reads as a formula; rename it",
+            key=True,
+        ) for section, name in names if name.lstrip()[:1] in FORMULA),
+        *(PartFault(
+            (section, name),
+            f"'{name}' is given twice, first under `{first[name]}:` in line {keys[first[name], name][0]}; rename one",
+            key=True,
+        ) for section, name in own if first[name] != section),
+        *(PartFault(
+            (section, name), f"the name '{name}' is reserved; rename it", key=True
+        ) for section, name in own
+          if first[name] == section and name in ("ground", *(COLUMNS if section in ("actuators", "gears") else ()))),
+    ))  # fmt: skip
 
 
 def _check_ground(refs: References) -> None:

@@ -70,10 +70,9 @@ def found(named: dict[str, Dimension], name: str, opened: Collection[str] = ()) 
     if name in opened or name.removesuffix(".x").removesuffix(".y") in opened:
         raise UsageError(f"'{name}' is not a dimension: the node has no coordinates, they follow from other dimensions")
     own = [full for full in named if full.startswith(f"{name}.")]
-    if own:
-        hint = f"it has {', '.join(own[:8])}{', ...' * (len(own) > 8)}"
-        raise UsageError(f"'{name}' is not a dimension; {hint}")
-    hint = near(name, [*named, *(full.removesuffix(".length") for full in named)])
+    hint = f"; it has {', '.join(own[:8])}{', ...' * (len(own) > 8)}" if own else near(
+        name, [*named, *(full.removesuffix(".length") for full in named)]
+    )  # fmt: skip
     raise UsageError(f"'{name}' is not a dimension{hint or '; dimensions are named as crank.length, B.x or motor.to'}")
 
 

@@ -8,10 +8,11 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Iterator
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from gimcli.errors import reason
+from gimcli.errors import reason, refuse
 from gimcli.model.part import Part
 from gimcli.model.schema import LARGEST, Model
 from gimcli.model.source import CONTROL, MOST_BYTES
@@ -26,65 +27,61 @@ def read_table(path: Path, first: str = "time") -> tuple[list[float], list[float
 
     Raises ValueError if the file is not readable, not a table of two columns, or its first column does not increase.
     """
-    rows = _rows(path, first)
-    if rows and not any(map(_is_number, rows[0][1])):
+    kind = "directory" if path.is_dir() else "device or a pipe"
+    refuse((path.exists() and not path.is_file(), f"is a {kind}; name a CSV file"), error=ValueError)
+    found = csv_rows(path, f"rows {first},value", "the path starts at the model's folder", MOST_BYTES)
+    rows = list(islice(found, MOST_ROWS + 1))
+    refuse((len(rows) > MOST_ROWS, f"has more than {MOST_ROWS} rows; reduce them"), error=ValueError)
+    if rows and not any(numbers([cell]) for cell in rows[0][1]):
         rows = rows[1:]  # a header
-    if len(rows) < 2:
-        raise ValueError(f"has fewer than two rows of {first},value; add rows")
-    for line, row in rows:
-        if len(row) != 2 or not all(map(_fits, row)):
-            text = ",".join(row)[:40]
-            raise ValueError(f"line {line}: expected {first},value (two finite numbers up to {LARGEST:g}), got {text}")
-    time, value = ([float(row[k]) for _, row in rows] for k in (0, 1))
+    refuse((len(rows) < 2, f"has fewer than two rows of {first},value; add rows"), error=ValueError)
+    pairs = [numbers(row) for _, row in rows]
+    wanted = f"{first},value (two finite numbers up to {LARGEST:g})"
+    refuse(*(
+        (True, f"line {line}: expected {wanted}, got {','.join(row)[:40]}")
+        for (line, row), pair in zip(rows, pairs, strict=True)
+        if len(pair) != 2 or not all(abs(value) <= LARGEST for value in pair)
+    ), error=ValueError)  # fmt: skip
+    time, value = (list(column) for column in zip(*pairs, strict=True))
     least = CLOSEST * (max(time) - min(time))
-    for (line, _), before, after in zip(rows[1:], time, time[1:], strict=False):
-        if after - before <= least:
-            raise ValueError(f"line {line}: {first} {after:g} after {before:g}; {first} must increase from row to row")
+    refuse(*(
+        (True, f"line {line}: {first} {after:g} after {before:g}; {first} must increase from row to row")
+        for (line, _), before, after in zip(rows[1:], time, time[1:], strict=False)
+        if after - before <= least
+    ), error=ValueError)  # fmt: skip
     return time, value
 
 
-def _rows(path: Path, first: str) -> list[tuple[int, list[str]]]:
-    """Return the rows that are not empty, each with its line number."""
-    reader = csv.reader(io.StringIO(_text(path, first), newline=""))
-    rows: list[tuple[int, list[str]]] = []
-    try:
-        for row in reader:
-            if any(cell.strip() for cell in row):
-                rows.append((reader.line_num, row))
-            if len(rows) > MOST_ROWS:
-                raise ValueError(f"has more than {MOST_ROWS} rows; reduce them")
-    except csv.Error:
-        raise ValueError(f"is not a text file of rows {first},value; name a CSV file") from None
-    return rows
+def csv_rows(path: Path, what: str, cure: str, most: int) -> Iterator[tuple[int, list[str]]]:
+    """Yield the rows of a CSV file that are not empty, each with its line number.
 
-
-def _text(path: Path, first: str) -> str:
-    """Return the text of a regular file of at most MOST_BYTES; raise ValueError for any other."""
+    what: names the content in messages. cure: ends that of a file that cannot be read. most: bytes that are read.
+    Raises ValueError if the file is not readable, too large or not text.
+    """
     try:
-        if path.exists() and not path.is_file():
-            raise ValueError(f"is a {'directory' if path.is_dir() else 'device or a pipe'}; name a CSV file")
         with path.open("rb") as handle:
-            raw = handle.read(MOST_BYTES + 1)
+            raw = handle.read(most + 1)
     except OSError as error:
-        raise ValueError(f"cannot be read: {reason(error)}; the path starts at the model's folder") from None
-    if len(raw) > MOST_BYTES:
-        raise ValueError(f"is too large for a table; at most {MOST_BYTES // 1_000_000} MB are read")
-    text = raw.decode("utf-8-sig", "surrogateescape")  # CONTROL has the surrogates
-    if CONTROL.search(text):
-        raise ValueError(f"is not a text file of rows {first},value; name a CSV file")
-    return text
-
-
-def _is_number(cell: str) -> bool:
+        raise ValueError(f"cannot be read: {reason(error)}; {cure}") from None
+    text, strange = raw.decode("utf-8-sig", "surrogateescape"), f"is not a text file of {what}; name a CSV file"
+    refuse(
+        (len(raw) > most, f"is too large for a table; at most {most // 1_000_000} MB are read"),
+        (CONTROL.search(text), strange),  # CONTROL has the surrogates
+        error=ValueError,
+    )
+    reader = csv.reader(io.StringIO(text, newline=""))
     try:
-        float(cell)
+        yield from ((reader.line_num, row) for row in reader if "".join(row).strip())
+    except csv.Error:
+        raise ValueError(strange) from None
+
+
+def numbers(row: list[str]) -> list[float]:
+    """Return the numbers of a row; none if one of them is no number."""
+    try:
+        return [float(cell) for cell in row]
     except ValueError:
-        return False
-    return True
-
-
-def _fits(cell: str) -> bool:
-    return _is_number(cell) and abs(float(cell)) <= LARGEST
+        return []
 
 
 # -- names of the files -------------------------------------------------------------------------

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 import re
 
+from gimcli.errors import refuse
+
 METRES = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "um": 1e-6, "km": 1e3, "in": 0.0254, "ft": 0.3048}
 KILOGRAMS = {"kg": 1.0, "g": 1e-3, "t": 1e3, "lb": 0.45359237}
 TURN = {"deg": 360.0, "rad": 2.0 * math.pi}
@@ -43,15 +45,13 @@ def speed(text: str, rotary: bool, length: str, angle: str) -> float | None:
     top, _, bottom = {"rpm": "rev/min", "°/s": "deg/s", "rps": "rev/s"}.get(unit, unit).partition("/")
     turns = {"rev": 1.0, "deg": 1.0 / TURN["deg"], "rad": 1.0 / TURN["rad"]}
     kind, known = ("rotary", _ROTARY) if rotary else ("linear", _LINEAR)
-    cases = (
+    refuse(
         (bottom not in SECONDS or top not in {**turns, **METRES}, f"expected the unit {known}"),
         (rotary != (top in turns), f"the input is {kind}: expected the unit {known}"),
         (not rotary and length not in METRES,
          "the file's length has no physical unit; write a number without a unit"),
+        error=ValueError,
     )  # fmt: skip
-    for holds, wrong in cases:
-        if holds:
-            raise ValueError(wrong)
     if rotary:
         return number * (1.0 if top == angle else TURN.get(angle, 0.0) * turns[top]) / SECONDS[bottom]
     return number * (1.0 if top == length else METRES[top] / METRES[length]) / SECONDS[bottom]

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from gimcli.canonical import first_least
-from gimcli.errors import StructureError
+from gimcli.errors import StructureError, refuse
 from gimcli.mechanism import FRAME, HEIGHT, ComplexArray, FloatArray, Input, Mechanism
 from gimcli.structure.branch_mobility import Branch, branches
 from gimcli.structure.constraint_jacobian import ALMOST, ASSEMBLED, RANK, constraint_jacobian, dependent
@@ -115,7 +115,7 @@ def check_driven(mechanism: Mechanism, found: Mobility) -> None:
     """Raise StructureError if the actuators do not match the mobility."""
     count, one = len(found.actuators), len(found.overdriven) == 1
     loose = f"nothing drives nodes {', '.join(found.undriven)}"
-    cases = (
+    refuse(
         (count and found.mobility == 0,
          f"{mechanism.name} is a structure (mobility 0): actuator{'s' * (count != 1)} {', '.join(found.actuators)}"
          " cannot move it; remove a member or the actuator"),
@@ -126,10 +126,8 @@ def check_driven(mechanism: Mechanism, found: Mobility) -> None:
         (found.undriven,
          f"{loose}: mobility {found.mobility}, {count or 'no'} actuator{'s' * (count > 1)}; fix nodes in `ground`, or"
          f" add an actuator for each freedom{_cure(mechanism, found)}"),
+        error=StructureError,
     )  # fmt: skip
-    for holds, text in cases:
-        if holds:
-            raise StructureError(text)
 
 
 def _guide(mechanism: Mechanism, one: Input) -> str:
