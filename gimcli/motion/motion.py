@@ -290,9 +290,7 @@ def _skipped(motion: Motion, options: Options) -> Motion:
     if motion.first_status is not Status.OK:
         return motion
     last = int(np.flatnonzero(motion.good)[-1])
-    for k in np.flatnonzero(~motion.good).tolist():
-        if k < last:
-            continue
+    for k in range(last + 1, len(codes)):
         found = moved(
             mechanism, plan, z[:, last], motion.inputs[:, last], motion.inputs[:, k], plain, options.tolerance
         )

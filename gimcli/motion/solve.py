@@ -170,7 +170,8 @@ def solve(mechanism: Mechanism, inputs: FloatArray, options: Options, history: b
     else:
         found = Assembler(mechanism, plan, run, options.tolerance, anywhere=True).assemble(inputs, guess)
     require_driven_if_doubtful(mechanism, plan, found.regular)
-    return _checked(mechanism, inputs, found, options)
+    failed = Status.CONTRADICTORY if found.surplus else Status.NOT_CONVERGED
+    return _checked(mechanism, inputs, found.row.x + 1j * found.row.y, found.status, failed, options, int(found.work))
 
 
 def _of_machines(mechanism: Mechanism, inputs: FloatArray, options: Options) -> Position:
@@ -185,13 +186,16 @@ def _of_machines(mechanism: Mechanism, inputs: FloatArray, options: Options) -> 
     return Position(mechanism, inputs, z, worst.status, worst.residual, sweeps, None, options, known)
 
 
-def _checked(mechanism: Mechanism, inputs: FloatArray, found: Assembly, options: Options) -> Position:
-    z = found.row.x + 1j * found.row.y
+def _checked(
+    mechanism: Mechanism, inputs: FloatArray, z: ComplexArray, status: Status, failed: Status, options: Options,
+    sweeps: int, history: FloatArray | None = None,
+) -> Position:  # fmt: skip
+    """Return a solution z (nodes,) as a position; its status is `failed` if an independent check fails."""
     check = residual(mechanism, z[:, None], inputs[:, None], names=True)
-    status = found.status
-    if status is Status.OK and not holds(mechanism, z[:, None], inputs[:, None], options.tolerance, error=check.total):
-        status = Status.CONTRADICTORY if found.surplus else Status.NOT_CONVERGED
-    return Position(mechanism, inputs, z, status, check, int(found.work), None, options)
+    swept = options.method == "gim"
+    if status is Status.OK and not holds(mechanism, z[:, None], inputs[:, None], options.tolerance, swept, check.total):
+        status = failed
+    return Position(mechanism, inputs, z, status, check, sweeps, history, options)
 
 
 def _by_sweeps(
@@ -203,8 +207,6 @@ def _by_sweeps(
     sweeper.run = choose(options.jit, gim_work(len(sweeper.moves), 10))
     done = sweeper.settle(inputs, guess, options.sweeps + 1 if history else 0)
     require_driven_if_doubtful(mechanism, sweeper.plan, done.good)
-    check = residual(mechanism, done.z[:, None], inputs[:, None], names=True)
-    status = done.status
-    if done.good and not holds(mechanism, done.z[:, None], inputs[:, None], options.tolerance, True, check.total):
-        status = Status.CONTRADICTORY if sweeper.plan.surplus > 0 else Status.JUMPED
-    return Position(mechanism, inputs, done.z, status, check, done.sweeps, done.history if history else None, options)
+    failed = Status.CONTRADICTORY if sweeper.plan.surplus > 0 else Status.JUMPED
+    kept = done.history if history else None
+    return _checked(mechanism, inputs, done.z, done.status, failed, options, done.sweeps, kept)
