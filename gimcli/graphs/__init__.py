@@ -8,6 +8,7 @@ Its modules are imported when they are first used, as those of `output`.
 """
 
 from importlib import import_module
+from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -20,6 +21,6 @@ if TYPE_CHECKING:
 
 def __getattr__(name: str) -> Any:
     """Import a module of the package."""
-    if name.startswith("__"):
-        raise AttributeError(name)
+    if find_spec(f"{__name__}.{name}") is None:
+        raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
     return import_module(f"{__name__}.{name}")

@@ -9,6 +9,7 @@ Its modules are imported when they are first used, as `output.drawing.motion_pic
 """
 
 from importlib import import_module
+from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 from gimcli.output.atomic import refuse_unwritable, written_bytes, written_text
@@ -46,6 +47,6 @@ if TYPE_CHECKING:
 
 def __getattr__(name: str) -> Any:
     """Import a module of the package."""
-    if name.startswith("__"):
-        raise AttributeError(name)
+    if find_spec(f"{__name__}.{name}") is None:
+        raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
     return import_module(f"{__name__}.{name}")

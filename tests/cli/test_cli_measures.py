@@ -13,12 +13,12 @@ import pytest
 from bundled import MODELS, run_model
 from drawn_styles import strokes
 from in_process import printed as gim, refused
+from table_graphs import graph_of
 
 from gimcli import load
 from gimcli.motion.solve import solve
 from gimcli.output.curves import drawn_runs
 from gimcli.output.drawing import position_picture
-from gimcli.output.graph import Axis, Curve, CurveGraph
 from gimcli.output.panels import panel
 from gimcli.output.vectors import PENS, Arrows, Field
 from gimcli.positions.options import Options
@@ -135,13 +135,6 @@ def test_rows_that_are_not_solved_leave_the_measures_empty(tmp_path):
 
 
 # --- panels ----------------------------------------------------------------------------------------------
-
-
-def graph_of(name, table):
-    """Return the graph of a table's columns over its first column."""
-    across, *columns = table.columns
-    curves = [Curve(c.name, across.values, c.values) for c in columns]
-    return CurveGraph(Axis(across.name, across.unit), Axis(name, columns[0].unit), curves)
 
 
 def test_a_panel_names_quantity_and_units():

@@ -27,8 +27,8 @@ class Height(Quantity):
 class Heun:
     """Heun's method in equal steps, with the interface of scipy's solvers."""
 
-    def __init__(self, slopes, start, y, end, control):
-        self.slopes, self.t, self.y, self.end, self.h = slopes, start, y.copy(), end, control.step
+    def __init__(self, slopes, start, y, end, *, step, **_):
+        self.slopes, self.t, self.y, self.end, self.h = slopes, start, y.copy(), end, step
         self.status, self.nfev, self.t_old = "running", 0, start
 
     def step(self):

@@ -10,6 +10,7 @@ import pytest
 from bundled import MODELS, written
 from heavy_models import motion_forces, moved, on, total_on_frame, weighted
 from in_process import gim
+from table_graphs import graph_of
 from typer.testing import CliRunner
 
 import gimcli
@@ -17,7 +18,6 @@ from gimcli.cli import app
 from gimcli.dynamics.force_columns import columns_of, reactions
 from gimcli.dynamics.force_motion import ForceMotion
 from gimcli.motion.motion import stream, trace
-from gimcli.output.graph import graph_of
 from gimcli.output.panels import panel
 from gimcli.structure.steps import NONE
 from gimcli.table import Column, Table
