@@ -57,17 +57,12 @@ def circuits(
 
 
 class CircuitsResult(Result):
-    """The circuits: `count` and `complete`, one row for each branch; `report()` has curves and configurations."""
+    """The circuits: their number `count`, and one row for each branch; `report()` has curves and configurations."""
 
     KIND = "circuits"
 
     def __init__(self, mechanism: Mechanism, found: Circuits, limited: bool = False) -> None:
-        self.mechanism, self._found, self.limited = mechanism, found, limited
-
-    @property
-    def count(self) -> int:
-        """The number of circuits."""
-        return self._found.count
+        self.mechanism, self._found, self.count, self.limited = mechanism, found, found.count, limited
 
     @property
     def answered(self) -> bool:

@@ -59,19 +59,16 @@ def configurations(
 class ConfigurationsResult(Placed):
     """Configurations: `count`, `xy[name]` (configurations, 2), `angle[member]` (configurations,) and `complete`.
 
-    `drawn` is the index of the configuration that the file's coordinates show, or None.
+    `drawn` is the index of the configuration that the file's coordinates show, or None. `signs` (configurations,) are
+    texts such as "+-": the sides of the dyads, "(2)" the number of a group's solution.
     """
 
     KIND = "configurations"
 
     def __init__(self, found: Configurations, drawn: int | None) -> None:
         self.mechanism, self._found, self.drawn, self.limited = found.mechanism, found, drawn, found.limited
+        self.count, self.signs = len(found), found.signs
         self.status, self.inputs = np.full(len(found), "ok"), in_file_units(found.mechanism, found.inputs)
-
-    @property
-    def count(self) -> int:
-        """The number of configurations."""
-        return len(self._found)
 
     @property
     def answered(self) -> bool:
@@ -82,11 +79,6 @@ class ConfigurationsResult(Placed):
     def complete(self) -> bool:
         """Whether the list is proved complete."""
         return bool(self._found.complete)
-
-    @property
-    def signs(self) -> tuple[str, ...]:
-        """The signs (configurations,), such as "+-": the sides of the dyads, "(2)" the number of a group's solution."""
-        return self._found.signs
 
     @property
     def _z(self) -> ComplexArray:

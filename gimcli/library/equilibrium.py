@@ -106,20 +106,12 @@ class EquilibriumResult(Result):
 
     def __init__(self, mechanism: Mechanism, found: Equilibria, time: float, extras: Extras) -> None:
         self.mechanism, self._found, self.time, self.limited = mechanism, found, time, found.limited
+        self.count, self.everywhere = len(found.found), found.everywhere  # whether all examined positions balance
+        self.released = tuple(mechanism.actuators[k].name for k in found.released)
         own = extras.beside(self._state, ()) if extras.wanted else []
         self._measured = [replace(column, values=column.values[: self.count]) for column in own]
 
     # -- what was found -------------------------------------------------------------------------------
-
-    @property
-    def count(self) -> int:
-        """The number of equilibria in the list."""
-        return len(self._found.found)
-
-    @property
-    def everywhere(self) -> bool:
-        """Whether all examined positions are in equilibrium."""
-        return self._found.everywhere
 
     @property
     def complete(self) -> bool:
@@ -158,11 +150,6 @@ class EquilibriumResult(Result):
     def _asked(self, columns: list[NDArray[Any]]) -> Any:
         """Return one column (equilibria,), or several (equilibria, columns)."""
         return super()._asked([column[: self.count] for column in columns])
-
-    @property
-    def released(self) -> tuple[str, ...]:
-        """The names of the released inputs."""
-        return tuple(self.mechanism.actuators[k].name for k in self._found.released)
 
     @property
     def driven(self) -> tuple[str, ...]:

@@ -70,7 +70,10 @@ def _of_machine(whole: Mechanism, mechanism: Mechanism) -> tuple[Mobility, str]:
 
 
 class MobilityResult(Result):
-    """Mobility, Grübler's count, rank, and the names of redundant constraints, undriven nodes and surplus actuators."""
+    """Mobility, Grübler's count, rank, and the names of redundant constraints, undriven nodes and surplus actuators.
+
+    `mobility` is the number of freedoms: confirmed by the rank at neighbouring positions where it is singular.
+    """
 
     KIND = "mobility"
 
@@ -78,7 +81,7 @@ class MobilityResult(Result):
         self, mechanism: Mechanism, found: Mobility, start: str, each: Mapping[str, MobilityResult] | None = None,
         coordinates: str = NATURAL,
     ) -> None:  # fmt: skip
-        self.mechanism, self._found, self.each = mechanism, found, each or {}
+        self.mechanism, self._found, self.mobility, self.each = mechanism, found, found.mobility, each or {}
         self.status = self.start = start  # the kind of the drawn position: "regular", or that of a singular position
         self.coordinates, self.shows_jacobian = coordinates, False  # whether report and table are those of the matrix
 
@@ -86,11 +89,6 @@ class MobilityResult(Result):
     def jacobian(self) -> JacobianMatrix:
         """The Jacobian of the constraints."""
         return jacobian_matrix(self.mechanism, self.coordinates)
-
-    @property
-    def mobility(self) -> int:
-        """The number of freedoms: confirmed by the rank at neighbouring positions where the position is singular."""
-        return self._found.mobility
 
     def headline(self) -> str:
         """Return the result in one line."""

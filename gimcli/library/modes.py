@@ -144,9 +144,10 @@ class ModesResult(Result):
         self, mechanism: Mechanism, released: tuple[int, ...], values: FloatArray, status: Status,
         found: Linearised | None, time: float,
     ) -> None:  # fmt: skip
-        self.mechanism, self._numbers, self._inputs, self._found = mechanism, released, values, found
+        self.mechanism, self._inputs, self._found = mechanism, values, found
         self._code, self.time, self.status = status, time, status.word
         self.inputs = in_file_units(mechanism, values, ROUND)
+        self.released = tuple(mechanism.actuators[k].name for k in released)
         solved = found if found is not None and status is Status.OK else None
         self.modes: tuple[Mode, ...] = natural_modes(solved) if solved is not None else ()
         self._shapes: tuple[ModeShape, ...] = tuple(mode_shape(solved, m) for m in self.modes) if solved else ()
@@ -157,11 +158,6 @@ class ModesResult(Result):
     def complete(self) -> bool:
         """Whether the modes were found."""
         return self._code is Status.OK
-
-    @property
-    def released(self) -> tuple[str, ...]:
-        """The names of the released inputs."""
-        return tuple(self.mechanism.actuators[k].name for k in self._numbers)
 
     @property
     def unbalance(self) -> float:

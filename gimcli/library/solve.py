@@ -112,17 +112,13 @@ class SolveResult(Result):
     ) -> None:
         self.mechanism, self._found, self._law, self._moving = position.mechanism, position, law, moving
         self.status, self.inputs = position.status.word, in_file_units(position.mechanism, position.inputs)
+        self.residual = float(position.residual.total[0])  # largest error of a constraint, relative to the size
         self._measured = extras.beside(self._state, ()) if extras is not None and extras.wanted else []
 
     @property
     def answered(self) -> bool:
         """Whether the position was found, and its velocities if they were requested."""
         return self._found.status.solved and not (self._moving is not None and self._moving.singular)
-
-    @property
-    def residual(self) -> float:
-        """The largest error of a constraint, relative to the mechanism's size."""
-        return float(self._found.residual.total[0])
 
     @cached_property
     def reason(self) -> str:
