@@ -144,13 +144,13 @@ def sensitivity(
     given = np.flatnonzero(allowed > 0.0)
     many = SAMPLES if len(given) and mechanism.complete is None else 0
     count = many if samples is None else samples
-    if count and not len(given):
-        own = ", ".join(known)
-        why = f"those with a tolerance ({own}) move no node, or are not chosen" if own else "none has a tolerance"
-        raise UsageError(f"samples: {why}; add `tolerances: {{NAME: VALUE}}` of others to the model, or remove samples")
-    result = SensitivityResult(mechanism, motion, whole, quantities, reduced, chosen, rows, allowed, distribution)
-    result.fixed = fixed
-    result.left_out = tuple(name for name in known if name not in {one.name for one in chosen})
+    why = f"those with a tolerance ({', '.join(known)}) move no node, or are not chosen" if known else ""
+    text = f"samples: {why or 'none has a tolerance'}; add `tolerances: {{NAME: VALUE}}` of others to the model, or"
+    refuse((count and not len(given), f"{text} remove samples"))
+    left_out = tuple(name for name in known if name not in {one.name for one in chosen})
+    result = SensitivityResult(
+        mechanism, motion, whole, quantities, reduced, chosen, rows, allowed, distribution, fixed, left_out
+    )
     if count and result.good.any():
         changes = drawn(seed, count, allowed[given], distribution)
         names = [chosen[k].name for k in given]

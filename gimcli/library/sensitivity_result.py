@@ -54,15 +54,18 @@ class SensitivityResult(Result):
     def __init__(
         self, mechanism: Mechanism, motion: Motion, whole: bool, quantities: Sequence[Item],
         reduced: Sequence[MotionNumber], dimensions: Sequence[Dimension], rows: QuantitySlopes,
-        tolerances: FloatArray, distribution: str,
+        tolerances: FloatArray, distribution: str, fixed: tuple[str, ...], left_out: tuple[str, ...],
     ) -> None:  # fmt: skip
+        """Keep what was found.
+
+        `fixed` are the dimensions that redundant constraints fix, `left_out` those with a tolerance that is not in the
+        spread.
+        """
         self.mechanism, self._motion, self.whole = mechanism, motion, whole
         self._quantities, self._reduced, self._dimensions = tuple(quantities), tuple(reduced), tuple(dimensions)
-        self.tolerances, self.distribution = tolerances, distribution
+        self.tolerances, self.distribution, self.fixed, self.left_out = tolerances, distribution, fixed, left_out
         self.sampled: SampledSpread | None = None
         self.seed = 0
-        self.left_out: tuple[str, ...] = ()  # dimensions with a tolerance that is not in the spread
-        self.fixed: tuple[str, ...] = ()  # dimensions that redundant constraints fix; they are left out
         self._values, self._slopes, self.good = rows.values, rows.slopes, rows.good
         if reduced:
             self._reduce(rows)
