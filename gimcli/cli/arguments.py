@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gimcli.errors import UsageError, refuse
+from gimcli.errors import refuse
 
 if TYPE_CHECKING:
     from gimcli.mechanism import Mechanism
@@ -42,8 +42,12 @@ Set = Annotated[
 def _given(context: typer.Context, assembly: str) -> str:
     """Refuse an empty text, such as that of a shell variable that is not set."""
     source = context.get_parameter_source("assembly")
-    if source is not None and source.name == "COMMANDLINE" and not assembly.strip():
-        raise UsageError("--assembly: expected the number or the signs of a configuration, got ''")
+    refuse(
+        (
+            source is not None and source.name == "COMMANDLINE" and not assembly.strip(),
+            "--assembly: expected the number or the signs of a configuration, got ''",
+        )
+    )
     return assembly
 
 

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from gimcli.errors import UnassembledError, UsageError
+from gimcli.errors import UnassembledError, refuse
 from gimcli.library.inputs import OneOf, checked
 from gimcli.library.record import Records, RowField, fact
 from gimcli.library.result import Result
@@ -219,9 +219,13 @@ def jacobian_matrix(mechanism: Mechanism, coordinates: str = NATURAL) -> Jacobia
         UnassembledError: no assembled position was found near the drawn one.
     """
     OneOf(COORDINATES).refuse("coordinates", coordinates)
-    if coordinates != NATURAL and mechanism.couplings:
-        names = ", ".join(mechanism.actuators[coupling.follower].name for coupling in mechanism.couplings)
-        raise UsageError(f"coordinates: {names} follow other inputs; only natural coordinates have such equations")
+    names = ", ".join(mechanism.actuators[coupling.follower].name for coupling in mechanism.couplings)
+    refuse(
+        (
+            coordinates != NATURAL and names,
+            f"coordinates: {names} follow other inputs; only natural coordinates have such equations",
+        )
+    )
     z = assembled(mechanism)
     if z is None:
         raise UnassembledError(f"{mechanism.name} cannot be assembled near its initial configuration")

@@ -17,7 +17,7 @@ import numpy as np
 
 from gimcli.canonical import beside
 from gimcli.dynamic_data import NO_NODE
-from gimcli.errors import ModelError, UsageError
+from gimcli.errors import ModelError, UsageError, refuse
 from gimcli.mechanism import FRAME, ComplexArray, Mechanism
 from gimcli.model.dimensions import written
 from gimcli.model.edited_text import replaced, written_with
@@ -77,8 +77,12 @@ def changed_text(mechanism: Mechanism, changes: Mapping[str, float]) -> ModelTex
 
 
 def _refuse_without_file(mechanism: Mechanism, what: str) -> None:
-    if mechanism.path is None:
-        raise UsageError(f"the mechanism was not read from a model file, so that there is no text for its {what}")
+    refuse(
+        (
+            mechanism.path is None,
+            f"the mechanism was not read from a model file, so that there is no text for its {what}",
+        )
+    )
 
 
 def _content(mechanism: Mechanism, text: str, remarks: tuple[str, ...] = ()) -> ModelText:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import asdict
-from functools import cached_property
 from typing import Any
 
 from gimcli import output
@@ -75,11 +74,7 @@ class ReduceResult(RowsResult):
     def __init__(self, found: Reduction, wheel: Flywheel | None) -> None:
         self.mechanism, self._found, self.wheel = found.mechanism, found, wheel
         self._table = reduction_table(found)
-
-    @cached_property
-    def inputs(self) -> dict[str, Any]:
-        """The input that remains (rows,) by name, in the file's unit."""
-        return {self.mechanism.actuators[self._found.actuator].name: self["q"]}
+        self.inputs = {found.mechanism.actuators[found.actuator].name: self["q"]}  # the input that remains (rows,)
 
     @property
     def complete(self) -> bool:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from gimcli import output, shipped
-from gimcli.errors import OutputError, UsageError
+from gimcli.errors import OutputError, UsageError, refuse
 
 THEMES = {
     "Four-bars and slider-cranks": (
@@ -152,8 +152,12 @@ def _target(given: Path | str, name: str) -> Path:
     path = Path(given)
     if str(given).endswith(("/", "\\")) or path.is_dir() or not path.suffix:
         return path / name
-    if path.suffix.lower() not in (".yaml", ".yml"):
-        raise UsageError(f"{given}: expected a model file (.yaml, .yml) or a folder, got '{path.suffix}'")
+    refuse(
+        (
+            path.suffix.lower() not in (".yaml", ".yml"),
+            f"{given}: expected a model file (.yaml, .yml) or a folder, got '{path.suffix}'",
+        )
+    )
     return path
 
 

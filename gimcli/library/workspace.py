@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from gimcli import output
-from gimcli.errors import StructureError, UsageError, refuse
+from gimcli.errors import StructureError, refuse
 from gimcli.families.grid import Grid, solve_grid
 from gimcli.library.inputs import MOST_STEPS, Jit, Range, checked, refuse_unmoved
 from gimcli.library.record import Records, RowField, fact
@@ -273,8 +273,12 @@ def _machine_of(mechanism: Mechanism, point: str) -> Mechanism:
         own = one.mechanism
         moving = [n for n, name in enumerate(own.nodes) if name == point and n not in own.members[FRAME].nodes]
         if moving or any(p.name == point and p.member != FRAME for p in own.points):
-            if not one.actuators and mechanism.actuators:
-                raise UsageError(f"point: no input moves {point}; give a point of {_listed(mechanism)}")
+            refuse(
+                (
+                    not one.actuators and mechanism.actuators,
+                    f"point: no input moves {point}; give a point of {_listed(mechanism)}",
+                )
+            )
             return own
     return mechanism
 
