@@ -100,7 +100,7 @@ def circuit_ranges(motion: Motion) -> dict[str, list[float]]:
         return {}
     curve = PositionCurve(mechanism)
     good = np.flatnonzero(motion.good)
-    ends = [curve.point(motion.z[:, k], curve.at_time(float(motion.time[k]))) for k in (0, good[min(1, len(good) - 1)])]
+    ends = [curve.point(motion.z[:, k], curve.at_time(motion.time[[k]])) for k in (0, good[min(1, len(good) - 1)])]
     try:
         circuit = first_circuit(curve, motion.z[:, 0], curve.begin(), ends[1] - ends[0])
     except GimError:

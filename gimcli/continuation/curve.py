@@ -102,15 +102,13 @@ class PositionCurve(ReleasedPositions):
         if bent > EVEN * self.span:
             self.domain = Domain(0.0, self.span)
 
-    def at_time(self, time: float) -> float:
-        """Return the parameter at a time 0..1 of the laws."""
-        if self.line is None:
-            return time * self.span
-        return float(self.mechanism.actuators[self.line.main].law(np.array([time]))[0])
+    def at_time(self, time: FloatArray) -> FloatArray:
+        """Return the parameters (rows,) at times 0..1 of the laws."""
+        return time * self.span if self.line is None else self.driven.actuators[self.main].law(time)
 
     def begin(self) -> float:
         """Return the parameter at the start of the laws."""
-        return self.at_time(0.0)
+        return float(self.at_time(np.zeros(1))[0])
 
     @property
     def laws(self) -> tuple[float, float]:

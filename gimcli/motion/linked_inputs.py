@@ -161,12 +161,10 @@ class LinkedMotion:
     def limit(self) -> float | None:
         """The time at which the motion ends before that of the laws."""
 
-        def beyond(time: FloatArray) -> BoolArray:
-            return ~self.branch.covers(self.places(time))
+        def inside(time: FloatArray) -> FloatArray:
+            return np.where(self.branch.covers(self.curve.at_time(time)), 1.0, -1.0)
 
-        times = np.linspace(0.0, 1.0, SAMPLES)
-        k = np.flatnonzero(beyond(times))[:1]
-        return float(bisected(beyond, times[np.maximum(k - 1, 0)], times[k])[0][0]) if len(k) else None
+        return next(iter(sign_changes(inside, np.linspace(0.0, 1.0, SAMPLES)).tolist()), None)
 
     def values(self, time: FloatArray) -> FloatArray:
         """Return the followers and their derivatives by the time (orders, followers, rows)."""
@@ -180,16 +178,10 @@ class LinkedMotion:
         inside = np.clip(time, 0.0, end)
         laws = [actuator.law for actuator in self.curve.driven.actuators]
         rates = np.array([[law(inside, order) for law in laws] for order in range(ORDERS + 1)])
-        x = self.branch.at(self.places(inside))[:, :-1]
+        x = self.branch.at(self.curve.at_time(inside))[:, :-1]
         found = np.moveaxis(system.following(system.derivatives(x, np.moveaxis(rates, 1, 2))), 1, 2)
         found[1:, :, time > end] = 0.0
         return found
-
-    def places(self, time: FloatArray) -> FloatArray:
-        """Return the places on the branch at times (rows,)."""
-        if self.curve.line is None:
-            return time * self.curve.span
-        return self.curve.driven.actuators[self.curve.main].law(time)
 
     def place(self, path: FollowedPath, places: FloatArray, within: BoolArray | bool = True) -> FloatArray:
         """Solve the rows of a path at places on the branch; return the points (rows, n + 1).
@@ -208,7 +200,7 @@ class LinkedMotion:
         skips: rows behind a limit that the laws reach again are solved too.
         """
         curve, end = self.curve, math.inf if skips or self.limit is None else self.limit
-        p = self.place(path, self.places(path.time), path.time <= end)
+        p = self.place(path, self.curve.at_time(path.time), path.time <= end)
         path.limit = self.limit if path.codes.any() else None
         for at, met in self.branch.meetings:
             path.bridged += (times := self._times(at, since, path.time[-1])).tolist()
@@ -222,7 +214,7 @@ class LinkedMotion:
 
     def _times(self, place: float, first: float, last: float) -> FloatArray:
         """Return the times after `first`, up to `last`, at which the laws pass a place."""
-        found = sign_changes(lambda time: self.places(time) - place, np.linspace(0.0, 1.0, SAMPLES))
+        found = sign_changes(lambda time: self.curve.at_time(time) - place, np.linspace(0.0, 1.0, SAMPLES))
         return found[(found > first) & (found <= last)]
 
 

@@ -133,7 +133,7 @@ def _parts(here: CurvePoint, there: CurvePoint) -> int:
 
 def _knot(task: WorkspaceTask, p: FloatArray, tangent: FloatArray) -> CriticalPoint:
     """Return a position and tangent without the parameter of the circuit."""
-    along = task.velocity(tangent)
+    along = task.coordinates(tangent) - task.coordinates(np.zeros_like(tangent))  # these are linear in p
     return CriticalPoint(task.coordinates(p), along / max(float(np.linalg.norm(along)), 1e-300))
 
 

@@ -106,10 +106,6 @@ class CoupledTask(WorkspaceTask):
         found = np.moveaxis(read.reshape(len(rows), *every.shape[:-1]), 0, -1)
         return np.concatenate([every[..., :n], found + rotary * turn * np.round((drawn - found) / turn)], axis=-1)
 
-    def velocity(self, every: FloatArray) -> FloatArray:
-        """Return the rate of x (n,) from that of positions and inputs."""
-        return every
-
     def beside(self, x: FloatArray, here: FloatArray) -> FloatArray:
         """Return x (..., n) with the inputs of its drivers changed by full periods, near others (..., n)."""
         period = np.append(np.full(self.system.n, math.inf), self._periods[list(self.moving)])

@@ -115,10 +115,6 @@ class WorkspaceTask:
         """Return x (..., n) of the moving nodes' coordinates (..., system.n), which others may follow."""
         return self._parted[0].drop(every[..., : self.system.n])
 
-    def velocity(self, every: FloatArray) -> FloatArray:
-        """Return the rate of x (n,) from that of the moving nodes' coordinates (system.n,), which others may follow."""
-        return np.asarray(every[: self.system.n] @ self._parted[0].basis)
-
     def beside(self, x: FloatArray, here: FloatArray) -> FloatArray:
         """Return x, which is the same after full turns, near other coordinates."""
         return x
