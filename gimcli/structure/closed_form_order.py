@@ -7,7 +7,7 @@ one placed node and a placed node that slides on it has a known direction. A nod
 from __future__ import annotations
 
 import cmath
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from gimcli.calculus.numbers import nominal, scalar
 from gimcli.connected import grouped
@@ -47,6 +47,21 @@ class Directions:
         """Return the first two placed nodes of a member and the vector between them in its own frame; None without."""
         u, v, *_ = (*(n for n in self.kinematic[member] if n in self.placed), NONE, NONE)
         return None if v == NONE else (u, v, self.mechanism.members[member].reach(u, v))
+
+    def carried(self, member: int, nodes: Sequence[int]) -> Iterator[Place]:
+        """Yield the places of nodes of a member from its placed one; none while its direction is unknown."""
+        source, anchor = self.source(member), self.anchor(member)
+        for node in nodes:
+            if source is not None and anchor is not None and node != anchor:
+                yield Place(node, anchor, source.times(self.mechanism.members[member].reach(anchor, node)))
+
+    def line(self, row: ImposedRow, moved: int, offset: Vector | None = None) -> Constraint | None:
+        """Return the height of a node over a line of a member of known direction, which has a placed node."""
+        source, anchor = self.source(row.guide), self.anchor(row.guide)
+        if source is None or anchor is None:
+            return None
+        value = row.value.plus(row.height(self.mechanism.members[row.guide].local(anchor)))
+        return Constraint(row.name, HEIGHT, moved, anchor, value, source.times(row.normal), offset)
 
     def turned_by(self, row: ImposedRow) -> Iterator[tuple[int, int, Vector, tuple[complex, int, int]]]:
         """Yield the member that an angle turns, the other, its direction, and factor, actuator, sense of the turn."""
@@ -129,10 +144,10 @@ class Layout(Directions):
 
     # -- steps ----------------------------------------------------------------------
 
-    def place(self, node: int, anchor: int, vector: Vector) -> None:
+    def place(self, step: Place) -> None:
         """Add a step that places a carried node."""
-        self.steps.append(Place(node, anchor, vector))
-        self.mark_placed(node)
+        self.steps.append(step)
+        self.mark_placed(step.node)
 
     def orient(self, member: int, vector: Vector) -> None:
         """Record e^(i phi) of a member, and with it that of its rotation class."""
@@ -185,11 +200,9 @@ class Layout(Directions):
         changed, index = False, FRAME
         while (index := min((k for k in self.carriable if k > index), default=NONE)) != NONE:
             self.carriable.remove(index)
-            source, anchor = self.source(index), self.anchor(index)
-            for node in [n for n in self.kinematic[index] if n not in self.placed]:
-                if source is not None and anchor is not None:
-                    self.place(node, anchor, source.times(self.mechanism.members[index].reach(anchor, node)))
-                    changed = True
+            for step in self.carried(index, [n for n in self.kinematic[index] if n not in self.placed]):
+                self.place(step)
+                changed = True
         return changed
 
     def tilt(self) -> bool:
@@ -275,21 +288,13 @@ class Layout(Directions):
                 radius = abs(self.mechanism.members[body].reach(centre, node))
                 yield Constraint(mechanism.members[body].name, SPAN, moved, centre, Value(radius), offset=offset)
         for row in self.rows_at.get(node, []):
-            locus = self._line(row, moved, offset) if row.kind == HEIGHT else self._span(row, node, moved, offset)
+            locus = self.line(row, moved, offset) if row.kind == HEIGHT else self._span(row, node, moved, offset)
             if locus is not None:
                 yield locus
 
     def _span(self, row: ImposedRow, node: int, moved: int, offset: Vector | None) -> Constraint | None:
         other = next(n for n in row.nodes if n != node)
         return Constraint(row.name, SPAN, moved, other, row.value, offset=offset) if other in self.placed else None
-
-    def _line(self, row: ImposedRow, moved: int, offset: Vector | None) -> Constraint | None:
-        source, anchor = self.source(row.guide), self.anchor(row.guide)
-        if source is None or anchor is None:
-            return None
-        height = row.height(self.mechanism.members[row.guide].local(anchor))
-        value = row.value.plus(height)
-        return Constraint(row.name, HEIGHT, moved, anchor, value, source.times(row.normal), offset)
 
     def _carried_lines(self, node: int, body: int, source: Vector) -> Iterator[Constraint]:
         """Yield the loci of a node of a translating member from placed nodes that slide on its lines."""

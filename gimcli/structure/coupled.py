@@ -187,19 +187,14 @@ class Builder(Directions):
 
     def _finish(self, body: int) -> bool:
         """Carry the nodes of a member of known direction; each node that is already placed closes a loop."""
-        if body in self.done:
-            return False
-        source, anchor = self.source(body), self.anchor(body)
-        if source is None or anchor is None:
+        found, name = [*self.carried(body, self.kinematic[body])], self.mechanism.members[body].name
+        if body in self.done or not found:
             return False
         self.done.add(body)
-        name = self.mechanism.members[body].name
-        for node in self.kinematic[body]:
-            if node == anchor:
-                continue
-            vector = source.times(self.mechanism.members[body].reach(anchor, node))
+        for step in found:
+            node, anchor, vector = step.node, step.anchor, step.vector
             if node not in self.placed:
-                self.places.append(Place(node, anchor, vector))
+                self.places.append(step)
                 self.placed.add(node)
             elif set(vector.nodes) != {node, anchor} or vector.actuator >= 0:
                 self.equations.append(Constraint(name, CLOSURE, node, anchor, Value(0.0), vector))
@@ -235,7 +230,8 @@ class Builder(Directions):
                 a, b = row.nodes
                 self.equations.append(Constraint(row.name, SPAN, a, b, row.value))
             elif row.kind == HEIGHT and (row.node in new or row.guide in group):
-                self._line(row)
+                line = self.line(row, row.node)
+                self.equations += [line] if line is not None else []  # without, a later group places the guide
 
     def _angle(self, row: ImposedRow) -> None:
         """Add the equation of a driven angle between two members whose directions come from their nodes."""
@@ -249,11 +245,3 @@ class Builder(Directions):
             return
         u, v, reach = span[0], span[1], -span[2] / row.arm
         self.equations.append(Constraint(row.name, HEIGHT, u, v, Value(0.0), normal.times(reach / abs(reach))))
-
-    def _line(self, row: ImposedRow) -> None:
-        source, anchor = self.source(row.guide), self.anchor(row.guide)
-        if source is None or anchor is None:
-            return  # the guide is placed by a later group
-        height = row.height(self.mechanism.members[row.guide].local(anchor))
-        vector = source.times(row.normal)
-        self.equations.append(Constraint(row.name, HEIGHT, row.node, anchor, row.value.plus(height), vector))

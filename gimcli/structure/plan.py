@@ -47,11 +47,8 @@ def _plan(layout: Layout, closed_forms: bool) -> Plan:
 def _carried(layout: Layout) -> None:
     """Place the remaining nodes, which members only carry."""
     for index, member in enumerate(layout.mechanism.members):
-        source, anchor = layout.source(index), layout.anchor(index)
-        for node in member.nodes:
-            if node not in layout.placed and source is not None and anchor is not None:
-                vector = source.times(member.reach(anchor, node))
-                layout.place(node, anchor, vector)
+        for step in layout.carried(index, [n for n in member.nodes if n not in layout.placed]):
+            layout.place(step)
 
 
 def surplus(layout: Layout) -> int:
