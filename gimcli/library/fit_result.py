@@ -99,8 +99,10 @@ class FitResult(Result):
 
     def report(self) -> dict[str, Any]:
         """Return the report that --json prints."""
-        counts = {"drawn": self._counts.drawn, "started": self._counts.started, "hits": self._counts.hits}
-        report: dict[str, Any] = {"feasible": self.feasible, "kind": self.kind, "status": self.status, "starts": counts}
+        report: dict[str, Any] = {
+            "feasible": self.feasible, "kind": self.kind, "status": self.status,
+            "starts": {"drawn": self._counts.drawn, "started": self._counts.started, "hits": self._counts.hits},
+        }  # fmt: skip
         if self._found is None:
             return report | {"reason": self.headline()}
         return report | {
@@ -159,10 +161,9 @@ class FitResult(Result):
     @cached_property
     def _design(self) -> Records:
         """The fitted dimensions, one row each."""
-        values = list(self.dimensions.values())
         return Records(
             RowField("dimension", list(self.dimensions), str, head="dimension"),
-            RowField("value", values, float, head="value", text="{:.12g}".format),
+            RowField("value", list(self.dimensions.values()), float, head="value", text="{:.12g}".format),
         )
 
     @cached_property
@@ -189,9 +190,10 @@ class FitResult(Result):
 
     def contents(self, paths: Iterable[Path]) -> dict[Path, Any]:
         """Return the content of each file; of files other than reports None if no design is feasible."""
-        found = super().contents(paths)
-        empty = {path: c for path, c in found.items() if not self.feasible and (isinstance(c, Table) or not c)}
-        return {**found, **dict.fromkeys(empty)}
+        return {
+            path: c if self.feasible or (c and not isinstance(c, Table)) else None
+            for path, c in super().contents(paths).items()
+        }
 
     def checks(self) -> list[str]:
         """Return what was checked on the real motion, as sentences."""

@@ -139,9 +139,9 @@ class MachinesResult(Result):
         for path in paths:
             if output.format_of(path).content in OF_ALL:
                 found |= super().contents([path])
-                continue
-            for name, one in self.each.items():
-                found |= one.contents([path.with_name(f"{path.stem}.{name.replace('/', '_')}{path.suffix}")])
+            else:
+                for name, one in self.each.items():
+                    found |= one.contents([path.with_name(f"{path.stem}.{name.replace('/', '_')}{path.suffix}")])
         return found
 
 

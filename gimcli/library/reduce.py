@@ -94,12 +94,12 @@ class ReduceResult(RowsResult):
     def report(self) -> dict[str, Any]:
         """Return the report that --json prints."""
         found, table = self._found, self.table()
-        report = {
+        return {
             "input": self.mechanism.actuators[found.actuator].name, "steps": len(found.q) - 1,
             "solved": found.solved, "status": self._overall.word,
             **{n: table.floats(n).tolist() for n in table.names if n != "status"},
+            **({"flywheel": asdict(self.wheel)} if self.wheel else {}),
         }  # fmt: skip
-        return {**report, "flywheel": asdict(self.wheel)} if self.wheel else report
 
     def picture(self) -> output.picture.Content | None:
         """Return graphs of the reduced quantities over the input; None if fewer than two rows are solved."""

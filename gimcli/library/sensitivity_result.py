@@ -225,18 +225,16 @@ class SensitivityResult(Result):
             for one, allowed in zip(self._dimensions, self.tolerances, strict=True)
         }
         texts = {"reason": self.reason, "fixed": list(self.fixed), "tolerances_left_out": list(self.left_out)}
-        report = {
+        return {
             "status": self._word, "dimensions": given,
             **({"steps": len(self._motion.time) - 1} if self.whole else {"inputs": self.inputs}),
             **{key: value for key, value in texts.items() if value},
             "quantities": {name: self._quantity_report(k, name) for k, name in enumerate(self.names)},
-        }  # fmt: skip
-        if self.sampled is not None:
-            report["monte_carlo"] = {
+            **({} if self.sampled is None else {"monte_carlo": {
                 "samples": self.sampled.samples, "solved": int(self.sampled.solved.min()), "seed": self.seed,
                 "distribution": self.distribution,
-            }  # fmt: skip
-        return report
+            }}),
+        }  # fmt: skip
 
     @property
     def _word(self) -> str:

@@ -56,6 +56,7 @@ class SingularitiesResult(Result):
     """The singular positions (`events`), one row each, and the branches on which they are."""
 
     KIND = "singularities"
+    answered = True  # the list is a result also if branches are missing
 
     def __init__(self, mechanism: Mechanism, found: Survey) -> None:
         self.mechanism, self._found = mechanism, found
@@ -64,11 +65,6 @@ class SingularitiesResult(Result):
     def complete(self) -> bool:
         """Whether all branches that meet were followed."""
         return self._found.complete
-
-    @property
-    def answered(self) -> bool:
-        """True: the list is a result also if branches are missing."""
-        return True
 
     @property
     def events(self) -> list[dict[str, Any]]:
