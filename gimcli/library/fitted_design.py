@@ -24,7 +24,6 @@ from gimcli.fitting.targets import TURN, FitRange
 from gimcli.input_laws import InputLaw, SummedLaw
 from gimcli.library.fit_targets import FittedTask, input_range
 from gimcli.library.machines import accepted
-from gimcli.library.sides import compiled
 from gimcli.library.trace import MotionTraceResult, trace
 from gimcli.mechanism import FRAME, FloatArray, IntArray, Mechanism
 from gimcli.model.edited_text import written_with
@@ -194,6 +193,8 @@ class DesignChecker:
 
 def _as_written(mechanism: Mechanism) -> Mechanism:
     """Return a mechanism in the initial configuration that its model gives: a fitted file has no other one."""
+    from gimcli.library.sides import compiled  # imported late: it lists configurations
+
     plain = compiled(mechanism, mechanism.written.model)
     return plain if mechanism.complete is None else mechanism.complete(plain)
 
