@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
-from gimcli.calculus.dual import Dual
+from gimcli.calculus.dual import Dual, variables
 from gimcli.calculus.recorded import Recorded, Recording
 from gimcli.input_laws import InputLaw
 from gimcli.mechanism import FloatArray, Mechanism
@@ -32,15 +33,7 @@ class CouplingSlopes:
 
         own: the input of the driver (designs, rows).
         """
-        found = self.recording.evaluate([designs[:, k, None] for k in range(designs.shape[1])], self._places)
-        every = {driver: own}
-
-        def number(value: Any) -> Any:
-            return found[value.place] if isinstance(value, Recorded) else value
-
-        for one in self.couplings:
-            followed = (number(ratio) * every[k] for k, ratio in one.terms)
-            every[one.follower] = sum(followed, number(one.phase) + 0.0 * own)
+        every = {driver: own, **dict(self._followers(designs, {driver: own}, 1.0 + 0.0 * own))}
         return np.stack([every[k] for k in range(len(every))], axis=1)
 
     def moving(self, nominal: FloatArray, given: FloatArray) -> Dual:
@@ -49,17 +42,24 @@ class CouplingSlopes:
         The tangents are the dimensions at constant inputs of the drivers, and all inputs; the followers follow them.
         """
         count, actuators = len(nominal), given.shape[1]
-        tangents = self.recording.tangents(nominal[:, None], self._places)
         slopes = np.zeros((count + actuators, *given.shape))
         slopes[count:, 0] = np.eye(actuators)[..., None]
+        every = {k: Dual(given[:, k], slopes[:, :, k]) for k in range(actuators)}
+        one = Dual(np.eye(len(given), 1), np.zeros((count + actuators, 1, 1)))
+        for k, value in self._followers(variables(nominal[None], actuators), every, one):
+            slopes[:, :, k] += value.slopes
+        return Dual(given, slopes)
 
-        def slope(number: Any) -> Any:
-            return tangents[number.place].slopes if isinstance(number, Recorded) else 0.0
+    def _followers(self, designs: Any, every: Mapping[int, Any], one: Any) -> Iterator[tuple[int, Any]]:
+        """Yield the number and the value of each follower for designs (designs, dimensions), plain or dual.
+
+        every: the inputs of the drivers, or their derivatives of several orders. one: the constant 1 of the same shape.
+        """
+        found = self.recording.evaluate([designs[:, k, None] for k in range(designs.shape[1])], self._places)
+
+        def number(value: Any) -> Any:
+            return found[value.place] if isinstance(value, Recorded) else value
 
         for coupling in self.couplings:
-            own = slopes[:, :, coupling.follower]
-            own[:count, 0] += slope(coupling.phase)
-            for actuator, ratio in coupling.terms:
-                own[:count] += np.reshape(slope(ratio), (-1, 1, 1)) * given[:, actuator]
-                own[count + actuator, 0] += float(getattr(ratio, "value", ratio))
-        return Dual(given, slopes)
+            followed = (number(ratio) * every[k] for k, ratio in coupling.terms)
+            yield coupling.follower, sum(followed, number(coupling.phase) * one)
