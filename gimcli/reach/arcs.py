@@ -109,6 +109,12 @@ class PathArc:
         k = min(int(np.searchsorted(ends, goal)), len(ends) - 1)
         return k, float(np.clip(1.0 - (ends[k] - goal) / max(self.lengths[k], 1e-300), 0.0, 1.0))
 
+    @property
+    def middle(self) -> CriticalPoint:
+        """A position between the ends: the middle knot, or between the only two."""
+        knots = self.branch.knots
+        return knots[len(knots) // 2] if len(knots) > 2 else self.knot((0, 0.5))
+
     def knot(self, cut: Cut) -> CriticalPoint:
         """Return the corrected position at a cut, which may be a knot."""
         k, t = cut

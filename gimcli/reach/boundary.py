@@ -284,9 +284,7 @@ def _one_sided(task: WorkspaceTask, stratum: Stratum, curve: Critical, branch: C
 
     found = []
     for piece in split(branch, tests):
-        middle = piece.knots[len(piece.knots) // 2]
-        if len(piece.knots) == 2:
-            middle = PathArc(piece, *task.output).knot((0, 0.5))
+        middle = PathArc(piece, *task.output).middle
         signs = np.sign(sides(curve, middle.p, middle.tangent))
         signs = signs[signs != 0.0]
         if _rests(task, stratum, middle):

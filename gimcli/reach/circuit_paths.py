@@ -30,17 +30,8 @@ from gimcli.mechanism import FloatArray
 from gimcli.positions.inputs import InputLine, nearest_turns
 from gimcli.positions.options import TOLERANCE
 from gimcli.progress import Progress, no_progress
-from gimcli.reach.arcs import feet
-from gimcli.reach.critical_curves import (
-    WALK,
-    CriticalCurve,
-    CriticalPath,
-    CriticalPoint,
-    Stratum,
-    point_between,
-    seamless,
-    split,
-)  # fmt: skip
+from gimcli.reach.arcs import PathArc, feet
+from gimcli.reach.critical_curves import WALK, CriticalCurve, CriticalPath, CriticalPoint, Stratum, seamless, split
 from gimcli.reach.task import SETTLED, SLACK, WorkspaceTask, law_range, unreached
 
 LOOPS = 4
@@ -145,15 +136,7 @@ def _within(task: WorkspaceTask, branch: CriticalCurve) -> list[CriticalCurve]:
         return np.where(np.abs(room_left) < ROUNDING, 0.0, room_left)
 
     parts = split(_rolled(branch, np.array([room(knot)[0] for knot in branch.knots])), room)
-    return [part for part in parts if room(_middle(part))[0] > 0.0]
-
-
-def _middle(part: CriticalCurve) -> CriticalPoint:
-    """Return a position between the ends of a curve."""
-    knots = part.knots
-    if len(knots) > 2:
-        return knots[len(knots) // 2]
-    return CriticalPoint(point_between(knots[0], knots[1], 0.5), knots[0].tangent)
+    return [part for part in parts if room(PathArc(part, *task.output).middle)[0] > 0.0]
 
 
 def _rolled(branch: CriticalCurve, room: FloatArray) -> CriticalCurve:
