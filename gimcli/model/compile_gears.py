@@ -91,9 +91,11 @@ class GearCompiler:
         for gear in self.gears:
             first, second = self._quantities(gear)
             if not every.add(second.minus(first, gear.ratio)) and every.contradicted:
-                text = f"gears: '{gear.name}' contradicts the other gears and actuators: the mechanism is locked;"
-                text += " remove an actuator or a gear, or correct a ratio"
-                raise PlacedError(("gears", gear.name), text)
+                raise PlacedError(
+                    ("gears", gear.name),
+                    f"gears: '{gear.name}' contradicts the other gears and actuators: the mechanism is locked; remove"
+                    " an actuator or a gear, or correct a ratio",
+                )
         while open_ones := [g for g in self.gears if not all(map(known.determines, self._quantities(g)))]:
             candidates = [c for gear in open_ones for c in self._candidates(gear) if not known.determines(c.row)]
             candidates.sort(key=lambda c: any(c.gear.name == one.name for one in self.actuators))  # each gear in turn

@@ -19,7 +19,7 @@ from gimcli.model.laws import ended
 from gimcli.model.pairs import used_nodes
 from gimcli.model.placing_data import GivenLine, PlacingData, height, placing_data, starts_by_value, unit
 from gimcli.model.placing_steps import SIDES, Gap, Order, PlacingStep, number
-from gimcli.model.references import PartFault
+from gimcli.model.references import PartFault, those
 from gimcli.model.schema import Link, Model, OpenNode, OpenNodes
 from gimcli.model.source import Source
 from gimcli.model.units import RADIANS
@@ -206,26 +206,30 @@ def placed_anew(source: Source, model: Model) -> Read:
 
 
 def _fixed(model: Model) -> Iterator[PartFault]:
-    """Yield the nodes that need coordinates: those of the ground, and the first two of a held member."""
+    """Return the nodes that need coordinates: those of the ground, and the first two of a held member."""
     held = model.members.get(model.ground.member or "")
     why = f"it gives the position of '{model.ground.member}', which is held fixed" if held else "it is a ground node"
-    for name in model.ground.nodes if held is None else held.nodes[:2]:
-        if name in model.open.parts:
-            yield PartFault(("nodes", name), f"node {name} needs coordinates [x, y]: {why}")
+    return those(*(name in model.open.parts and PartFault(
+        ("nodes", name), f"node {name} needs coordinates [x, y]: {why}"
+    ) for name in (model.ground.nodes if held is None else held.nodes[:2])))  # fmt: skip
 
 
 def _left(model: Model, placing: Placing) -> list[PartFault]:
     """Return the reasons for nodes that no step places; first those with a dimension that is missing."""
-    used, faults = used_nodes(model), []
+    used, faults = used_nodes(model), list[PartFault]()
     for name in (name for name in model.nodes if name in placing.left):
         given = {key: part for key, part in placing.data.missing.items() if name in part.nodes}
         lacking = [f"the `{'length' if isinstance(part, Link) else 'shape'}` of {key}" for key, part in given.items()]
-        text = f"node {name} has no coordinates, and nothing else determines its position"
-        text += f": give {', '.join(lacking)}, or coordinates [x, y]"
-        if name not in used:
-            text = f"node {name} has no coordinates and belongs to no member; add it to one, or remove it"
-        if lacking or name not in used:
-            faults.append(PartFault(("nodes", name), text))
+        faults += those(
+            name not in used and PartFault(
+                ("nodes", name), f"node {name} has no coordinates and belongs to no member; add it to one, or remove it"
+            ),
+            name in used and lacking and PartFault(
+                ("nodes", name),
+                f"node {name} has no coordinates, and nothing else determines its position: give {', '.join(lacking)},"
+                " or coordinates [x, y]",
+            ),
+        )  # fmt: skip
     return faults or list(_open_laws(model, placing))
 
 
@@ -235,10 +239,11 @@ def _open_laws(model: Model, placing: Placing) -> Iterator[PartFault]:
     for name, actuator in model.actuators.items():
         law = actuator.law
         given = name in known or (actuator.pivot is not None and law is not None and starts_by_value(law))
-        if not given and (open_ends := placing.left.intersection(actuator.named)):
-            lacking = "`from`" if law is not None and ended(law) else "`from` and `to`"
-            text = f"the law of {name} needs {lacking}: the node {min(open_ends)} has no coordinates"
-            yield PartFault(("actuators", name), text)
+        lacking = "`from`" if law is not None and ended(law) else "`from` and `to`"
+        open_ends = placing.left.intersection(actuator.named)
+        yield from those(not given and open_ends and PartFault(
+            ("actuators", name), f"the law of {name} needs {lacking}: the node {min(open_ends)} has no coordinates"
+        ))  # fmt: skip
 
 
 def _impossible(source: Source, model: Model, data: PlacingData, gap: Gap) -> PartFault:

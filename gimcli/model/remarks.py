@@ -90,9 +90,11 @@ def missing_duration(model: Model) -> list[Remark]:
 
 def _sides(model: Model) -> Iterator[Remark]:
     paired = {name for pair in model.prismatic.values() for name in pair.nodes or []}
-    for name, part in model.open.parts.items():
-        if part.side is not None and name not in model.open.sides and name not in paired:
-            yield _idle(("nodes", name), f"`side` of {name}", "its position does not depend on a side; remove it")
+    return (
+        _idle(("nodes", name), f"`side` of {name}", "its position does not depend on a side; remove it")
+        for name, part in model.open.parts.items()
+        if part.side is not None and name not in model.open.sides and name not in paired
+    )
 
 
 def _repeated_members(model: Model) -> Iterator[Remark]:
@@ -118,9 +120,11 @@ def _dynamics(model: Model) -> Iterator[Remark]:
         ("mass" in model.units.given and not model.masses, (("units", "mass"), f"`mass` {lone}")),
     )  # fmt: skip
     yield from (remark for holds, remark in cases if holds)
-    for name in () if parts else (name for name, actuator in model.actuators.items() if actuator.free):
-        text = f"`free` of {name} has no effect without masses and forces: add `masses:`, or remove it"
-        yield ("actuators", name, "free"), text
+    yield from (
+        (("actuators", name, "free"),
+         f"`free` of {name} has no effect without masses and forces: add `masses:`, or remove it")
+        for name, actuator in model.actuators.items() if actuator.free and not parts
+    )  # fmt: skip
 
 
 def _idle(where: Where, what: str, why: str) -> Remark:

@@ -139,8 +139,7 @@ def _text(path: Path) -> str:
     try:
         text = raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        cure = "save it as UTF-8"
-        raise ModelError([f"{path}: not a text file (byte {error.start} is not UTF-8); {cure}"]) from None
+        raise ModelError([f"{path}: not a text file (byte {error.start} is not UTF-8); save it as UTF-8"]) from None
     return text
 
 
@@ -223,13 +222,15 @@ class _DataBuilder:
         self.loader.get_event()  # the document's start
         first = self.loader.peek_event()
         if not isinstance(first, yaml.MappingStartEvent):
-            text = "the file has no keys; a model file starts with keys such as `nodes:` and `ground:`"
-            raise self.refused(_spot(first), text)
+            raise self.refused(
+                _spot(first), "the file has no keys; a model file starts with keys such as `nodes:` and `ground:`"
+            )
         data, _ = self.part(())
         self.loader.get_event()  # the document's end
         if not self.loader.check_event(yaml.StreamEndEvent):
-            text = "a second document starts here; one file holds one model"
-            raise self.refused(_spot(self.loader.peek_event()), text)
+            raise self.refused(
+                _spot(self.loader.peek_event()), "a second document starts here; one file holds one model"
+            )
         assert isinstance(data, dict)
         return data
 
