@@ -15,7 +15,7 @@ from functools import cached_property
 import numpy as np
 
 from gimcli.continuation.released import ReleasedPositions
-from gimcli.mechanism import BoolArray, FloatArray
+from gimcli.mechanism import FloatArray
 from gimcli.reach.task import WorkspaceTask
 from gimcli.structure.carried import measured, turned
 from gimcli.structure.quadric import Flat, Quadric
@@ -110,9 +110,3 @@ class CoupledTask(WorkspaceTask):
         """Return x (..., n) with the inputs of its drivers changed by full periods, near others (..., n)."""
         period = np.append(np.full(self.system.n, math.inf), self._periods[list(self.moving)])
         return np.asarray(x + np.where(np.isfinite(period), period, 0.0) * np.round((here - x) / period))
-
-    @cached_property
-    def _kinds(self) -> tuple[BoolArray, BoolArray]:
-        """Not used: no input of the coordinates is an angle modulo turns, or the square of a distance."""
-        none = np.zeros(len(self.mechanism.actuators), dtype=bool)
-        return none, none

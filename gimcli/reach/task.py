@@ -198,7 +198,8 @@ class WorkspaceTask:
     def room(self, x: FloatArray) -> FloatArray:
         """Return smooth functions (..., limited) that are positive inside the ranges of the inputs."""
         apart, (which, _, half) = self._apart(x), self._spans
-        return np.where(self._kinds[0][which], np.cos(apart) - np.cos(half), half**2 - apart**2)
+        turn = 2.0 * math.pi / self._periods[which]
+        return np.where(turn > 0.0, np.cos(turn * apart) - np.cos(turn * half), half**2 - apart**2)
 
     def _apart(self, x: FloatArray) -> FloatArray:
         """Return the differences of inputs from the middles of their ranges (..., limited)."""
