@@ -148,7 +148,7 @@ def _fold(u: FloatArray, end: int) -> float | None:
 def _shift(task: WorkspaceTask, k: int, low: float, high: float) -> float:
     """Return the whole turns [rad] that move an interval to the start of the input's law, or near the law."""
     law = law_inputs(task.mechanism)(np.linspace(0.0, 1.0, 33))[k]
-    turns = math.ceil((float(law[0]) - high) / (2.0 * math.pi) - 1e-9)
-    if low + 2.0 * math.pi * turns > float(law[0]) + 1e-9:
+    turns = math.floor((float(law[0]) - low) / (2.0 * math.pi) + 1e-9)
+    if high + 2.0 * math.pi * turns < float(law[0]) - 1e-9:
         turns = round((0.5 * float(law.min() + law.max()) - 0.5 * (low + high)) / (2.0 * math.pi))
     return 2.0 * math.pi * turns

@@ -89,6 +89,12 @@ def test_the_path_of_a_five_bar_within_the_range_of_its_motor():
     assert [drawn["inputs"]["motor"][end] for end in ("from", "to")] == pytest.approx([20.0, 150.0])
 
 
+def test_a_range_of_more_than_a_turn_after_which_the_gear_is_elsewhere():
+    (path,) = gimcli.workspace(gimcli.load(five_bar(0.5, 60.0, law={"from": 20, "to": 390}))).report()["paths"]
+    assert [path["inputs"]["motor"][end] for end in ("from", "to")] == pytest.approx([20.0, 390.0])
+    assert [path["inputs"]["second"][end] for end in ("from", "to")] == pytest.approx([70.0, 255.0])
+
+
 def test_the_arc_of_a_pinion():
     found = gimcli.workspace(gimcli.load(rack()), "T").report()
     assert found["complete"]
