@@ -143,7 +143,6 @@ class DesignChecker:
 
     def __init__(self, quantities: DesignQuantities) -> None:
         self.quantities, self.family = quantities, quantities.family
-        self._plain = _as_written(quantities.family.mechanism)
 
     def models(self, design: FloatArray) -> Iterator[tuple[dict[str, float], Mechanism]]:
         """Yield the changes of a design (dimensions,) and its mechanism, then those with other initial coordinates."""
@@ -156,7 +155,7 @@ class DesignChecker:
         """Return the mechanism of the text that a fitted file has; of a model without a file, that with the changes."""
         nominal = self.family.mechanism
         if nominal.path is None:
-            return self._plain.with_(changes)
+            return _as_written(nominal).with_(changes)
         read = read_text(written_with(nominal, changes), nominal.written.source.folder)
         read = next(one.mechanism for one in read.machines if one.mechanism.nodes == nominal.nodes)
         read = replace(read, name=nominal.name, files=nominal.files, path=nominal.path)
