@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from gimcli import output
-from gimcli.errors import StructureError, refuse
+from gimcli.errors import refuse
 from gimcli.families.grid import Grid, solve_grid
 from gimcli.library.inputs import MOST_STEPS, Jit, Range, checked, refuse_unmoved
 from gimcli.library.record import Records, RowField, fact
@@ -53,8 +53,7 @@ def workspace(
         point: node or point, by default the first of `trace` in the file.
         orientation: dict of members with a fixed direction, in the file's angle unit, such as {"platform": 0}.
         every: with one input: the paths of all assemblies; a region is always that of all.
-        grid: also solve all combinations of this number of values of each input that follows no other; 0: no grid. Not
-            where the linkage turns gears.
+        grid: also solve all combinations of this number of values of each input that follows no other; 0: no grid.
         jit: "auto" compiles the kernels where this saves time; "on", "off". The numbers are the same.
         folder: for the parts of the grid, so that an interrupted run can be resumed.
         resume: use the parts in `folder` of an interrupted run with the same model and options.
@@ -72,10 +71,6 @@ def workspace(
     """
     name = _point(mechanism, point)
     mechanism = _machine_of(mechanism, name)
-    refuse(
-        (mechanism.complete and grid, f"grid: not where the linkage turns gears, as in {mechanism.name}; remove grid"),
-        error=StructureError,
-    )
     held = _held(mechanism, orientation or {})
     refuse(
         (

@@ -19,7 +19,7 @@ from gimcli.continuation.bifurcation import Crossing
 from gimcli.continuation.circuit import RESTS, STEPS, CircuitWalker
 from gimcli.continuation.curve import PositionCurve
 from gimcli.errors import UnassembledError
-from gimcli.mechanism import BoolArray, FloatArray, Mechanism
+from gimcli.mechanism import BoolArray, ComplexArray, FloatArray, Mechanism
 from gimcli.motion.follow import FollowedPath, PassedMeeting
 from gimcli.numerics.along import bisected, hermite, sign_changes
 from gimcli.positions.inputs import InputLine, driven, line_through, nearest_turns
@@ -256,6 +256,21 @@ def moved_from_drawing(mechanism: Mechanism, inputs: FloatArray) -> FloatArray:
         f"{mechanism.name}: the linkage that turns {names} cannot reach these inputs from the drawing; use other"
         " inputs, or initial coordinates closer to an assembled position"
     )
+
+
+def followed_line(mechanism: Mechanism, values: FloatArray, row: int) -> tuple[ComplexArray, FloatArray]:
+    """Return positions (nodes, rows) and all inputs (actuators, rows) along a line of the drivers' inputs.
+
+    It is followed in both senses from one of its rows; beyond limits positions are NaN. Raises UnassembledError if that
+    row is not reached from the drawing.
+    """
+    own, x = driven(mechanism), moved_from_drawing(mechanism, values[:, row])
+    line = line_through(own, own.coupled(values))
+    curve = PositionCurve(mechanism, line or InputLine(values[:, row], np.zeros(len(values)), own.drivers[0]))
+    q = values[line.main if line else own.drivers[0]]
+    branch = InputBranch(curve, np.append(x, q[row]), float(q.min()), float(q.max()))
+    p = branch.at(q)
+    return np.where(branch.covers(q), curve.nodes(p.T), complex(np.nan, np.nan)), curve.inputs(p.T)
 
 
 def followed(mechanism: Mechanism, inputs: FloatArray) -> FloatArray:

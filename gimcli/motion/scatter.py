@@ -5,17 +5,20 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from itertools import islice, product
 from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
+from gimcli.errors import UnassembledError
 from gimcli.kernels import scatter as kernels
 from gimcli.kernels.plan_steps import WIDTH
 from gimcli.mechanism import ComplexArray, FloatArray, Mechanism
 from gimcli.motion.assemble import Assembly
 from gimcli.motion.legs import dense, straight
+from gimcli.motion.linked_inputs import followed_line
 from gimcli.motion.solve import follower_of, start_position
 from gimcli.positions.dispatch import choose, plain
 from gimcli.positions.newton import Run
@@ -88,8 +91,8 @@ class Scatterer:
 
     @property
     def closed(self) -> bool:
-        """Whether every step of the plan has a closed form."""
-        return not self.plan.coupled
+        """Whether every step of the plan has a closed form, and the linkage turns no gears."""
+        return not self.plan.coupled and not self.mechanism.complete
 
     @property
     def sides(self) -> list[FloatArray]:
@@ -192,6 +195,10 @@ def _line(job: Scatterer, values: FloatArray) -> ComplexArray:
     """Return the point (rows,) along a line of inputs (actuators, rows), followed in both senses from a start row."""
     found = np.full(values.shape[1], complex(math.nan, math.nan))
     for k in _entries(job, values):
+        if job.mechanism.complete:
+            with suppress(UnassembledError):
+                return _points(job, *followed_line(job.mechanism, values, k))
+            continue
         start = start_position(job.mechanism, job.plan, values[:, k], plain, job.tolerance)
         if start.status is Status.OK and start.gap is None:  # a singular position belongs to several branches
             found[k:] = _followed(job, start, values[:, k:])
@@ -221,5 +228,10 @@ def _followed(job: Scatterer, start: Assembly, inputs: FloatArray) -> ComplexArr
         grid, own = dense(place, np.linspace(place, leg.goal, rows)[1:], leg.turn)
         path = follower.run_to(grid)
         z[:, 1:] = np.where(path.codes[own] == Status.OK, path.z[:, own], complex(math.nan, math.nan))
-    good, (u, v, factor) = holds(mechanism, z, inputs, job.tolerance), job.on
+    return _points(job, z, inputs)
+
+
+def _points(job: Scatterer, z: ComplexArray, inputs: FloatArray) -> ComplexArray:
+    """Return the point (rows,) of positions (nodes, rows) at inputs (actuators, rows), NaN where they are wrong."""
+    good, (u, v, factor) = holds(job.mechanism, z, inputs, job.tolerance), job.on
     return np.where(good, z[u] + factor * (z[v] - z[u]), complex(math.nan, math.nan))

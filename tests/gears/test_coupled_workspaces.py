@@ -55,14 +55,44 @@ def test_an_arm_with_a_gear_reaches_an_annulus(ratio, reach):
     assert found.report()["area"] == pytest.approx(np.pi * (far.max() ** 2 - far.min() ** 2), rel=1e-7)
 
 
-def test_the_arm_on_a_pinion_that_the_linkage_turns():
-    """In each assembly the rack moves the end of a pinion along an arc, around which an arm of 10 turns."""
+def hand_on_a_pinion():
+    """Return an arm of 10 at the end of a pinion of 50 that the linkage turns by a rack."""
     data = rack(50.0)
     data["nodes"]["U"] = [160, 100]
     data["links"]["arm"] = ["T", "U"]
     data["actuators"]["motor"]["law"] = {"from": 60, "to": 120}
     data["actuators"]["hand"] = {"pivot": "T", "arm": "U", "reference": "Q", "law": TURN}
-    found = gimcli.workspace(gimcli.load(data), "U")
+    return gimcli.load(data)
+
+
+def pinion(motor):
+    """Return the direction of the pinion of 50 at angles of the motor [rad]."""
+    bar = 30.0 * np.cos(motor) + np.sqrt(100.0**2 - (30.0 * np.sin(motor)) ** 2)
+    return 1j * np.exp(1j * (bar - 130.0) / 50.0)
+
+
+def test_the_grid_of_an_arm_on_a_pinion_that_the_linkage_turns():
+    found = gimcli.workspace(hand_on_a_pinion(), "U", grid=7).arrays()
+    motor, hand = (np.radians(found[f"input_{name}"]) for name in ("motor", "hand"))
+    assert np.degrees(motor) == pytest.approx(np.linspace(60.0, 120.0, 7))
+    assert np.degrees(hand) == pytest.approx(np.arange(7) * 360.0 / 7)
+    turned = pinion(motor)[:, None]
+    place = 150.0 + 50.0j + turned * (50.0 - 10.0 * np.exp(1j * hand))
+    assert found["x"][0] + 1j * found["y"][0] == pytest.approx(place, abs=1e-9)
+
+
+def test_a_grid_of_the_motor_that_turns_a_pinion():
+    """Its line is followed from the value closest to the drawing, which is at none of the values."""
+    data = rack(50.0)
+    data["actuators"]["motor"]["law"] = {"from": 30, "to": 200}
+    found = gimcli.workspace(gimcli.load(data), grid=11).arrays()
+    place = 150.0 + 50.0j + 50.0 * pinion(np.radians(np.linspace(30.0, 200.0, 11)))
+    assert found["x"][0] + 1j * found["y"][0] == pytest.approx(place, abs=1e-9)
+
+
+def test_the_arm_on_a_pinion_that_the_linkage_turns():
+    """In each assembly the rack moves the end of a pinion along an arc, around which an arm of 10 turns."""
+    found = gimcli.workspace(hand_on_a_pinion(), "U")
     assert found.complete
     length = 60.0 * np.cos(np.radians(60.0))
     assert found.report()["area"] == pytest.approx(2.0 * (2.0 * 10.0 * length + np.pi * 10.0**2), rel=1e-7)
