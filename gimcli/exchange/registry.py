@@ -55,5 +55,5 @@ def draft_of(text: str, source: str) -> Draft | None:
     """
     for form in FORMATS:
         if form.reads and (module := module_of(form)).recognises(text):
-            return module.read(text, source)  # type: ignore[no-any-return]
+            return module.read(text, source)  # type: ignore[no-any-return]  # names of modules are Any
     return None

@@ -7,9 +7,9 @@ Asked by: families, library.
 Its modules are imported when they are first used, as those of `output`.
 """
 
-from importlib import import_module
-from importlib.util import find_spec
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from gimcli.door import modules_of
 
 if TYPE_CHECKING:
     from gimcli.graphs import (
@@ -18,9 +18,4 @@ if TYPE_CHECKING:
         motion_animation as motion_animation,
     )
 
-
-def __getattr__(name: str) -> Any:
-    """Import a module of the package."""
-    if find_spec(f"{__name__}.{name}") is None:
-        raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
-    return import_module(f"{__name__}.{name}")
+__getattr__ = modules_of(__name__)

@@ -51,7 +51,7 @@ class TraceResult(Placed, RowsResult):
     @property
     def _motions(self) -> list[Motion]:
         """The motions whose rows follow each other; none if they were written to a file."""
-        return self._found.motions  # type: ignore[no-any-return]
+        return self._found.motions  # type: ignore[no-any-return]  # `_found` is Any
 
     @property
     def rows(self) -> int:

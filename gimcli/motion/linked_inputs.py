@@ -240,13 +240,9 @@ def moved_from_drawing(mechanism: Mechanism, inputs: FloatArray) -> FloatArray:
 
     Raises UnassembledError if it is not reached.
     """
-    own = driven(mechanism)
-    begin = own.coupled(nearest_turns(mechanism, mechanism.drawn_inputs, inputs))
-    line = line_through(own, np.stack([begin, own.coupled(inputs)], axis=1))
-    line = line or InputLine(begin, np.zeros(len(begin)), own.drivers[0])
-    curve, (q, end) = PositionCurve(mechanism, line), (float(at[line.main]) for at in (begin, inputs))
-    across = np.append(np.zeros(curve.system.n), 1.0)
-    start = correct(curve, curve.point(mechanism.drawn, q), STEPS, across)
+    begin = nearest_turns(mechanism, mechanism.drawn_inputs, inputs)
+    curve, (q, end) = _curve_along(mechanism, np.stack([begin, inputs], axis=1))
+    start = correct(curve, curve.point(mechanism.drawn, q), STEPS, np.append(np.zeros(curve.system.n), 1.0))
     if start is not None:
         branch = InputBranch(curve, start, min(q, end), max(q, end))
         if branch.covers(np.array([end]))[0]:
@@ -258,16 +254,21 @@ def moved_from_drawing(mechanism: Mechanism, inputs: FloatArray) -> FloatArray:
     )
 
 
+def _curve_along(mechanism: Mechanism, values: FloatArray) -> tuple[PositionCurve, FloatArray]:
+    """Return the curve of positions on a line of drivers' inputs (actuators, rows), and its parameters (rows,)."""
+    own = driven(mechanism)
+    line = line_through(own, own.coupled(values))
+    line = line or InputLine(own.coupled(values[:, 0]), np.zeros(len(values)), own.drivers[0])
+    return PositionCurve(mechanism, line), values[line.main]
+
+
 def followed_line(mechanism: Mechanism, values: FloatArray, row: int) -> tuple[ComplexArray, FloatArray]:
     """Return positions (nodes, rows) and all inputs (actuators, rows) along a line of the drivers' inputs.
 
     It is followed in both senses from one of its rows; beyond limits positions are NaN. Raises UnassembledError if that
     row is not reached from the drawing.
     """
-    own, x = driven(mechanism), moved_from_drawing(mechanism, values[:, row])
-    line = line_through(own, own.coupled(values))
-    curve = PositionCurve(mechanism, line or InputLine(values[:, row], np.zeros(len(values)), own.drivers[0]))
-    q = values[line.main if line else own.drivers[0]]
+    x, (curve, q) = moved_from_drawing(mechanism, values[:, row]), _curve_along(mechanism, values)
     branch = InputBranch(curve, np.append(x, q[row]), float(q.min()), float(q.max()))
     p = branch.at(q)
     return np.where(branch.covers(q), curve.nodes(p.T), complex(np.nan, np.nan)), curve.inputs(p.T)

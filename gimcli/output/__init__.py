@@ -4,14 +4,12 @@ Knows: symbols, pictures, pages and sheets; only here matplotlib is imported, wh
 Asks: branching, dynamics, structure.
 Asked by: cli, families, graphs, library, view.
 
-
 Its modules are imported when they are first used, as `output.drawing.motion_picture`: most commands use few of them.
 """
 
-from importlib import import_module
-from importlib.util import find_spec
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from gimcli.door import modules_of
 from gimcli.output.atomic import refuse_unwritable, written_bytes, written_text
 from gimcli.output.formats import FORMATS, Destinations, Format, destinations, format_of, write
 from gimcli.output.json import json_text
@@ -44,9 +42,4 @@ if TYPE_CHECKING:
         xlsx as xlsx,
     )
 
-
-def __getattr__(name: str) -> Any:
-    """Import a module of the package."""
-    if find_spec(f"{__name__}.{name}") is None:
-        raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
-    return import_module(f"{__name__}.{name}")
+__getattr__ = modules_of(__name__)
